@@ -350,6 +350,28 @@ def test_changes_after_the_take_over_are_refused():
     assert O.iter < 150
 
 
+def test_yades_own_save_and_load_keep_the_bonds():
+    """O.save, O.load, O.saveTmp, O.loadTmp, and O.reload continue with the same bits."""
+    path = os.path.join(os.environ.get("BRIDGE_WORK", "/tmp"), "checks.yade.gz")
+
+    def state():
+        (e,) = bridge.engines()
+        O.run(40, True)
+        return [tuple(b.state.pos) for b in O.bodies], e.solver.state_hash(), e.broken
+
+    engine()
+    O.run(30, True)
+    O.save(path)
+    O.saveTmp("here")
+    straight = state()
+    for again in (lambda: O.load(path), lambda: O.loadTmp("here"), lambda: O.reload()):
+        again()
+        assert state() == straight
+    os.remove(path + ".bonds.concordem")
+    with raises(YadeError, "are missing"):
+        O.load(path)
+
+
 def test_errors_are_one_line():
     """The message of an engine that stops a run, without the lines of YADE's log."""
     engine()

@@ -499,16 +499,10 @@ def _beside(path: str | os.PathLike[str], name: str) -> str:
     return f"{os.fspath(path)}.{name}.concordem"
 
 
-def save(path: str | os.PathLike[str]) -> list[str]:
-    """Call `O.save(path)` and save the bonds of every bonded engine in a separate file next to it; return the paths of all files."""
-    at_rest()
-    yade = host()
-    files = [os.fspath(path)]
-    yade.omega.save(os.fspath(path))
-    scene = address_of(yade.omega._sceneObj)
-    for engine in _registered.values():
-        if engine._scene != scene:
-            continue
+def _write_bonds(path: str) -> list[str]:
+    """Save the bonds of every bonded engine of the scene next to its file; return the paths."""
+    files = []
+    for engine in _here():
         beside = _beside(path, engine.name)
         text = {
             "fingerprint": _fingerprint(),
@@ -522,12 +516,9 @@ def save(path: str | os.PathLike[str]) -> list[str]:
     return files
 
 
-def load(path: str | os.PathLike[str], threads: int | None = None) -> list[BondedEngine]:
-    """Call `O.load(path)` and load the bonds that :func:`save` wrote. Raises YadeError if a file is missing or belongs to another scene."""
-    yade = host()
-    omega = yade.omega
-    omega.load(os.fspath(path))
-    wanted = [e.command for e in omega.engines if class_of(e) == "PyRunner" and "concordem.yade" in e.command]
+def _read_bonds(path: str, threads: int | None = None) -> list[BondedEngine]:
+    """Load the bonds of the scene that YADE has just loaded from this file."""
+    wanted = [e.command for e in host().omega.engines if class_of(e) == "PyRunner" and "concordem.yade" in e.command]
     engines = []
     for command in wanted:
         name = command.rsplit("(", 1)[1].rstrip(")").strip("'\"")
@@ -536,10 +527,40 @@ def load(path: str | os.PathLike[str], threads: int | None = None) -> list[Bonde
             raise refuse(f'the bonds of the engine "{name}" are missing; put {beside} next to the scene file', "NotLoaded")
         text = json.loads(_core.hosted_text(beside))
         if text["fingerprint"] != _fingerprint():
-            raise refuse(f"{beside} does not belong to the scene in {os.fspath(path)}: bodies, motion, or clock differ; load the matching file", "Mismatch")
+            raise refuse(f"{beside} does not belong to the scene in {path}: bodies, motion, or clock differ; load the matching file", "Mismatch")
         _registered.pop(name, None)
         engines.append(_restore(text, beside, threads))
     return engines
+
+
+_hooks.savers.append(_write_bonds)
+_hooks.loaders.append(_read_bonds)
+
+
+def save(path: str | os.PathLike[str]) -> list[str]:
+    """Call `O.save(path)` and save the bonds of every bonded engine in a separate file next to it; return the paths of all files.
+
+    In a process with a bonded engine, `O.save` and `O.saveTmp` do the same.
+    """
+    at_rest()
+    with _hooks.plain():
+        host().omega.save(os.fspath(path))
+    return [os.fspath(path), *_write_bonds(os.fspath(path))]
+
+
+def load(path: str | os.PathLike[str], threads: int | None = None) -> list[BondedEngine]:
+    """Call `O.load(path)` and load the bonds that :func:`save` wrote. Raises YadeError if a file is missing or belongs to another scene.
+
+    In a process that had a bonded engine, `O.load`, `O.loadTmp`, and `O.reload` do the same.
+    """
+    with _hooks.plain():
+        host().omega.load(os.fspath(path))
+    return _read_bonds(os.fspath(path), threads)
+
+
+def engines() -> list[BondedEngine]:
+    """The bonded engines of the current scene."""
+    return _here()
 
 
 def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEngine:

@@ -7,11 +7,14 @@ with the remedy, except getStress, which adds the stress of the bonds. Scenes wi
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import os
 import sys
+import tempfile
 import threading
 import time
-from typing import Any, Callable, Protocol
+from typing import Any, Callable, Iterator, Protocol
 
 import numpy as np
 
@@ -40,6 +43,12 @@ class Bonded(Protocol):
 
 #: Functions that give the bonded engines of the current scene.
 sources: list[Callable[[], list[Bonded]]] = []
+#: Functions that save the bonds next to the file of a scene, and that load them.
+savers: list[Callable[[str], Any]] = []
+loaders: list[Callable[[str], Any]] = []
+_plain = False
+#: Folder of the scenes that O.saveTmp keeps.
+_folder: tempfile.TemporaryDirectory[str] | None = None
 #: The error that stopped the last run.
 _failed: YadeError | None = None
 _installed = False
@@ -68,6 +77,46 @@ BLIND_FUNCTIONS = {
 def bonded() -> list[Bonded]:
     """The bonded engines of the current scene."""
     return [engine for source in sources for engine in source()]
+
+
+@contextlib.contextmanager
+def plain() -> Iterator[None]:
+    """Within this, YADE's own save and load do not look for bonds."""
+    global _plain
+    before, _plain = _plain, True
+    try:
+        yield
+    finally:
+        _plain = before
+
+
+def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[str], Any]]) -> Any:
+    """A function of YADE that saves or loads a scene, and the bonds next to the file `path_of(arguments)`."""
+
+    @functools.wraps(function)
+    def checked(self: Any, *arguments: Any, **named: Any) -> Any:
+        found = function(self, *arguments, **named)
+        if not _plain:
+            for one in use:
+                one(path_of(self, *arguments, **named))
+        return found
+
+    return checked
+
+
+def _file(_omega: Any, file: str, *_arguments: Any, **_named: Any) -> str:
+    return str(file)
+
+
+def _last_file(omega: Any, *_arguments: Any, **_named: Any) -> str:
+    return str(omega.filename)
+
+
+def _file_of_mark(_omega: Any, mark: str = "", *_arguments: Any, **_named: Any) -> str:
+    global _folder
+    if _folder is None:
+        _folder = tempfile.TemporaryDirectory(prefix="concordem-")
+    return os.path.join(_folder.name, f"mark-{mark.encode().hex()}")
 
 
 def check(deep: bool = True) -> None:
@@ -185,6 +234,14 @@ def install() -> None:
                 engine.check_engines(list(new))
 
     omega.run, omega.step, omega.wait, omega.pause = checked_run, checked_step, checked_wait, patient_pause
+    for name, path_of, use in (
+        ("save", _file, savers),
+        ("saveTmp", _file_of_mark, savers),
+        ("load", _file, loaders),
+        ("loadTmp", _file_of_mark, loaders),
+        ("reload", _last_file, loaders),
+    ):
+        setattr(omega, name, _with_bonds(getattr(omega, name), path_of, use))
     omega.engines = property(engines.fget, assign, None, engines.__doc__)
     previous = sys.excepthook
     sys.excepthook = lambda error_type, error, trace: _hook(error_type, error, trace, previous)
