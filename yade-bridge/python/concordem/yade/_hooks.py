@@ -14,7 +14,7 @@ import sys
 import tempfile
 import threading
 import time
-from typing import Any, Callable, Iterator, Protocol
+from typing import Any, Callable, Iterator, Protocol, Sequence
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class Bonded(Protocol):
 
 
 #: Functions that give the bonded engines of the current scene.
-sources: list[Callable[[], list[Bonded]]] = []
+sources: list[Callable[[], Sequence[Bonded]]] = []
 #: Functions that save the bonds next to the file of a scene, and that load them.
 savers: list[Callable[[str], Any]] = []
 loaders: list[Callable[[str], Any]] = []
@@ -292,7 +292,7 @@ def _stress(function: Any) -> Any:
         # YADE's rule for the volume.
         whole = volume or (abs(omega.cell.hSize.determinant()) if omega.periodic else 1.0)
         # YADE's first index is the force.
-        of_bonds = sum(np.asarray(engine.stress_sum()).T for engine in engines) / whole
+        of_bonds = np.sum([np.asarray(engine.stress_sum()).T for engine in engines], axis=0) / whole
         return found + type(found)(*(float(x) for x in of_bonds.reshape(-1)))
 
     return with_bonds

@@ -119,7 +119,7 @@ _MATERIAL = (
 
 def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]:
     """Settings of concrete that the engine has read at the take-over: attributes of functors and materials, as text."""
-    found = {}
+    found: dict[str, str] = {}
     for loop in engines:
         if loop.dead or not is_a(loop, "InteractionLoop"):
             continue
