@@ -176,7 +176,7 @@ void BondedEngine_Rust::watch()
 	settings.clear();
 	if (scenario.empty())
 		inPython([&](const boost::python::object& rules) {
-			settings = boost::python::extract<string>(rules.attr("settings_text")(listOf(scene->engines), watchedMaterials()));
+			settings = boost::python::extract<string>(rules.attr("settings_text")(listOf(scene->engines), watchedMaterials()))();
 		});
 }
 
@@ -612,6 +612,7 @@ void BondedEngine_Rust::release()
 	scene->doSort   = true;
 	dead          = true;
 	bondedEngines.erase(this);
+	nextIter = -1;
 	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 }
 

@@ -102,6 +102,21 @@ def test_a_script_in_the_loop_reads():
     assert len(builtins.seen) == 5 and min(builtins.seen) > 0
 
 
+def test_a_script_in_the_loop_takes_over_and_removes():
+    import builtins
+
+    scene()
+    builtins.bridge = bridge
+    O.engines = O.engines + [
+        PyRunner(command="bridge.take_over() if O.iter == 10 else bridge.engines()[0].remove() if O.iter == 20 else None", iterPeriod=1)
+    ]
+    O.run(15, True)
+    (e,) = bridge.engines()
+    assert e.bond_count > 100 and e.solver.steps == 5
+    O.run(15, True)
+    assert not bridge.engines() and e.solver.steps == 10
+
+
 def test_the_engine_answers_during_a_run():
     e = engine()
     O.run(100000)

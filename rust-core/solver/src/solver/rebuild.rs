@@ -106,12 +106,9 @@ impl Solver {
             let (block, particles) = (block.contacts_mut(), &state.particles);
             for (view, row, kept) in freed {
                 let ContactView { pair, flags, previous, .. } = view;
-                let (a, b) = (pair.a as usize, pair.b as usize);
-                let same_clump = particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX;
-                let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
                 let bits = self.ownership(pair) | if kept.is_some() { ContactFlags::KEPT_REFERENCE } else { 0 };
                 let flags = ContactFlags { row, bits, image: flags.image, padding: 0 };
-                if kept.is_some() || !(same_clump || foreign) {
+                if kept.is_some() || !self.never_touch(particles, pair) {
                     block.insert(pair, flags, kept.unwrap_or_default(), previous);
                 }
             }
@@ -190,9 +187,7 @@ impl Solver {
             let pair = Pair { a: candidate.a, b: candidate.b };
             let (a, b) = (pair.a as usize, pair.b as usize);
             let key = (pair, candidate.image);
-            let same_clump = particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX;
-            let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
-            if same_clump || foreign || excluded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
+            if self.never_touch(particles, pair) || excluded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
                 continue;
             }
             let Some(row) = row_of(pair) else { continue };
@@ -204,6 +199,14 @@ impl Solver {
         block.sort();
         self.contact_map = TileMap::new(block, particles.len(), self.tile);
         Ok(())
+    }
+
+    /// Whether a pair has no unbonded contact here: particles of one clump, or of other subdomains.
+    fn never_touch(&self, particles: &Particles, pair: Pair) -> bool {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let same_clump = particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX;
+        let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
+        same_clump || foreign
     }
 
     /// [`ContactFlags::NOT_OWNED`] for a new contact whose energies another subdomain counts, otherwise 0.

@@ -72,7 +72,7 @@ def _here() -> list[BondedEngine]:
     if not _registered:
         return []
     scene = address_of(host().omega._sceneObj)
-    return [engine for engine in _registered.values() if engine._scene == scene and engine._is_here()]
+    return [engine for engine in _registered.values() if engine._placed and engine._scene == scene and engine._is_here()]
 
 
 _hooks.sources.append(_here)
@@ -105,6 +105,8 @@ class BondedEngine:
         self._scene = 0
         self._update_states = int(kind.get("update_states", 0))
         self.attached = False
+        #: Whether the engine is, or should be, in O.engines.
+        self._placed = False
         #: The iteration in which the engine must act next.
         self._next = 0
         #: Addresses and `dead` of O.engines when they were last checked.
@@ -254,6 +256,7 @@ class BondedEngine:
     def remove(self) -> None:
         """Remove the engine from O.engines and delete its bonds; YADE handles contacts between the bodies again."""
         yade = host()
+        self._placed = False
         yade.omega.engines = [e for e in yade.omega.engines if getattr(e, "command", "") != _command(self.name)]
         bit = self._kind.get("mask", 0)
         if bit:
@@ -388,7 +391,10 @@ def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
         engine._insert()
         for other in disabled:
             other.dead = True
-        engine.check_engines(omega.engines)
+        # A PyRunner's new engines act from the next step on.
+        if not omega.running:
+            engine.check_engines(omega.engines)
+        engine._placed = True
     except Exception:
         for other in disabled:
             other.dead = False
@@ -606,4 +612,5 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
     solver.restore(beside, *(np.array(counts, np.uint32) for counts in text["losses"]))
     engine = BondedEngine(text["name"], solver, ids, kind)
     engine._attach()
+    engine._placed = True
     return engine
