@@ -6,7 +6,7 @@ import random
 import concordem.yade
 from yade import pack, plot, utils
 
-radius, size, rate, steps = 3e-3, (0.03, 0.03, 0.06), 0.4, 4000
+radius, size, rate, steps = 3e-3, (0.045, 0.045, 0.09), 0.4, 4000
 
 # The specimen: a dense lattice with random offsets.
 concrete = O.materials.append(

@@ -12,17 +12,16 @@ concrete = O.materials.append(
     CpmMat(young=20e9, poisson=0.2, sigmaT=2.5e6, epsCrackOnset=1e-4, relDuctility=3, frictionAngle=0.7, density=4800)
 )
 steel = O.materials.append(FrictMat(young=100e9, poisson=0.3, frictionAngle=0.3, density=7800))
+# The missile comes first: YADE's functor for its contacts wants the steel first. It starts out of the reach in which bonds are made.
+missile = O.bodies[O.bodies.append(utils.sphere((0.1, -2.5 * radius - 0.02, 0.12), 2.5 * radius, material=steel, color=(0, 0, 1)))].state
+missile.vel = (0, speed, 0)
 chance = random.Random(5)
 wall = []
 for body in pack.regularHexa(pack.inAlignedBox((0, 0, 0), (0.2, 0.06, 0.2)), radius=radius, gap=0, material=concrete, color=(0.7, 0.7, 0.7)):
     body.state.pos += Vector3(*(0.06 * radius * chance.uniform(-1, 1) for _ in range(3)))
     wall.append(O.bodies.append(body))
-front = min(O.bodies[i].state.pos[1] for i in wall) - radius
 ground = min(O.bodies[i].state.pos[2] for i in wall) - radius
 O.bodies.append(utils.wall((0, 0, ground), 2, material=steel, color=(1, 0, 0)))
-O.bodies.append(utils.sphere((0.1, front - 2.5 * radius - 1e-3, 0.12), 2.5 * radius, material=steel, color=(0, 0, 1)))
-missile = O.bodies[len(O.bodies) - 1].state
-missile.vel = (0, speed, 0)
 
 O.dt = 0.4 * PWaveTimeStep()
 O.engines = [
@@ -37,9 +36,6 @@ O.engines = [
 ]
 O.step()
 ig2.interactionDetectionFactor = bo1.aabbEnlargeFactor = 1
-for i in O.interactions:  # the missile does not touch yet, but is within reach of the factor
-    if steel in (O.bodies[i.id1].material.id, O.bodies[i.id2].material.id):
-        O.interactions.erase(i.id1, i.id2)
 O.run(2, True)
 engine = concordem.yade.take_over()
 O.run(steps, True)

@@ -108,15 +108,16 @@ def _file(_omega: Any, file: str, *_arguments: Any, **_named: Any) -> str:
     return str(file)
 
 
-def _last_file(omega: Any, *_arguments: Any, **_named: Any) -> str:
-    return str(omega.filename)
-
-
 def _file_of_mark(_omega: Any, mark: str = "", *_arguments: Any, **_named: Any) -> str:
     global _folder
     if _folder is None:
         _folder = tempfile.TemporaryDirectory(prefix="concordem-")
     return os.path.join(_folder.name, f"mark-{mark.encode().hex()}")
+
+
+def _last_file(omega: Any, *_arguments: Any, **_named: Any) -> str:
+    name, memory = str(omega.filename), ":memory:"
+    return _file_of_mark(omega, name[len(memory) :]) if name.startswith(memory) else name
 
 
 def check(deep: bool = True) -> None:
