@@ -21,7 +21,7 @@ from .._errors import YadeError
 from .._types import Contacts
 from . import _hooks, _rules
 from ._concrete import Concrete, cell_of, class_of, engine_of, scatter
-from ._memory import address_of, memory
+from ._memory import address_of, known_address_of, known_pointer, memory
 from ._rules import refuse
 from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, is_at_rest, of_class
 
@@ -71,7 +71,7 @@ def _here() -> list[BondedEngine]:
     """The bonded engines of the current scene."""
     if not _registered:
         return []
-    scene = address_of(host().omega._sceneObj)
+    scene = known_address_of(host().omega._sceneObj)
     return [engine for engine in _registered.values() if engine._placed and engine._scene == scene and engine._is_here()]
 
 
@@ -141,7 +141,7 @@ class BondedEngine:
 
     def _is_here(self) -> bool:
         """Whether the scene at this address still is the one with the bonded bodies."""
-        if memory.pointer(self._scene + host().layout["Scene.bodies"]) != self._container:
+        if known_pointer(self._scene + host().layout["Scene.bodies"]) != self._container:
             return False
         return bool((self._bodies_now() == self._bodies).any())
 
@@ -275,8 +275,8 @@ class BondedEngine:
     def _step(self) -> None:
         yade = host()
         omega = yade.omega
-        scene = address_of(omega._sceneObj)
-        if scene != self._scene or memory.pointer(scene + yade.layout["Scene.bodies"]) != self._container:
+        scene = known_address_of(omega._sceneObj)
+        if scene != self._scene or known_pointer(scene + yade.layout["Scene.bodies"]) != self._container:
             raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")
         now = time.perf_counter()
         self.period, self._began = now - self._began, now
