@@ -26,7 +26,7 @@ O.engines = [
     InteractionLoop(
         [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=1.5, label="ig2")],
         [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1)],
-        [Law2_ScGeom_CpmPhys_Cpm()],
+        [Law2_ScGeom_CpmPhys_Cpm(omegaThreshold=0.97)],
     ),
     NewtonIntegrator(damping=0.3),
     PyRunner(iterPeriod=10, command="servo()"),

@@ -214,10 +214,19 @@ BondedEngine_Rust::~BondedEngine_Rust()
 
 bool BondedEngine_Rust::isMissingIn(const Scene& now) const
 {
-	if (!bonds || scene != &now) return false;
+	if (!bonds) return false;
 	for (const auto& engine : now.engines)
 		if (engine.get() == this) return false;
-	return true;
+	// A new scene may have the address of a deleted one, but not its bodies.
+	const std::set<const Body*> mine = [&] {
+		std::set<const Body*> found;
+		for (const auto& body : seen)
+			found.insert(body.get());
+		return found;
+	}();
+	for (const auto& body : *now.bodies)
+		if (body && mine.count(body.get())) return true;
+	return false;
 }
 
 string abandonedBonds()
