@@ -218,14 +218,8 @@ bool BondedEngine_Rust::isMissingIn(const Scene& now) const
 	for (const auto& engine : now.engines)
 		if (engine.get() == this) return false;
 	// A new scene may have the address of a deleted one, but not its bodies.
-	const std::set<const Body*> mine = [&] {
-		std::set<const Body*> found;
-		for (const auto& body : seen)
-			found.insert(body.get());
-		return found;
-	}();
-	for (const auto& body : *now.bodies)
-		if (body && mine.count(body.get())) return true;
+	for (const auto& body : seen)
+		if (now.bodies->exists(body->id) && (*now.bodies)[body->id] == body) return true;
 	return false;
 }
 
