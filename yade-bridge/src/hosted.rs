@@ -361,7 +361,8 @@ impl Hosted {
     fn forces<'py>(&self, py: Python<'py>, present: bool) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.read(py)?;
         let Inner { assembly, host } = &*inner;
-        let now = if present { host.as_ref().map(|host| present_positions(assembly, host)).transpose() } else { Ok(None) };
+        let now =
+            if present { host.as_ref().map(|host| present_positions(assembly, host)).transpose() } else { Ok(None) };
         let now = now.map_err(PyRuntimeError::new_err)?;
         let c = inside(self.pool.as_ref(), || assembly.last_forces(now.as_deref()));
         let positions = vectors(py, now.as_deref().unwrap_or(&assembly.state.particles.position))?.into_any();
@@ -382,7 +383,11 @@ impl Hosted {
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.read(py)?;
         let found = inside(self.pool.as_ref(), || inner.assembly.particle_results()).or_raise()?;
-        Ok((scalars(py, &found.damage).into_any(), scalars(py, &found.lost).into_any(), tensors(py, found.stress)?.into_any()))
+        Ok((
+            scalars(py, &found.damage).into_any(),
+            scalars(py, &found.lost).into_any(),
+            tensors(py, found.stress)?.into_any(),
+        ))
     }
 
     /// Net forces (N) and torques (N·m) of the last step per particle, (n, 3) each.

@@ -4,8 +4,8 @@ use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
 use concordem_contact::kinematics::{MotionMeasure, sphere_sphere};
 use concordem_contact::law::cpm::CpmFormulation;
 use concordem_contact::law::{
-    BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin, LinearBond,
-    Reference, Section,
+    BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin,
+    LinearBond, Reference, Section,
 };
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
 use concordem_solver::forces::LawLoops;
@@ -49,7 +49,13 @@ fn rows(forces: &ContactForces) -> Vec<([u32; 2], u32, Vec3, Vec3, Vec3)> {
 
 /// A host steps the block. Before every step, `record` gives the forces that the step will compute, and afterwards `last_forces`
 /// must give the same ones: rounding of a return to the yield surface, of a rotation by nothing, and of roots, some 1e-15.
-fn last_forces_are_those_of_the_step<B: LawLoops, C: LawLoops>(name: &str, bond: B, contact: C, model: Model, cell: bool) {
+fn last_forces_are_those_of_the_step<B: LawLoops, C: LawLoops>(
+    name: &str,
+    bond: B,
+    contact: C,
+    model: Model,
+    cell: bool,
+) {
     let mut contact_rows = PairCoefficients::new(1);
     contact_rows.set(0, 0, 0);
     let model = Model { contact_rows, ..model };

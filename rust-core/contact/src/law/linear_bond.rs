@@ -412,8 +412,8 @@ impl ContactLaw for LinearBond {
 
     /// A dashpot may have kept the springs below the strength, so the strength is not checked.
     fn last_force(&self, still: &PointKinematics, state: &LinearBondState) -> (Vec3, Vec3) {
-        let elastic =
-            still.normal * (self.normal_stiffness * self.stretch(still)) + state.shear_displacement * self.shear_stiffness;
+        let elastic = still.normal * (self.normal_stiffness * self.stretch(still))
+            + state.shear_displacement * self.shear_stiffness;
         (elastic + Self::viscous_force(&still.normal, state), Vec3::zeros())
     }
 

@@ -88,7 +88,13 @@ impl Solver {
                 let view = block.view(k);
                 if self.owned.is_empty() {
                     let ContactView { pair, reference, previous, flags } = view;
-                    state.broken.push(BrokenBond { block: index as u16, pair, image: flags.image, reference, previous });
+                    state.broken.push(BrokenBond {
+                        block: index as u16,
+                        pair,
+                        image: flags.image,
+                        reference,
+                        previous,
+                    });
                 }
                 let [a, b] = [view.pair.a, view.pair.b].map(|p| state.particles.material[p as usize]);
                 if let (Some(contacts), Some(row)) = (&state.contacts, self.model.contact_rows.get(a, b)) {
@@ -187,7 +193,10 @@ impl Solver {
             let pair = Pair { a: candidate.a, b: candidate.b };
             let (a, b) = (pair.a as usize, pair.b as usize);
             let key = (pair, candidate.image);
-            if self.never_touch(particles, pair) || excluded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
+            if self.never_touch(particles, pair)
+                || excluded.binary_search(&key).is_ok()
+                || present.binary_search(&key).is_ok()
+            {
                 continue;
             }
             let Some(row) = row_of(pair) else { continue };
