@@ -3,6 +3,7 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bonds.hpp"
 #include "functor.hpp"
+#include "rules.hpp"
 #include <core/InteractionLoop.hpp>
 #include <core/Omega.hpp>
 #include <core/Scene.hpp>
@@ -74,29 +75,6 @@ namespace {
 	/* The engine that updateStates replaces. */
 	const char* const stateUpdater = "CpmStateUpdater";
 	const char* const title        = "BondedEngine_Rust";
-
-	/* Call a function of the package, which has the rules of both bonded engines; its exception becomes a C++ exception. */
-	template <class Call> void inPython(Call call)
-	{
-		const gilLock lock;
-		try {
-			call(boost::python::import("concordem.yade._rules"));
-		} catch (const boost::python::error_already_set&) {
-			PyObject *type = nullptr, *value = nullptr, *trace = nullptr;
-			PyErr_Fetch(&type, &value, &trace);
-			PyErr_NormalizeException(&type, &value, &trace);
-			const boost::python::handle<> kept(boost::python::allow_null(value)), kind(boost::python::allow_null(type)), where(boost::python::allow_null(trace));
-			const string text = value ? boost::python::extract<string>(boost::python::str(boost::python::object(kept)))() : string("an error of Python");
-			refuse(text);
-		}
-	}
-	boost::python::list listOf(const vector<shared_ptr<Engine>>& engines)
-	{
-		boost::python::list found;
-		for (const auto& engine : engines)
-			found.append(engine);
-		return found;
-	}
 
 	/* Engines with bonds. (Never deleted, because engines may be deleted later than static objects.) */
 	std::set<const BondedEngine_Rust*>& bondedEngines = *new std::set<const BondedEngine_Rust*>;

@@ -14,10 +14,11 @@ plugin works; all other functions raise YadeError.
 
 from .._errors import YadeError
 
-from ._engine import BondedEngine, _run, bond, engines, load, save, take_over
+from ._engine import BondedEngine, _run, bond, engines, take_over
 from ._handover import HandedOver, advance
 from ._native import load as load_native
 from ._native import use_rust_cpm
+from ._saved import load, save
 from ._scene import Snapshot, host, snapshot
 
 __all__ = [
