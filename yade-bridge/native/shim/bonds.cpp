@@ -26,18 +26,6 @@ namespace {
 
 	[[noreturn]] void refuse(const string& why) { throw std::runtime_error("BondedEngine_Rust: " + why); }
 
-	void put(vector<Real>& to, const Vector3r& v)
-	{
-		for (int k = 0; k < 3; k++)
-			to.push_back(v[k]);
-	}
-	void put(double* to, const Matrix3r& m)
-	{
-		for (int i = 0; i < 3; i++)
-			for (int j = 0; j < 3; j++)
-				to[3 * i + j] = m(i, j);
-	}
-
 	/* The cell; null if the scene is not periodic. */
 	const ConcordemCellArrays* cellOf(const Scene& scene, ConcordemCellArrays& cell)
 	{
