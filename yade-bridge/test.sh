@@ -14,12 +14,8 @@ pythons=("$bin/python" "$PWD/.venv-debian/bin/python")
 target=${CARGO_TARGET_DIR:-$PWD/target}
 
 build_wheel() {
-  # The library that users link the native plugin with; the wheel carries it.
-  yade-bridge/native/build
-  # No build isolation: the environment contains the build requirements, so no network is needed.
-  PYO3_PYTHON=$bin/python "$bin/maturin" build --quiet --release --manifest-path yade-bridge/Cargo.toml --out "$target/wheels"
   local wheel
-  wheel=$(ls -t "$target"/wheels/concordem-*.whl | head -1)
+  wheel=$(yade-bridge/wheel)
   for python in "${pythons[@]}"; do
     "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
   done

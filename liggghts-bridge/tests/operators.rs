@@ -163,3 +163,33 @@ fn liggghts_pressure_includes_the_virial_of_bonds() {
         }
     }
 }
+
+/// A run that begins where one ended reports the stress with which that one ended, dashpots included: nothing has moved. Rounding of
+/// the springs alone, 1e-12 of sums of some thousand terms.
+#[test]
+fn a_run_begins_with_the_stress_that_the_last_one_ended_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let atoms = block();
+    for host in [Host::Liggghts, Host::Lammps] {
+        let file = folder.path().join("block.data");
+        data_file_for(host, &file, &atoms, &[], Vec3::repeat(-0.03), Vec3::new(0.08, 0.08, 0.14));
+        let mut script = head_for(host, "block.data", "f f f", 5e-4, 1e-6);
+        writeln!(
+            script,
+            "fix integrate all nve/sphere\n\
+             fix bonds all concordem/bond linear_bond normal_stiffness 1e6 shear_stiffness 4e5 damping_ratio 0.3 bond distance 1.3 \
+             contact hertz_mindlin contact.young 1e9 contact.poisson 0.2 contact.friction_coefficient 0.4 contact.restitution 0.5\n\
+             compute couple all concordem/couple bonds volume {VOLUME:e} centroid 0 0 0\n\
+             thermo_style custom step c_couple[10] c_couple[14] c_couple[18] c_couple[11] c_couple[15]\n\
+             thermo 40\nthermo_modify format float %20.16g\nrun 40\nrun 40"
+        )
+        .unwrap();
+        let rows = thermo(&run_in(host, folder.path(), &script, 1));
+        let at_seam: Vec<_> = rows.iter().filter(|row| row[0] == 40.0).collect();
+        assert_eq!(at_seam.len(), 2, "{host:?}: {rows:?}");
+        let size = at_seam[0][1..].iter().fold(0.0_f64, |size, s| size.max(s.abs()));
+        let error = at_seam[0].iter().zip(at_seam[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size;
+        println!("{host:?}: the stress at the seam differs by {error:.1e}");
+        assert!(size > 0.0 && error < 1e-12, "{host:?}: {error:e}");
+    }
+}

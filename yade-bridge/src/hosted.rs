@@ -23,7 +23,7 @@ use pyo3::types::PyDict;
 use serde::Deserialize;
 
 use crate::arrays::{
-    Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors,
+    Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, tensors, vectors,
 };
 use crate::errors::{OrRaise, caught, of_assembly};
 use crate::memory::{peek, targets};
@@ -120,6 +120,11 @@ fn cell_from((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell
 impl Hosted {
     fn lock(&self) -> PyResult<Access<'_, Inner>> {
         self.inner.lock()
+    }
+
+    /// Lock; wait while another thread reads, or computes a step.
+    fn read(&self, py: Python<'_>) -> PyResult<Access<'_, Inner>> {
+        self.inner.wait(py)
     }
 }
 
@@ -289,7 +294,8 @@ impl Hosted {
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<usize> {
         const NO_HOST: &str = "no host is attached; call attach() first";
-        let mut inner = self.lock()?;
+        // A reader may hold the lock while it makes objects of Python.
+        let mut inner = self.read(py)?;
         let cell = cell.map(|cell| cell_from(cell, dt));
         let pool = self.pool.as_ref();
         let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
@@ -324,7 +330,7 @@ impl Hosted {
 
     /// Positions, motion, and body ids of the particles.
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let inner = self.lock()?;
+        let inner = self.read(py)?;
         let p = &inner.assembly.state.particles;
         let dict = PyDict::new(py);
         dict.set_item("id", scalars(py, &p.id))?;
@@ -338,7 +344,7 @@ impl Hosted {
 
     /// Tables of all active contacts: bonds by law, and `unbonded`. `a` and `b` are the host's body ids.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let inner = self.lock()?;
+        let inner = self.read(py)?;
         let dict = PyDict::new(py);
         let ids = &inner.assembly.state.particles.id;
         for block in &inner.assembly.state.bonds {
@@ -350,12 +356,16 @@ impl Hosted {
         Ok(dict)
     }
 
-    /// Contact forces at the current positions, for operators: pair (rows of `bodies`), branch, point, force, moment.
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let mut inner = self.lock()?;
-        let forces = inner.change(py, |Inner { assembly: Assembly { state, solver, .. }, .. }| solver.record(state))?;
-        let forces = forces.or_raise()?;
-        let c = &forces.contacts;
+    /// Positions of the particles, m, (n, 3), and the contact forces of the last step: pair (rows of `bodies`), branch, point, force,
+    /// moment. `present`: positions and branch vectors of the host's bodies now, as in YADE's operators; else those of the last step.
+    fn forces<'py>(&self, py: Python<'py>, present: bool) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let inner = self.read(py)?;
+        let Inner { assembly, host } = &*inner;
+        let now =
+            if present { host.as_ref().map(|host| present_positions(assembly, host)).transpose() } else { Ok(None) };
+        let now = now.map_err(PyRuntimeError::new_err)?;
+        let c = inside(self.pool.as_ref(), || assembly.last_forces(now.as_deref()));
+        let positions = vectors(py, now.as_deref().unwrap_or(&assembly.state.particles.position))?.into_any();
         let fields = (
             rows::<_, u32>(py, &c.pair, 2)?,
             vectors(py, &c.branch)?,
@@ -363,12 +373,26 @@ impl Hosted {
             vectors(py, &c.force)?,
             vectors(py, &c.moment)?,
         );
-        crate::arrays::result(py, "Contacts", fields)
+        Ok((positions, crate::arrays::result(py, "Contacts", fields)?))
+    }
+
+    /// YADE's `normDmg`, `numBrokenCohesive`, and `stress` (Pa, (n, 3, 3)) of the particles, in the order of `bodies`.
+    fn particle_results<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let inner = self.read(py)?;
+        let found = inside(self.pool.as_ref(), || inner.assembly.particle_results()).or_raise()?;
+        Ok((
+            scalars(py, &found.damage).into_any(),
+            scalars(py, &found.lost).into_any(),
+            tensors(py, found.stress)?.into_any(),
+        ))
     }
 
     /// Net forces (N) and torques (N·m) of the last step per particle, (n, 3) each.
     fn net_forces<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let inner = self.lock()?;
+        let inner = self.read(py)?;
         Ok((
             vectors(py, inner.assembly.solver.forces())?.into_any(),
             vectors(py, inner.assembly.solver.torques())?.into_any(),
@@ -380,56 +404,60 @@ impl Hosted {
     fn cell<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
         let both =
             |cell: Cell| Ok((tensor(py, &cell.matrix)?.into_any(), tensor(py, &cell.deformation_gradient)?.into_any()));
-        self.lock()?.assembly.state.cell.map(both).transpose()
+        self.read(py)?.assembly.state.cell.map(both).transpose()
     }
 
     /// Number of intact bonds.
     #[getter]
-    fn bond_count(&self) -> PyResult<usize> {
-        Ok(self.lock()?.assembly.state.bond_count())
+    fn bond_count(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.read(py)?.assembly.state.bond_count())
     }
 
     /// Number of bonds broken so far.
     #[getter]
-    fn broken(&self) -> PyResult<u64> {
-        Ok(self.lock()?.assembly.broken)
+    fn broken(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(self.read(py)?.assembly.broken)
     }
 
-    /// Number of bonds that each particle has lost so far, in the order of `bodies`.
-    fn losses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(scalars(py, &self.lock()?.assembly.losses).into_any())
+    /// Number of bonds that each particle has lost so far, and of its unbonded contacts that opened, in the order of `bodies`.
+    fn losses<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let inner = self.read(py)?;
+        let Assembly { losses, openings, .. } = &inner.assembly;
+        Ok((scalars(py, losses).into_any(), scalars(py, openings).into_any()))
     }
 
     /// Number of steps so far.
     #[getter]
-    fn steps(&self) -> PyResult<u64> {
-        Ok(self.lock()?.assembly.state.clock.step)
+    fn steps(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(self.read(py)?.assembly.state.clock.step)
     }
 
     /// Number of neighbor-list rebuilds so far.
     #[getter]
-    fn searches(&self) -> PyResult<u64> {
-        Ok(self.lock()?.assembly.solver.neighbor_rebuilds())
+    fn searches(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(self.read(py)?.assembly.solver.neighbor_rebuilds())
     }
 
     /// Hash of the complete state.
-    fn state_hash(&self) -> PyResult<String> {
-        hash::state_hash(&self.lock()?.assembly.state).or_raise()
+    fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
+        hash::state_hash(&self.read(py)?.assembly.state).or_raise()
     }
 
     /// Write the state and a text of the caller to a file; returns the state hash.
-    fn save(&self, path: PathBuf, text: &str) -> PyResult<String> {
-        checkpoint::write(&path, &self.lock()?.assembly.state, text).or_raise()
+    fn save(&self, py: Python<'_>, path: PathBuf, text: &str) -> PyResult<String> {
+        checkpoint::write(&path, &self.read(py)?.assembly.state, text).or_raise()
     }
 
-    /// Replace the state by one that `save` wrote. `losses`: number of bonds that each particle has lost.
-    fn restore(&self, py: Python<'_>, path: PathBuf, losses: Indices<'_>) -> PyResult<()> {
+    /// Replace the state by one that `save` wrote, with the numbers of `losses`.
+    fn restore(&self, py: Python<'_>, path: PathBuf, losses: Indices<'_>, openings: Indices<'_>) -> PyResult<()> {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
         let mut inner = self.lock()?;
         let Assembly { state, solver, .. } = &inner.assembly;
         let count = state.particles.len();
         let losses = losses.get()?;
         same_length("losses", losses.len(), count)?;
+        let openings = openings.get()?;
+        same_length("openings", openings.len(), count)?;
         // Read into a copy, so that a file of other bodies does not change the state.
         let mut stored = state.clone();
         caught(|| stored.read(&mut checkpoint.columns).and_then(|()| stored.check_indices()))?.or_raise()?;
@@ -448,6 +476,7 @@ impl Hosted {
             assembly.state = stored;
             assembly.solver = solver;
             assembly.losses.copy_from_slice(losses);
+            assembly.openings.copy_from_slice(openings);
             assembly.broken = losses.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
         })
     }
@@ -468,6 +497,24 @@ impl Hosted {
         );
         Ok(Self { inner, pool: pool(threads)? })
     }
+}
+
+/// Positions of the host's bodies now, in the order of the particles.
+fn present_positions(assembly: &Assembly, host: &Host) -> Result<Vec<Vec3>, String> {
+    // Safety: the container belongs to the scene, which the caller has checked.
+    let (begin, end): (usize, usize) = unsafe { (peek(host.bodies), peek(host.bodies + 8)) };
+    let count = (end - begin) / 16;
+    let of = |(&id, &(body, object)): (&u32, &(u64, u64))| {
+        let id = id as usize;
+        // Safety: as in `gather`.
+        let now = if id < count { unsafe { peek::<u64>(begin + 16 * id) } } else { 0 };
+        if now != body || unsafe { peek::<u64>(body as usize + host.state) } != object {
+            return Err(format!("body {id} was deleted or replaced, but has bonds"));
+        }
+        // Safety: a field of the state of an existing body.
+        Ok(unsafe { Vec3::from(peek::<[f64; 3]>(object as usize + host.fields[0])) })
+    };
+    assembly.state.particles.id.iter().zip(&host.seen).map(of).collect()
 }
 
 /// Read positions and motion of the host's bodies; an error if a body was deleted or replaced since `attach`.

@@ -48,6 +48,15 @@ impl<T> Shared<T> {
         };
         if content.fault { Err(PyRuntimeError::new_err(self.faulty)) } else { Ok(Access(content)) }
     }
+
+    /// As [`Self::lock`], but wait while another thread uses the data.
+    pub fn wait(&self, py: Python<'_>) -> PyResult<Access<'_, T>> {
+        // Without the interpreter's lock, which the other thread may need to finish.
+        while let Err(TryLockError::WouldBlock) = self.content.try_lock() {
+            py.detach(|| std::thread::sleep(std::time::Duration::from_micros(20)));
+        }
+        self.lock()
+    }
 }
 
 impl<T> Deref for Access<'_, T> {

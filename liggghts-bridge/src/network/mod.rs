@@ -162,11 +162,14 @@ impl Network {
         let Some(solver) = &mut self.solver else { return Ok(()) };
         self.state.clock.dt = atoms.dt;
         self.state.clock.step = atoms.step as u64;
+        let evaluated = setup && self.found_at == Some(atoms.step);
         if record {
-            self.recorded = solver.record(&mut self.state)?.contacts;
+            // The forces of this step are known, dashpots included, if a run ended with it.
+            let forces = if evaluated { solver.last_forces(&self.state) } else { solver.record(&mut self.state)? };
+            self.recorded = forces.contacts;
             self.recorded_at = Some(atoms.step);
         }
-        if setup && self.found_at == Some(atoms.step) {
+        if evaluated {
             self.add_stored_forces(atoms);
             return Ok(());
         }

@@ -6,6 +6,7 @@ use concordem_contact::math::Mat3;
 use crate::deformation::DeformationSums;
 use crate::forces::BondEvent;
 use crate::integrate::KickSums;
+use crate::state::contacts::Pair;
 
 /// Sums, counts, and events of one step.
 #[derive(Debug, Clone, Default)]
@@ -20,6 +21,8 @@ pub struct StepReport {
     pub active: [u64; 3],
     /// Bond events, each with the index of its block in [`State::bonds`](crate::state::State::bonds).
     pub bond_events: Vec<(usize, BondEvent)>,
+    /// Unbonded contacts between particles that opened.
+    pub opened: Vec<Pair>,
     /// `Σ|f|²` over all contacts, N², in steps that sample.
     pub force_squared: f64,
     /// `Σ|m|²` of the moments that contacts transmit, N²·m², in steps that sample.

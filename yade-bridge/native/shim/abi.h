@@ -543,30 +543,27 @@ void concordem_yade_bonds_forces(const ConcordemBonds *bonds, const double **for
 /// Compute one step at the positions and velocities of the bodies. Returns the number of bonds that broke, or −1 and a message.
 int64_t concordem_yade_bonds_step(ConcordemBonds *bonds, const ConcordemBondedStep *step, const ConcordemMessage *message);
 
-/// Write the virial `Σ l⊗f` over all contacts at the current positions, J: nine reals in row-major order, branch vector first. Returns
-/// 0, or −1 and a message.
-int64_t concordem_yade_bonds_virial(ConcordemBonds *bonds,
+/// Write the virial `Σ l⊗f` over all contacts, J: forces of the last step, branch vectors between the present positions, at the
+/// addresses `positions` of all particles; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
+int64_t concordem_yade_bonds_virial(const ConcordemBonds *bonds,
+                                    const double (*const *positions)[3],
                                     double (*virial)[9],
                                     const ConcordemMessage *message);
 
 /// Hash of the C header that this library was built with. The shim compares it to the hash of its own header.
 uint64_t concordem_yade_header_hash();
 
-/// Compute the attributes of `CpmState` for each particle: mean lost strength of its bonds (1 for a broken one), number of broken
-/// bonds, and mean stress (Pa, nine reals, symmetric). The volume is that of the sphere divided by a solid fraction of 0.62; each
-/// particle gets half of every branch vector. Returns 0, or −1 and a message.
-int64_t concordem_yade_bonds_particles(ConcordemBonds *bonds,
-                                       double crack_onset,
+/// Compute the attributes of `CpmState` for each particle: mean lost strength of its bonds (1 for one that ended), number of bonds
+/// that broke and unbonded contacts that opened, and mean stress (Pa, nine reals, symmetric). Returns 0, or −1 and a message.
+int64_t concordem_yade_bonds_particles(const ConcordemBonds *bonds,
                                        double *damage,
                                        uint32_t *lost,
                                        double (*stress_of)[9],
                                        const ConcordemMessage *message);
 
-/// Compute the attributes of `CpmState` for each particle: mean lost strength of its bonds (1 for a broken one), number of broken
-/// bonds, and mean stress (Pa, nine reals, symmetric). The volume is that of the sphere divided by a solid fraction of 0.62; each
-/// particle gets half of every branch vector. Returns 0, or −1 and a message.
-int64_t concordem_yade_bonds_particles(ConcordemBonds *bonds,
-                                       double crack_onset,
+/// Compute the attributes of `CpmState` for each particle: mean lost strength of its bonds (1 for one that ended), number of bonds
+/// that broke and unbonded contacts that opened, and mean stress (Pa, nine reals, symmetric). Returns 0, or −1 and a message.
+int64_t concordem_yade_bonds_particles(const ConcordemBonds *bonds,
                                        double *damage,
                                        uint32_t *lost,
                                        double (*stress_of)[9],
@@ -803,4 +800,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x49ba8c5a9d8a9784)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xd1f1fe6f3b0ad0ef)

@@ -3,6 +3,7 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bonds.hpp"
 #include "functor.hpp"
+#include "rules.hpp"
 #include <core/InteractionLoop.hpp>
 #include <core/Omega.hpp>
 #include <core/Scene.hpp>
@@ -13,6 +14,8 @@
 #include <pkg/dem/Ig2_Sphere_Sphere_ScGeom.hpp>
 #include <algorithm>
 #include <iomanip>
+#include <map>
+#include <set>
 #include <sstream>
 
 namespace yade {
@@ -22,18 +25,6 @@ YADE_PLUGIN((BondedEngine_Rust));
 namespace {
 
 	[[noreturn]] void refuse(const string& why) { throw std::runtime_error("BondedEngine_Rust: " + why); }
-
-	void put(vector<Real>& to, const Vector3r& v)
-	{
-		for (int k = 0; k < 3; k++)
-			to.push_back(v[k]);
-	}
-	void put(double* to, const Matrix3r& m)
-	{
-		for (int i = 0; i < 3; i++)
-			for (int j = 0; j < 3; j++)
-				to[3 * i + j] = m(i, j);
-	}
 
 	/* The cell; null if the scene is not periodic. */
 	const ConcordemCellArrays* cellOf(const Scene& scene, ConcordemCellArrays& cell)
@@ -70,19 +61,13 @@ namespace {
 	};
 
 	/* The engine that updateStates replaces. */
-	const string stateUpdater = "CpmStateUpdater";
-	/* Engines that read O.interactions, and their replacements. */
-	const std::map<string, string> blind = {
-		{ stateUpdater, "set updateStates instead" },
-		{ "GlobalStiffnessTimeStepper", "set O.dt yourself" },
-		{ "PeriTriaxController", "drive the cell from a PyRunner with stress()" },
-		{ "Peri3dController", "drive the cell from a PyRunner with stress()" },
-		{ "PeriIsoCompressor", "drive the cell from a PyRunner with stress()" },
-		{ "KinemSimpleShearBox", "there is no replacement" },
-		{ "TesselationWrapper", "use concordem.operators" },
-		{ "FlowEngine", "there is no replacement" },
-	};
-	const std::set<string> blindRecorders = { "all", "intr", "stress", "bstresses", "cpm", "force", "cracks", "moments", "coordNumber" };
+	const char* const stateUpdater = "CpmStateUpdater";
+	const char* const title        = "BondedEngine_Rust";
+
+	/* Engines with bonds. (Never deleted, because engines may be deleted later than static objects.) */
+	std::set<const BondedEngine_Rust*>& bondedEngines = *new std::set<const BondedEngine_Rust*>;
+	/* Scenes whose bonded engine was deleted while it had bonds, with its bit of groupMask. */
+	std::map<const Scene*, int>& abandoned = *new std::map<const Scene*, int>;
 
 	InsertionSortCollider& colliderOf(const Scene& scene)
 	{
@@ -112,27 +97,122 @@ int BondedEngine_Rust::wantedThreads() const
 #endif
 }
 
-/* At take-over, CpmStateUpdater is allowed if updateStates replaces it. */
-void BondedEngine_Rust::refuseBlindEngines(bool atTakeOver) const
+/* Refuse engines that would not find the bonds, and an order in which the bonds do not act. At take-over, CpmStateUpdater is allowed if
+   updateStates replaces it. */
+void BondedEngine_Rust::checkEngines(bool atTakeOver)
 {
-	for (const auto& engine : scene->engines) {
-		if (engine->dead) continue;
-		const string name  = engine->getClassName();
-		const auto   found = blind.find(name);
-		if (found != blind.end() && !(atTakeOver && updateStates > 0 && name == stateUpdater))
-			refuse("O.engines has " + name + ", which reads O.interactions, where the bonds no longer are; remove it or set dead=True ("
-			       + found->second + ")");
-		if (name == "VTKRecorder") {
-			const gilLock             lock;
-			const boost::python::dict attributes(engine->pyDict());
-			const boost::python::object recorders(attributes["recorders"]);
-			for (boost::python::ssize_t k = 0; k < boost::python::len(recorders); k++) {
-				const string recorder = boost::python::extract<string>(recorders[k]);
-				if (blindRecorders.count(recorder))
-					refuse("VTKRecorder records \"" + recorder + "\" from O.interactions, where the bonds no longer are; remove that recorder");
-			}
-		}
+	inPython([&](const boost::python::object& rules) {
+		boost::python::list mine;
+		for (size_t k = 0; k < scene->engines.size(); k++)
+			if (scene->engines[k].get() == this) mine.append(k);
+		rules.attr("check_native")(listOf(scene->engines), mine, title, atTakeOver && updateStates > 0 ? stateUpdater : "");
+	});
+	checkedEngines.clear();
+	for (const auto& engine : scene->engines)
+		checkedEngines.emplace_back(engine.get(), engine->dead);
+}
+
+bool BondedEngine_Rust::enginesChanged() const
+{
+	if (checkedEngines.size() != scene->engines.size()) return true;
+	for (size_t k = 0; k < checkedEngines.size(); k++)
+		if (checkedEngines[k].first != scene->engines[k].get() || checkedEngines[k].second != scene->engines[k]->dead) return true;
+	return false;
+}
+
+/* Materials of concrete for the rules. */
+boost::python::list BondedEngine_Rust::watchedMaterials() const
+{
+	boost::python::list found;
+	if (!scenario.empty()) return found;
+	std::set<const Material*> known;
+	for (const auto& body : seen)
+		if (known.insert(body->material.get()).second) found.append(body->material);
+	return found;
+}
+
+/* Remember what must not change. */
+void BondedEngine_Rust::watch()
+{
+	materials.clear(), radii.clear(), checkedEngines.clear();
+	for (const auto& body : seen) {
+		materials.push_back(body->material.get());
+		radii.push_back(static_cast<const Sphere&>(*body->shape).radius);
 	}
+	settings.clear();
+	if (scenario.empty())
+		inPython([&](const boost::python::object& rules) {
+			settings = boost::python::extract<string>(rules.attr("settings_text")(listOf(scene->engines), watchedMaterials()))();
+		});
+}
+
+/* Throw unless the engine is in its place in O.engines, has acted in every step, and (deep) settings and bodies are those of the take-over. */
+void BondedEngine_Rust::verify(bool deep)
+{
+	if (deep || enginesChanged()) checkEngines(false);
+	if (nextIter >= 0 && scene->iter > nextIter)
+		inPython([&](const boost::python::object& rules) { rules.attr("refuse_skipped")(nextIter, scene->iter, title); });
+	if (!deep) return;
+	for (size_t k = 0; k < seen.size(); k++) {
+		if (!isPresent(this, k, seen[k]->id)) return; // the next step reports it
+		const string which = "body " + std::to_string(seen[k]->id);
+		if (scenario.empty() && seen[k]->material.get() != materials[k])
+			refuse(which + " has another material than at the take-over; the engine keeps the old one: set it back");
+		if (!isBall(seen[k]) || static_cast<const Sphere&>(*seen[k]->shape).radius != radii[k])
+			refuse("the radius of " + which + " differs from that at the take-over (growParticles?); the engine keeps the old one: change radii before the take-over");
+	}
+	if (!settings.empty())
+		inPython([&](const boost::python::object& rules) { rules.attr("check_settings")(settings, listOf(scene->engines), watchedMaterials(), title); });
+}
+
+void BondedEngine_Rust::check()
+{
+	scene = Omega::instance().getScene().get();
+	facts();
+	if (bonds) verify(true);
+}
+
+BondedEngine_Rust::~BondedEngine_Rust()
+{
+	bondedEngines.erase(this);
+	if (bonds && selfMask) abandoned[scene] = selfMask;
+}
+
+bool BondedEngine_Rust::isMissingIn(const Scene& now) const
+{
+	if (!bonds) return false;
+	for (const auto& engine : now.engines)
+		if (engine.get() == this) return false;
+	// A new scene may have the address of a deleted one, but not its bodies.
+	for (const auto& body : seen)
+		if (now.bodies->exists(body->id) && (*now.bodies)[body->id] == body) return true;
+	return false;
+}
+
+string abandonedBonds()
+{
+	const Scene* scene = Omega::instance().getScene().get();
+	for (const BondedEngine_Rust* engine : bondedEngines)
+		if (engine->isMissingIn(*scene))
+			return "O.engines lacks BondedEngine_Rust, so its bonds would not act; keep it when you assign O.engines, or call its release() before";
+	const auto found = abandoned.find(scene);
+	if (found == abandoned.end()) return "";
+	bool excluded = false;
+	for (const auto& engine : scene->engines) {
+		if (const auto* collider = dynamic_cast<const InsertionSortCollider*>(engine.get())) excluded |= (collider->avoidSelfInteractionMask & found->second) != 0;
+		const auto* other = dynamic_cast<const BondedEngine_Rust*>(engine.get());
+		if (other && other->selfMask == found->second) return "";
+	}
+	bool bonded = false;
+	for (const auto& body : *scene->bodies)
+		if (body) bonded |= (body->groupMask & found->second) != 0;
+	// Another scene may have got the address of a deleted one.
+	if (!excluded || !bonded) {
+		abandoned.erase(found);
+		return "";
+	}
+	return "BondedEngine_Rust is no longer in O.engines, and its bonds are deleted, but its bodies are still excluded from YADE's contacts; load the "
+	       "scene again, and keep the engine when you assign O.engines, or call its release() before";
 }
 
 /* Exclude contacts between the bonded bodies from YADE's collider, and remove their interactions. */
@@ -147,6 +227,10 @@ void BondedEngine_Rust::mask()
 		if (!(used >> k & 1)) bit = 1 << k;
 	if (!bit) refuse("all bits of the bodies' groupMask are in use; free one");
 	const int common = seen.empty() ? 0 : seen[0]->groupMask;
+	for (const auto& body : seen)
+		if (body->groupMask & collider.avoidSelfInteractionMask)
+			refuse("body " + std::to_string(body->id)
+			       + " is excluded from contacts by the collider's avoidSelfInteractionMask, as bodies of a bonded engine are; call release() of that engine first, or unset the mask");
 	for (const auto& body : seen)
 		if (body->groupMask != common) refuse("the bodies have different groupMasks; give all bonded bodies the same");
 	vector<bool> mine(scene->bodies->size(), false);
@@ -184,6 +268,8 @@ void BondedEngine_Rust::attach()
 		byId.push_back(k);
 	}
 	std::sort(byId.begin(), byId.end(), [&](size_t i, size_t j) { return id[i] < id[j]; });
+	nextIter = -1;
+	watch();
 }
 
 void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
@@ -197,6 +283,8 @@ void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
 		bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 		throw;
 	}
+	nextIter = scene->iter + 1;
+	bondedEngines.insert(this);
 	if (updateStates > 0)
 		for (const auto& engine : scene->engines)
 			if (engine->getClassName() == stateUpdater) engine->dead = true;
@@ -227,7 +315,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	}
 	if (ig2->interactionDetectionFactor != 1 && ig2->interactionDetectionFactor != -1)
 		refuse("Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is not 1, so new contacts would start at a distance; set it to 1 after the bonds have been created");
-	refuseBlindEngines(true);
+	checkEngines(true);
 
 	vector<const CpmMat*>          materials;
 	std::map<const CpmMat*, int>   numbers;
@@ -310,8 +398,9 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	Reason                  reason;
 	const ConcordemConcreteScene given
 	        = { &bodies, &contacts, rows.data(), rows.size(), materials.size(), measure.c_str(), mode.c_str(), cellOf(*scene, cell), scene->dt };
+	if (std::find(bonded.begin(), bonded.end(), 1) == bonded.end())
+		refuse("there are no bonds to take over; let YADE create them first (an interactionDetectionFactor above 1 in a step before cohesiveThresholdIter)");
 	begin(concordem_yade_bonds_concrete(&given, wantedThreads(), reason), reason.text);
-	crackOnset = rows[0].crackOnset;
 	return true;
 }
 
@@ -319,7 +408,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 void BondedEngine_Rust::bondScenario()
 {
 	if (scene->isPeriodic) refuse("`scenario` does not support periodic scenes; take over concrete instead");
-	refuseBlindEngines(true);
+	checkEngines(true);
 	BodyColumns        columns;
 	std::ostringstream text;
 	text << std::setprecision(17) << "version = 1\nkinematics = \"" << (kinematics.empty() ? "finite" : kinematics) << "\"\n"
@@ -353,6 +442,7 @@ void BondedEngine_Rust::load()
 	if (!made) refuse(reason.text);
 	bonds = shared_ptr<ConcordemBonds>(made, concordem_yade_bonds_delete);
 	attach();
+	bondedEngines.insert(this);
 	memory.clear();
 	memory.shrink_to_fit();
 }
@@ -390,7 +480,8 @@ void BondedEngine_Rust::action()
 			return;
 		}
 	}
-	if (scene->iter % 256 == 0) refuseBlindEngines(false);
+	verify(scene->iter % 64 == 0);
+	nextIter = scene->iter + 1;
 	ConcordemCellArrays cell;
 	Reason        reason;
 	const auto*   addresses = reinterpret_cast<const double* const(*)[4]>(motion.data());
@@ -439,7 +530,7 @@ void BondedEngine_Rust::writeStates()
 	vector<std::array<double, 9>> stresses(count);
 	Reason                        reason;
 	auto*                         rows = reinterpret_cast<double(*)[9]>(stresses.data());
-	if (concordem_yade_bonds_particles(bonds.get(), crackOnset, damage.data(), lost.data(), rows, reason) < 0) refuse(reason.text);
+	if (concordem_yade_bonds_particles(bonds.get(), damage.data(), lost.data(), rows, reason) < 0) refuse(reason.text);
 	for (size_t k = 0; k < count; k++) {
 		auto* state = dynamic_cast<CpmState*>(states[k]);
 		if (!state) refuse("updateStates needs CpmState, which body " + std::to_string(seen[k]->id) + " does not have; set updateStates=0");
@@ -462,7 +553,12 @@ Matrix3r BondedEngine_Rust::stress(Real volume)
 	}
 	double sum[9];
 	Reason reason;
-	if (concordem_yade_bonds_virial(bonds.get(), &sum, reason) < 0) refuse(reason.text);
+	vector<const double(*)[3]> positions;
+	for (size_t k = 0; k < seen.size(); k++) {
+		if (!isPresent(this, k, concordem_yade_bonds_ids(bonds.get())[k])) refuse("a body with bonds was deleted or replaced");
+		positions.push_back(reinterpret_cast<const double(*)[3]>(states[k]->pos.data()));
+	}
+	if (concordem_yade_bonds_virial(bonds.get(), positions.data(), &sum, reason) < 0) refuse(reason.text);
 	Matrix3r found;
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 3; j++)
@@ -484,6 +580,8 @@ void BondedEngine_Rust::release()
 	collider.doSort = true;
 	scene->doSort   = true;
 	dead          = true;
+	bondedEngines.erase(this);
+	nextIter = -1;
 	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 }
 

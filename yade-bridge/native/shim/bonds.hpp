@@ -15,6 +15,11 @@ class BondedEngine_Rust : public GlobalEngine {
 	vector<std::array<const Real*, 4>> motion;  // addresses of position, velocity, angular velocity, orientation
 	vector<const unsigned*>            blocked; // addresses of blockedDOFs
 	vector<size_t>                     byId;    // indices of the particles, ordered by body id
+	vector<const Material*>            materials; // of the bodies at the take-over
+	vector<Real>                       radii;     // of the bodies at the take-over
+	string                             settings;  // of the functors and materials at the take-over
+	vector<std::pair<const Engine*, bool>> checkedEngines; // O.engines when they were last checked, with `dead`
+	long                               nextIter = -1; // the iteration in which the engine must act next; -1: any
 	int                                storedId = -1, damageId = -1, frictionId = -1, viscousId = -1, integrationId = -1;
 
 	int            wantedThreads() const;
@@ -24,14 +29,22 @@ class BondedEngine_Rust : public GlobalEngine {
 	void           bondScenario();
 	void           mask();
 	static int32_t isPresent(const void* engine, size_t k, uint32_t number);
-	void           refuseBlindEngines(bool atTakeOver) const;
+	void           checkEngines(bool atTakeOver);
+	bool           enginesChanged() const;
+	void           watch();
+	void           verify(bool deep);
+	boost::python::list watchedMaterials() const;
 	void           addEnergies();
 	void           writeStates();
 	void           load();
 	ConcordemFacts facts();
 
 public:
+	~BondedEngine_Rust() override;
 	void action() override;
+	void check();
+	/* Whether the engine has bonds in this scene, but is not in its list of engines. */
+	bool isMissingIn(const Scene&) const;
 	void takeOver();
 	void release();
 	void preSave(BondedEngine_Rust&);
@@ -53,14 +66,14 @@ public:
 		((int,threads,0,,"Number of threads for the bonds; 0: as many as YADE uses."))
 		((int,updateStates,0,,"Write damage and stress to CpmState every updateStates steps; 0: never. CpmStateUpdater is set to dead=True, also after release() or removal of the engine."))
 		((int,selfMask,0,(Attr::readonly),"Bit of groupMask that excludes contacts between the bonded bodies from YADE's collider."))
-		((Real,crackOnset,0,(Attr::readonly),"epsCrackOnset of the material, for CpmState.normDmg."))
 		((vector<int>,memory,,(Attr::readonly|Attr::hidden),"The bonds, only while the scene is saved or loaded; empty otherwise."))
 		,
 		/*ctor*/,
 		/*py*/
 		.def("takeOver",&BondedEngine_Rust::takeOver,"Take over the bonds now. Call it between two steps.")
 		.def("release",&BondedEngine_Rust::release,"Delete the bonds; YADE handles contacts between the bodies again. CpmStateUpdater stays dead.")
-		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress of the periodic cell, or of a body of this volume (m³), from bonds and contacts: σ = (1/V) Σ l⊗f, Pa, tension positive; first index: branch vector.")
+		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress of the periodic cell, or of a body of this volume (m³), from bonds and contacts: σ = (1/V) Σ l⊗f, Pa, tension positive; first index: branch vector. Forces of the last step, branch vectors between the present positions, as in getStress.")
+		.def("check",&BondedEngine_Rust::check,"Raise an error unless the engine is in its place in O.engines, has acted in every step, and settings and bodies are those of the take-over. O.run and O.step call it.")
 		.add_property("bondCount",&BondedEngine_Rust::bondCount_get,"Number of intact bonds.")
 		.add_property("broken",&BondedEngine_Rust::broken_get,"Number of bonds broken since the take-over.")
 		.add_property("steps",&BondedEngine_Rust::steps_get,"Number of steps since the take-over.")
@@ -69,5 +82,8 @@ public:
 	// clang-format on
 };
 REGISTER_SERIALIZABLE(BondedEngine_Rust);
+
+/* What is wrong if the scene has lost its bonded engine; empty if it has not. */
+string abandonedBonds();
 
 } // namespace yade

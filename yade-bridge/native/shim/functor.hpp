@@ -24,6 +24,17 @@ inline void put(double* to, const Vector3r& from)
 	for (int k = 0; k < 3; k++)
 		to[k] = from[k];
 }
+inline void put(vector<Real>& to, const Vector3r& v)
+{
+	for (int k = 0; k < 3; k++)
+		to.push_back(v[k]);
+}
+inline void put(double* to, const Matrix3r& m)
+{
+	for (int i = 0; i < 3; i++)
+		for (int j = 0; j < 3; j++)
+			to[3 * i + j] = m(i, j);
+}
 inline Vector3r read(const double* from) { return Vector3r(from[0], from[1], from[2]); }
 
 inline Real mean(Real one, Real two) { return 0.5 * (one + two); }

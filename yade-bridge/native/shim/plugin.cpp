@@ -3,6 +3,7 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "abi.h"
 #include "beams.hpp"
+#include "bonds.hpp"
 #include "concrete.hpp"
 #include "linear_bonds.hpp"
 #include "opened.hpp"
@@ -161,6 +162,12 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_forget_laws()
 			I->functorCache.constLaw.reset();
 		return py::object();
 	});
+}
+
+/* What is wrong if the scene has lost its bonded engine; empty if it has not. */
+__attribute__((visibility("default"))) PyObject* concordem_yade_abandoned()
+{
+	return guarded([] { return py::object(abandonedBonds()); });
 }
 
 /* The differences between two CpmPhys, as text. */

@@ -1,11 +1,13 @@
 """Errors of `python3 -m concordem.yade build`, and its cache of objects."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import concordem
 from concordem.yade import _build
 
 
@@ -36,6 +38,11 @@ with tempfile.TemporaryDirectory() as folder:
         f'Dir::Etc::sourcelist "{folder}/empty.list";\nDir::Etc::sourceparts "-";\nDir::State::lists "{folder}/lists";\n'
     )
     check(build(XDG_CACHE_HOME=folder, APT_CONFIG=f"{folder}/apt.conf"), "apt-get source", "YADE_SRC=<folder>")
+# A wheel that was built without the native parts.
+with tempfile.TemporaryDirectory() as folder:
+    package = Path(concordem.__file__).parent
+    shutil.copytree(package, Path(folder) / "concordem", ignore=shutil.ignore_patterns("native", "__pycache__"))
+    check(build(PYTHONPATH=folder), "lacks the native parts", "yade-bridge/wheel")
 check(build("--yade", "no-such-yade"), "no-such-yade", "apt install yade")
 # A compiler that reports another version than YADE's.
 with tempfile.TemporaryDirectory() as folder:

@@ -24,4 +24,6 @@ for script in test_*.py; do
 done
 # YADE's shipped examples with one line of ours.
 python3 examples.py header-free || failed=1
+# Our own examples.
+python3 run_examples.py || failed=1
 exit $failed

@@ -115,7 +115,8 @@ def test_save_and_load_go_on_with_the_same_bits():
     os.rename(files[1] + ".away", files[1])
     engine = bridge.load(path)[0]
     steps(1)
-    O.save(path)
+    with bridge._hooks.plain():
+        O.save(path)
     with raises(YadeError, "does not belong"):
         bridge.load(path)
 
@@ -214,24 +215,6 @@ def test_contacts_with_other_bodies_stay_yades():
         steps(10)
         assert all(wall in (i.id1, i.id2) for i in O.interactions)
     assert any(i.isReal for i in O.interactions)
-
-
-def test_states_and_stress_are_those_of_yade():
-    concrete(**TENSION)
-    steps(200)
-    volume = 22e-3 * 22e-3 * 42e-3
-    theirs = utils.getStress(volume)
-    engine = bridge.take_over()
-    engine.solver.contact_step(O.dt)  # forces at the positions after the last step
-    steps(1)
-    stress = engine.stress(volume)
-    # The bodies have moved for one more step: 4e-3 of the load so far.
-    assert abs(stress[2, 2] - theirs[2, 2]) < 0.02 * theirs[2, 2]
-    engine.update_states()
-    damage = np.array([b.state.normDmg for b in O.bodies])
-    assert 0 < damage.max() < 1 and (damage >= 0).all()
-    mean = np.mean([[b.state.stress[i, i] for i in range(3)] for b in O.bodies], axis=0)
-    assert mean[2] > 5 * abs(mean[0]), "tension along z"
 
 
 def test_breakage_goes_on_in_the_engine():

@@ -104,6 +104,15 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
         None
     }
 
+    /// Force (N) and moment (N·m) on A of a contact that survived its last step, from the history `state` after that step.
+    /// `still` is the motion of a step without motion, at the positions of the last one. Default: [`Self::respond`] without motion,
+    /// and the dashpots of the history. A law whose dashpots change other forces overrides it.
+    fn last_force(&self, still: &Self::Kinematics, state: &Self::State) -> (Vec3, Vec3) {
+        // A step so short that nothing viscous flows in it.
+        let Response { force, moment, .. } = self.respond(still, state, 1e-30);
+        (force + Self::viscous_force(&still.point().normal, state), moment)
+    }
+
     /// Part of the force on A that comes from dashpots, N, from the history after the step; `normal` points from A to B.
     fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
         let _ = (normal, state);

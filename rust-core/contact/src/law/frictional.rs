@@ -208,6 +208,13 @@ impl ContactLaw for Frictional {
         }
     }
 
+    /// The friction limit depends on the dashpot, so the shear force comes from the history.
+    fn last_force(&self, still: &PointKinematics, state: &FrictionalState) -> (Vec3, Vec3) {
+        let (normal_stiffness, shear_stiffness) = self.stiffness.of(&still.geometry);
+        let elastic = still.normal * (normal_stiffness * still.elongation) + state.shear_displacement * shear_stiffness;
+        (elastic + Self::viscous_force(&still.normal, state), Vec3::zeros())
+    }
+
     #[inline(always)]
     fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
         normal * state.normal_dashpot + state.shear_dashpot

@@ -240,6 +240,14 @@ impl ContactLaw for HertzMindlin {
         }
     }
 
+    /// The friction limit depends on the dashpot, so the shear force comes from the history.
+    fn last_force(&self, still: &PointKinematics, state: &HertzMindlinState) -> (Vec3, Vec3) {
+        let hertz = 4.0 / 3.0 * self.effective_young * still.geometry.effective_radius().sqrt();
+        let root = (-still.elongation).max(0.0).sqrt();
+        let elastic = state.shear_force - still.normal * (hertz * root * root * root);
+        (elastic + Self::viscous_force(&still.normal, state), Vec3::zeros())
+    }
+
     #[inline(always)]
     fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
         normal * state.normal_dashpot + state.shear_dashpot

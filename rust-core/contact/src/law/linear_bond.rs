@@ -410,6 +410,13 @@ impl ContactLaw for LinearBond {
         }
     }
 
+    /// A dashpot may have kept the springs below the strength, so the strength is not checked.
+    fn last_force(&self, still: &PointKinematics, state: &LinearBondState) -> (Vec3, Vec3) {
+        let elastic = still.normal * (self.normal_stiffness * self.stretch(still))
+            + state.shear_displacement * self.shear_stiffness;
+        (elastic + Self::viscous_force(&still.normal, state), Vec3::zeros())
+    }
+
     #[inline(always)]
     fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
         normal * state.normal_dashpot + state.shear_dashpot

@@ -36,7 +36,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         virial: Option<&ParticleVirial>,
     ) {
         let inherits = self.inherits(i);
-        let PendingContact { contact, slot, .. } = self.pending[i];
+        let PendingContact { contact, slot, begins } = self.pending[i];
         let k = contact as usize;
         let pair = self.tile.pair[k];
         let a = pair.a as usize;
@@ -70,6 +70,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
                 }
                 let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
                 log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, true);
+            } else if !begins {
+                log_opening(&mut totals.opened, pair);
             }
             if slot != LOCAL {
                 self.clear_slot(slot);
@@ -229,6 +231,13 @@ fn end<S: LawState>(flags: &mut ContactFlags, history: &mut S, status: Status, l
 #[inline(always)]
 fn stored_by_mode(energy: &EnergySplit) -> [f64; 4] {
     [energy.stored_normal, energy.stored_shear, energy.stored_bending, energy.stored_twist]
+}
+
+/// Add an unbonded contact that opened.
+#[cold]
+#[inline(never)]
+fn log_opening(log: &mut Vec<Pair>, pair: Pair) {
+    log.push(pair);
 }
 
 /// Add a bond event to the log.

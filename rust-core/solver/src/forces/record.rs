@@ -1,12 +1,13 @@
 //! Forces of all contacts at the present positions, as input of operators.
 //!
 //! Laws are pure functions, so the response of the next step is known without the step: this module measures and
-//! evaluates every contact as the step does and discards the new histories. Same inputs, same bits.
+//! evaluates every contact as the step does and discards the new histories. Same inputs, same bits. After a step, before
+//! the particles move, the forces of that step follow from the histories ([`last_record`]).
 
 use concordem_contact::kinematics::deformable::ParticleVirials;
-use concordem_contact::kinematics::{ContactInput, ImageShift};
+use concordem_contact::kinematics::{ContactInput, ImageShift, Motion};
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Quat, Vec3};
 use concordem_operator::{ContactSet, LoadSet, OperatorError};
 
 use super::activate::{activate, length_of};
@@ -135,6 +136,9 @@ pub struct ContactForce {
 
 /// Force and damage of contact `k` at the present positions.
 pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'_>) -> ContactRecord {
+    if context.evaluated {
+        return last_record(block, k, context);
+    }
     let particles = context.particles;
     let (pair, mut flags) = (block.pair[k], block.flags[k]);
     let (mut reference, mut previous) = (block.reference[k], block.previous[k]);
@@ -204,6 +208,62 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
         place: k as u32,
     };
     ContactRecord { force: Some(force), damage: [L::damage(&state), law.lost_strength(&state)] }
+}
+
+/// Force and damage of contact `k` in the step that has just been evaluated.
+fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'_>) -> ContactRecord {
+    let particles = context.particles;
+    let (pair, flags, previous) = (block.pair[k], block.flags[k], block.previous[k]);
+    if flags.has(ContactFlags::BROKEN) {
+        return ContactRecord { force: None, damage: [1.0; 2] };
+    }
+    if !flags.has(ContactFlags::ACTIVE) {
+        return ContactRecord::default();
+    }
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let still = |p: usize| Motion {
+        velocity: Vec3::zeros(),
+        angular_velocity: Vec3::zeros(),
+        rotation_increment: Quat::identity(),
+        ..motion_of(particles, p)
+    };
+    let (motion_a, mut motion_b) = (still(a), still(b));
+    let mut image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift {
+        velocity: Vec3::zeros(),
+        ..ImageShift::of(cell, flags.image, context.mode)
+    });
+    let geometry = block.geometry(k, particles, false);
+    let measure = |a: &Motion, b: &Motion, image: &ImageShift| {
+        let bonded = flags.has(ContactFlags::BONDED);
+        let input = ContactInput { a, b, image, geometry: &geometry, previous: &previous, bonded, dt: context.dt };
+        L::Kinematics::measure(context.mode, &input)
+    };
+    let mut kinematics = measure(&motion_a, &motion_b, &image);
+    if kinematics.point().length != previous.length {
+        // The particles have moved since: a state that a host's own step evaluated. Put B where it was, seen from A.
+        motion_b.position = motion_a.position + previous.normal * previous.length;
+        image.displacement = Vec3::zeros();
+        kinematics = measure(&motion_a, &motion_b, &image);
+    }
+    if context.deformable.is_some() {
+        // The strains of the step are stored as those of one step ago.
+        let normal = kinematics.point().normal;
+        let sum = context.surface_displacement_before(a) + context.surface_displacement_before(b);
+        let approach = sum.quadratic(&normal);
+        kinematics = kinematics.with_surface_displacement(approach, approach);
+    }
+    let (law, history) = (&block.rows[flags.row as usize], &block.history[k]);
+    let (force, moment) = law.last_force(&kinematics, history);
+    let point = kinematics.point();
+    let force = ContactForce {
+        pair: [pair.a, pair.b],
+        branch: motion_b.position + image.displacement - motion_a.position,
+        point: motion_a.position + point.normal * point.arm_a,
+        force,
+        moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
+        place: k as u32,
+    };
+    ContactRecord { force: Some(force), damage: [L::damage(history), law.lost_strength(history)] }
 }
 
 /// Append the forces of walls on particles.

@@ -39,6 +39,16 @@ impl TileMap {
     /// Map of a block sorted by A, for tiles of `tile_length` particles.
     pub fn new(block: &dyn Contacts, particle_count: usize, tile_length: usize) -> Self {
         let tiles = particle_count.div_ceil(tile_length).max(1);
+        if tiles == 1 {
+            // All contacts lie in the tile, so there is no halo.
+            return Self {
+                tile_length,
+                contact_start: vec![0, block.len() as u32],
+                halo_start: vec![0, 0],
+                target_start: vec![0; particle_count + 1],
+                ..Self::default()
+            };
+        }
         let mut contact_start = Vec::with_capacity(tiles + 1);
         let mut halo_start = Vec::with_capacity(tiles + 1);
         let mut target_count = vec![0u32; particle_count + 1];

@@ -41,6 +41,8 @@ pub struct Totals {
     pub active: u64,
     /// Bond events in the order of the contacts.
     pub bond_events: Vec<BondEvent>,
+    /// Unbonded contacts that opened, in the order of the contacts.
+    pub opened: Vec<Pair>,
 }
 
 impl Totals {
@@ -55,5 +57,6 @@ impl Totals {
         self.expansion[0] += other.expansion[0];
         self.expansion[1] += other.expansion[1];
         self.bond_events.extend(other.bond_events);
+        self.opened.extend(other.opened);
     }
 }

@@ -41,6 +41,7 @@ impl Solver {
             deformable,
             dashpots_strain: deformable.is_some_and(|d| d.dashpots),
             expansion: self.expansion.as_ref().map(Expansion::rates),
+            evaluated: false,
             reacting,
         };
         let mut crossing = Mat3::zeros();
@@ -53,6 +54,7 @@ impl Solver {
         if let Some(block) = &mut state.contacts {
             let totals = block.evaluate(&context, &mut self.contact_map, sums.reborrow());
             add(report, &totals, 1, &mut crossing);
+            report.opened.extend(totals.opened);
         }
         if let Some(block) = &mut state.wall_contacts {
             let totals = block.evaluate_walls(&context, &mut state.walls, sums.reborrow());
@@ -67,8 +69,9 @@ impl Solver {
         crossing
     }
 
-    /// The forces of [`Solver::record`], with the present neighbor list.
-    pub(super) fn record_forces(&self, state: &State) -> Forces {
+    /// The forces of [`Solver::record`], with the present neighbor list, or with `evaluated` those of
+    /// [`Solver::last_forces`].
+    pub(super) fn record_forces(&self, state: &State, evaluated: bool) -> Forces {
         let context = StepContext {
             particles: &state.particles,
             poses: &[],
@@ -79,17 +82,21 @@ impl Solver {
             damage_threshold: self.model.damage_threshold,
             sample: false,
             surface_displacement: &self.pass.surface_displacement,
-            surface_displacement_before: &self.pass.surface_displacement_before,
+            // The strains of an evaluated step are those that the particles used last.
+            surface_displacement_before: if evaluated { &[] } else { &self.pass.surface_displacement_before },
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
             expansion: None,
+            evaluated,
             reacting: Constraint::FREE,
         };
         let mut forces = Forces::default();
         for block in state.bonds.iter().chain(&state.contacts) {
             block.record(&context, &mut forces.contacts);
         }
-        if let Some(block) = &state.wall_contacts {
+        if let Some(block) = &state.wall_contacts
+            && !evaluated
+        {
             block.record_walls(&context, &state.walls, &mut forces.walls);
         }
         forces

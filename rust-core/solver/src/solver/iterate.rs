@@ -65,7 +65,7 @@ impl Solver {
         self.expansion = expansion;
         let (_, start) = found?;
         start.restore(state);
-        let forces = self.record_forces(state);
+        let forces = self.record_forces(state, false);
         start.reset(state);
         (state.walls, self.force, self.torque) = kept;
         Ok(forces)

@@ -198,8 +198,8 @@ impl Solver {
     /// 6. Kick and drift of free particles, then of clumps.
     /// 7. Move the cell and the walls.
     /// 8. Book the energies, advance the clock.
-    /// 9. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell,
-    ///    particles that have drifted far are occasionally moved back ([`Particles::image`]).
+    /// 9. If bonds broke, their pairs continue as unbonded contacts. In a periodic cell, particles that have drifted far are
+    ///    occasionally moved back ([`Particles::image`]), and the neighbor list is rebuilt.
     ///
     /// # Errors
     /// Input that the neighbor search rejects, strains that do not converge, velocities that are no longer finite.
@@ -230,8 +230,10 @@ impl Solver {
         check_finite(state, &report)?;
         // Depends only on the step number, so that a resumed run wraps in the same steps.
         let wrapped = state.clock.step.is_multiple_of(wrap::INTERVAL) && self.owned.is_empty() && wrap::wrap(state);
-        if report.bonds_broke() || wrapped {
+        if wrapped {
             self.rebuild_neighbor_list(state, strain)?;
+        } else if report.bonds_broke() {
+            self.release_broken_bonds(state, &report, strain)?;
         }
         self.finish_heat(state);
         Ok(report)
@@ -255,7 +257,7 @@ impl Solver {
         let mut report = StepReport::default();
         let (_, strain) = self.compute_forces(state, sample, &mut report)?;
         if report.bonds_broke() {
-            self.rebuild_neighbor_list(state, strain)?;
+            self.release_broken_bonds(state, &report, strain)?;
         }
         Ok(report)
     }
@@ -274,7 +276,16 @@ impl Solver {
         if deformation::iteration(self.model.deformable.as_ref()).is_some() {
             return self.record_iterated(state, strain);
         }
-        Ok(self.record_forces(state))
+        Ok(self.record_forces(state, false))
+    }
+
+    /// Forces of all contacts between particles in the last [`Self::find_forces`]: those whose sums are [`Self::forces`]. They
+    /// follow from the histories, so a state that was read from a file has them, too. Walls are not included.
+    ///
+    /// At the same positions, [`Self::record`] would give the forces of one more step with the same velocities, so with one shear
+    /// increment too many.
+    pub fn last_forces(&self, state: &State) -> Forces {
+        self.record_forces(state, true)
     }
 
     /// Everything before the kick: strains, neighbor list, contact forces, and particle-level failure. Returns

@@ -8,13 +8,16 @@ use rayon::prelude::*;
 use super::Solver;
 use crate::forces::TileMap;
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
-use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair};
+use crate::state::contacts::{BrokenBond, ContactFlags, ContactView, Contacts, Pair};
 use crate::state::{Cell, Particles, State, Wall};
 use crate::walls::element_table;
-use crate::{Model, SolverError};
+use crate::{Model, SolverError, StepReport, deformation};
 
 /// A contact: its particles and the image of B.
 type Key = (Pair, [i8; 3]);
+
+/// Largest number of bonds that break in a step without a new search. Each moves the contacts behind it in memory.
+const FEW_BROKEN: usize = 32;
 
 /// Bonds as needed for the rebuild of the unbonded contacts.
 #[derive(Default)]
@@ -59,6 +62,64 @@ impl Solver {
             // The largest cutoff distance is that of two touching spheres.
             VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest * widest)
         });
+        Ok(())
+    }
+
+    /// Let the pairs of the bonds that broke in `report` continue as unbonded contacts. The rest of the neighbor list stays; it is
+    /// complete as long as before.
+    pub(super) fn release_broken_bonds(
+        &mut self,
+        state: &mut State,
+        report: &StepReport,
+        strain: f64,
+    ) -> Result<(), SolverError> {
+        let broke = || report.bond_events.iter().filter(|(_, event)| event.broke);
+        // Many changes cost more than one search, and strains that are iterated may break bonds without an event.
+        let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();
+        if iterated || broke().count() > FEW_BROKEN {
+            return self.rebuild_neighbor_list(state, strain);
+        }
+        let n = state.particles.len();
+        let mut freed = Vec::new();
+        for &(index, event) in broke() {
+            let block = state.bonds[index].contacts_mut();
+            let range = block.broken_between(event.pair);
+            for k in range.clone() {
+                let view = block.view(k);
+                if self.owned.is_empty() {
+                    let ContactView { pair, reference, previous, flags } = view;
+                    state.broken.push(BrokenBond {
+                        block: index as u16,
+                        pair,
+                        image: flags.image,
+                        reference,
+                        previous,
+                    });
+                }
+                let [a, b] = [view.pair.a, view.pair.b].map(|p| state.particles.material[p as usize]);
+                if let (Some(contacts), Some(row)) = (&state.contacts, self.model.contact_rows.get(a, b)) {
+                    let kept = reference_after(block, k, contacts.contacts(), row, &state.particles);
+                    freed.push((view, row, kept));
+                }
+            }
+            block.remove(range);
+        }
+        if let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) {
+            pass.cut(model, &state.particles, &state.broken);
+        }
+        self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
+        if let Some(block) = &mut state.contacts {
+            let (block, particles) = (block.contacts_mut(), &state.particles);
+            for (view, row, kept) in freed {
+                let ContactView { pair, flags, previous, .. } = view;
+                let bits = self.ownership(pair) | if kept.is_some() { ContactFlags::KEPT_REFERENCE } else { 0 };
+                let flags = ContactFlags { row, bits, image: flags.image, padding: 0 };
+                if kept.is_some() || !self.never_touch(particles, pair) {
+                    block.insert(pair, flags, kept.unwrap_or_default(), previous);
+                }
+            }
+            self.contact_map = TileMap::new(block, n, self.tile);
+        }
         Ok(())
     }
 
@@ -132,9 +193,10 @@ impl Solver {
             let pair = Pair { a: candidate.a, b: candidate.b };
             let (a, b) = (pair.a as usize, pair.b as usize);
             let key = (pair, candidate.image);
-            let same_clump = particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX;
-            let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
-            if same_clump || foreign || excluded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
+            if self.never_touch(particles, pair)
+                || excluded.binary_search(&key).is_ok()
+                || present.binary_search(&key).is_ok()
+            {
                 continue;
             }
             let Some(row) = row_of(pair) else { continue };
@@ -146,6 +208,14 @@ impl Solver {
         block.sort();
         self.contact_map = TileMap::new(block, particles.len(), self.tile);
         Ok(())
+    }
+
+    /// Whether a pair has no unbonded contact here: particles of one clump, or of other subdomains.
+    fn never_touch(&self, particles: &Particles, pair: Pair) -> bool {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let same_clump = particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX;
+        let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
+        same_clump || foreign
     }
 
     /// [`ContactFlags::NOT_OWNED`] for a new contact whose energies another subdomain counts, otherwise 0.

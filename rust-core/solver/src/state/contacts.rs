@@ -159,6 +159,14 @@ impl<L: ContactLaw> ContactBlock<L> {
         }
     }
 
+    /// Place of a contact in the sorted block, or where it belongs.
+    fn place(&self, pair: Pair, image: [i8; 3]) -> Result<usize, usize> {
+        let start = self.pair.partition_point(|other| *other < pair);
+        let same = self.pair[start..].iter().take_while(|other| **other == pair).count();
+        let images = &self.flags[start..start + same];
+        images.binary_search_by_key(&image, |flags| flags.image).map(|k| start + k).map_err(|k| start + k)
+    }
+
     /// Sort by (a, b, image).
     pub fn sort(&mut self) {
         let mut order: Vec<u32> = (0..self.len() as u32).collect();
@@ -239,6 +247,12 @@ pub trait Contacts: Send + Sync {
     );
     /// Sort by particles and image.
     fn sort(&mut self);
+    /// The broken contacts between two particles of a sorted block.
+    fn broken_between(&self, pair: Pair) -> std::ops::Range<usize>;
+    /// Remove contacts of a sorted block; the others keep their order.
+    fn remove(&mut self, range: std::ops::Range<usize>);
+    /// Insert a contact without history into a sorted block, unless it is there.
+    fn insert(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry);
     /// Replace the image of every contact by `image` of its particles and image.
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
     /// Keep only the contacts for whose flags `keep` holds.
@@ -393,6 +407,35 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn sort(&mut self) {
         Self::sort(self);
+    }
+    fn broken_between(&self, pair: Pair) -> std::ops::Range<usize> {
+        let start = self.pair.partition_point(|other| *other < pair);
+        let end = start + self.pair[start..].iter().take_while(|other| **other == pair).count();
+        let broken = |k: &usize| self.flags[*k].has(ContactFlags::BROKEN);
+        // Two bonds of a pair are rare: across a cell that is two particles wide.
+        let first = (start..end).find(broken).unwrap_or(end);
+        first..(first..end).find(|k| !broken(k)).unwrap_or(end)
+    }
+    fn remove(&mut self, range: std::ops::Range<usize>) {
+        self.pair.drain(range.clone());
+        self.flags.drain(range.clone());
+        self.reference.drain(range.clone());
+        self.previous.drain(range.clone());
+        self.history.drain(range.clone());
+        if !self.rest_length.is_empty() {
+            self.rest_length.drain(range);
+        }
+    }
+    fn insert(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry) {
+        let Err(k) = self.place(pair, flags.image) else { return };
+        self.pair.insert(k, pair);
+        self.flags.insert(k, flags);
+        self.reference.insert(k, reference);
+        self.previous.insert(k, previous);
+        self.history.insert(k, L::State::default());
+        if !self.rest_length.is_empty() {
+            self.rest_length.insert(k, reference.length);
+        }
     }
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]) {
         for (pair, flags) in self.pair.iter().zip(&mut self.flags) {

@@ -6,6 +6,7 @@
 //! file.
 
 mod concrete;
+mod results;
 mod saved;
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use concrete::{Bodies, Contacts, PairParameters};
+pub use results::ParticleResults;
 
 /// How an assembly was created, so that it can be recreated without its state. Save files contain it, so keys must not change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -103,6 +105,8 @@ pub struct BodyState {
 pub type PauseThreads = unsafe extern "C" fn(i32) -> i32;
 /// Argument of [`PauseThreads`] that keeps all settings (`omp_pause_soft`).
 pub const PAUSE_SOFT: i32 = 1;
+/// Coordinates must be rounded by less than this fraction of the smallest radius.
+const ROUNDED: f64 = 1e-4;
 /// Pause the host's threads only for computations longer than this: stopping and restarting costs 0.06 ms for one thread (measured
 /// on two idle cores) and more for several.
 const LONG: Duration = Duration::from_millis(1);
@@ -117,6 +121,10 @@ pub struct Assembly {
     pub broken: u64,
     /// Number of bonds that each particle has lost, in the order of the particles.
     pub losses: Vec<u32>,
+    /// Number of unbonded contacts of each particle that have opened.
+    pub openings: Vec<u32>,
+    /// Largest distance from the origin, m, at which the radii are not lost in rounding.
+    farthest: f64,
     /// Whether the law or the kinematics reads orientations.
     pub needs_rotation: bool,
     /// Whether prescribed degrees of freedom affect forces, because their reactions strain deformable particles.
@@ -142,11 +150,15 @@ impl Assembly {
         let needs_constraint = model.deformable.is_some();
         let solver = Solver::new(model, &mut state).map_err(|error| error.to_string())?;
         let losses = vec![0; state.particles.len()];
+        let smallest = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let farthest = ROUNDED / f64::EPSILON * smallest;
         Ok(Self {
             state,
             solver,
             broken: 0,
+            openings: losses.clone(),
             losses,
+            farthest,
             needs_rotation,
             needs_constraint,
             dissipated: [0.0; 4],
@@ -249,6 +261,10 @@ impl Assembly {
             self.losses[bond_event.pair.b as usize] += 1;
             count += 1;
         }
+        for pair in &report.opened {
+            self.openings[pair.a as usize] += 1;
+            self.openings[pair.b as usize] += 1;
+        }
         self.broken += count as u64;
         let EnergySplit { damage, friction, viscous, integration, .. } = report.energy;
         for (sum, part) in self.dissipated.iter_mut().zip([damage, friction, viscous, integration]) {
@@ -267,14 +283,14 @@ impl Assembly {
     /// host.
     ///
     /// # Errors
-    /// The error of the first particle for which `motion` fails or is not finite.
+    /// The error of the first particle for which `motion` fails, is not finite, or is too far away.
     pub fn take_motions(
         &mut self,
         dt: f64,
         motion: impl Fn(usize, u32) -> Result<BodyState, String> + Sync,
     ) -> Result<(), String> {
         const CHUNK: usize = 1024;
-        let (rotation, constraint) = (self.needs_rotation, self.needs_constraint);
+        let (rotation, constraint, farthest) = (self.needs_rotation, self.needs_constraint, self.farthest);
         let p = &mut self.state.particles;
         let moved = p.position.par_chunks_mut(CHUNK).zip(p.velocity.par_chunks_mut(CHUNK));
         let turned = p.orientation.par_chunks_mut(CHUNK).zip(p.rotation_increment.par_chunks_mut(CHUNK));
@@ -289,6 +305,14 @@ impl Assembly {
                 let BodyState { position, velocity, angular_velocity, .. } = body;
                 if !(position + velocity + angular_velocity).iter().all(|c| c.is_finite()) {
                     return Some(format!("the position or velocity of body {} is not finite", id[i]));
+                }
+                if position.amax() > farthest {
+                    let away = position.amax();
+                    return Some(format!(
+                        "body {} is {away:e} m from the origin, where radii are lost in rounding (at most {farthest:e} m are \
+                         possible); find out what moved it",
+                        id[i]
+                    ));
                 }
                 (x[i], v[i], w[i]) = (position, velocity, angular_velocity);
                 if rotation {

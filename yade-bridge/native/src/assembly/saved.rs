@@ -24,6 +24,7 @@ impl Assembly {
         };
         put(toml::to_string(&self.origin).map_err(|error| error.to_string())?.as_bytes());
         put(bytemuck::cast_slice(&self.losses));
+        put(bytemuck::cast_slice(&self.openings));
         put(bytemuck::cast_slice(&self.dissipated));
         for (path, column) in store.iter() {
             put(path.as_bytes());
@@ -55,6 +56,7 @@ impl Assembly {
         let text = String::from_utf8(take()?.to_vec()).map_err(|error| error.to_string())?;
         let origin: Origin = toml::from_str(&text).map_err(|error| error.to_string())?;
         let losses: Vec<u32> = numbers(take()?, u32::from_le_bytes);
+        let openings: Vec<u32> = numbers(take()?, u32::from_le_bytes);
         let dissipated: Vec<f64> = numbers(take()?, f64::from_le_bytes);
         let mut store = read_columns(&mut take)?;
         let (mut state, model) = Self::empty_state(&origin)?;
@@ -62,7 +64,8 @@ impl Assembly {
         same_length("losses", losses.len(), state.particles.len())?;
         let mut made = Self::new(state, model, origin)?;
         made.broken = losses.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
-        made.losses = losses;
+        same_length("openings", openings.len(), losses.len())?;
+        (made.losses, made.openings) = (losses, openings);
         for (to, from) in made.dissipated.iter_mut().zip(dissipated) {
             *to = from;
         }
@@ -118,7 +121,7 @@ fn read_columns<'a>(take: &mut impl FnMut() -> Result<&'a [u8], String>) -> Resu
 }
 
 /// First bytes of the words: kind and version.
-const MAGIC: &[u8] = b"concordem bonds 1\n\0\0";
+const MAGIC: &[u8] = b"concordem bonds 2\n\0\0";
 
 /// Numbers from little-endian bytes.
 fn numbers<const N: usize, T>(bytes: &[u8], number: impl Fn([u8; N]) -> T) -> Vec<T> {

@@ -13,8 +13,6 @@ use std::ffi::c_char;
 use concordem_c_abi::{Message, guarded, slice};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::prefetch::{AHEAD, prefetch};
-use concordem_operator::stress::region_stress;
-use concordem_operator::{Region, Truncation};
 
 use crate::assembly::{Assembly, BodyState, PAUSE_SOFT};
 pub use arrays::{BodyArrays, BondedStep, ConcreteScene, Facts};
@@ -212,26 +210,23 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
     }
 }
 
-/// Write the virial `Σ l⊗f` over all contacts at the current positions, J: nine reals in row-major order, branch vector first. Returns
-/// 0, or −1 and a message.
+/// Write the virial `Σ l⊗f` over all contacts, J: forces of the last step, branch vectors between the present positions, at the
+/// addresses `positions` of all particles; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_virial(
-    bonds: *mut Bonds,
+    bonds: *const Bonds,
+    positions: *const *const [f64; 3],
     virial: *mut [f64; 9],
     message: *const Message,
 ) -> i64 {
-    // SAFETY: nine reals.
+    // SAFETY: one address per particle, nine reals.
     unsafe {
         guarded(message, || {
-            let Bonds { assembly, pool } = &mut *bonds;
-            let forces =
-                pool.install(|| assembly.solver.record(&mut assembly.state)).map_err(|error| error.to_string())?;
-            let contacts = forces.contacts.set(&assembly.state.particles).map_err(|error| error.to_string())?;
-            // With volume 1, the stress equals the sum.
-            let all = Region::All { volume: 1.0 };
-            let sum =
-                region_stress(&contacts, &all, Truncation::BranchClipped, None).map_err(|error| error.to_string())?;
-            *virial = row_by_row(&sum.stress);
+            let Bonds { assembly, pool } = &*bonds;
+            let addresses = slice(positions, assembly.state.particles.len());
+            let present: Vec<Vec3> = addresses.iter().map(|&address| Vec3::from(*address)).collect();
+            let sum = pool.install(|| assembly.virial(&present)).map_err(|error| error.to_string())?;
+            *virial = row_by_row(&sum);
             Ok::<_, String>(0)
         })
     }

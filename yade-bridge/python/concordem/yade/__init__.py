@@ -7,16 +7,18 @@ plugin works; all other functions raise YadeError.
 * :func:`snapshot`: the current scene as arrays, with stress, couple stress, strain, and fabric.
 * :func:`advance`: our solver computes steps of a concrete scene and writes the result back.
 * :func:`take_over`, :func:`bond`: the bonded engine stores and computes the bonds; YADE does the rest.
+* :func:`engines`: the bonded engines of the scene.
 * :func:`save`, :func:`load`: `O.save` and `O.load` with the bonds of bonded engines.
 * :func:`load_native`, :func:`use_rust_cpm`: the native plugin, built by ``python3 -m concordem.yade build``.
 """
 
 from .._errors import YadeError
 
-from ._engine import BondedEngine, _run, bond, load, save, take_over
+from ._engine import BondedEngine, _run, bond, engines, take_over
 from ._handover import HandedOver, advance
 from ._native import load as load_native
 from ._native import use_rust_cpm
+from ._saved import load, save
 from ._scene import Snapshot, host, snapshot
 
 __all__ = [
@@ -25,6 +27,7 @@ __all__ = [
     "Snapshot",
     "advance",
     "bond",
+    "engines",
     "load",
     "load_native",
     "save",

@@ -316,7 +316,11 @@ def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
     library = parts / "libconcordem_yade.a"
     sources = sorted(parts.glob("*.cpp"))
     if not library.is_file() or not sources:
-        fail(f"this installation lacks the sources of the plugin ({parts} is missing or empty); install the wheel", "NothingStaged")
+        fail(
+            f"this installation lacks the native parts ({parts} is missing or empty); build the wheel with yade-bridge/wheel, not with "
+            "maturin alone, and install it",
+            "NothingStaged",
+        )
     found = installed(yade)
     log(f"YADE {found['version']} ({found['compiler']}, boost {found['boost']}), features {' '.join(found['features'])}")
     defined = definitions(found)

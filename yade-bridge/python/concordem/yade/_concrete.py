@@ -9,19 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._errors import YadeError
 from ._memory import address_of
+from ._rules import refuse
 from ._scene import Reals, bodies, gather, host, interactions, of_class
 
 #: Engines that our solver replaces while it advances a scene.
 REPLACED = {"ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"}
 #: Engines that only observe or run scripts; they do not run meanwhile.
 PAUSED = {"PyRunner", "CpmStateUpdater", "VTKRecorder", "SnapshotEngine", "PeriodicEngine"}
-
-
-def refuse(message: str, kind: str = "Scene") -> YadeError:
-    """An error about the scene."""
-    return YadeError(message, kind)
 
 
 def class_of(instance: Any) -> str:

@@ -7,9 +7,7 @@ breakage. Forces are added through YADE's `ForceContainer::addForce`.
 
 from __future__ import annotations
 
-import hashlib
-import json
-import os
+import time
 from typing import Any
 
 import numpy as np
@@ -18,23 +16,11 @@ from numpy.typing import NDArray
 from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
-from ._concrete import Concrete, cell_of, class_of, engine_of, refuse, scatter
-from ._memory import address_of, memory
-from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, of_class
-
-#: Engines that read O.interactions, which no longer contains the bonds, and their replacements.
-BLIND = {
-    "CpmStateUpdater": "use take_over(update_states=n)",
-    "GlobalStiffnessTimeStepper": "set O.dt yourself",
-    "PeriTriaxController": "drive the cell from a PyRunner with engine.stress()",
-    "Peri3dController": "drive the cell from a PyRunner with engine.stress()",
-    "PeriIsoCompressor": "drive the cell from a PyRunner with engine.stress()",
-    "KinemSimpleShearBox": "there is no replacement",
-    "TesselationWrapper": "use concordem.operators",
-    "FlowEngine": "there is no replacement",
-}
-#: Recorders of VTKRecorder that read O.interactions.
-BLIND_RECORDERS = {"all", "intr", "stress", "bstresses", "cpm", "force", "cracks", "moments", "coordNumber"}
+from . import _hooks, _rules
+from ._concrete import Concrete, cell_of, class_of, engine_of, scatter
+from ._memory import address_of, known_address_of, known_pointer, memory
+from ._rules import refuse
+from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, is_at_rest, of_class
 
 _registered: dict[str, BondedEngine] = {}
 
@@ -42,13 +28,19 @@ _registered: dict[str, BondedEngine] = {}
 def _run(name: str) -> None:
     """One step of an engine; called by its PyRunner."""
     engine = _registered.get(name)
-    if engine is None:
-        raise YadeError(
-            f'the bonded engine "{name}" is in O.engines, but its bonds are missing, because O.save does not save them; use '
-            "concordem.yade.save and concordem.yade.load",
-            "NotLoaded",
-        )
-    engine._step()
+    try:
+        if engine is None:
+            raise YadeError(
+                f'the bonded engine "{name}" is in O.engines, but its bonds are missing, because O.save does not save them; use '
+                "concordem.yade.save and concordem.yade.load",
+                "NotLoaded",
+            )
+        engine._step()
+    except YadeError as error:
+        failed = _hooks.one_line(error)
+    else:
+        return
+    raise failed from None
 
 
 def _command(name: str) -> str:
@@ -72,25 +64,27 @@ def _sort_anew() -> None:
     yade.omega.engines = engines[:place] + [new] + engines[place + 1 :]
 
 
-def _check_engines(replaced: str = "") -> None:
-    for engine in host().omega.engines:
-        name = class_of(engine)
-        if engine.dead or name == replaced:
-            continue
-        if name in BLIND:
-            raise refuse(
-                f"O.engines has {name}, which reads O.interactions, where the bonds no longer are; remove it or set dead=True "
-                f"({BLIND[name]})",
-                "BlindEngine",
-            )
-        if name == "VTKRecorder":
-            blind = BLIND_RECORDERS & set(engine.recorders)
-            if blind:
-                raise refuse(
-                    f"VTKRecorder records {sorted(blind)} from O.interactions, where the bonds no longer are; keep only "
-                    "recorders of bodies, such as spheres and velocity",
-                    "BlindEngine",
-                )
+def _here() -> list[BondedEngine]:
+    """The bonded engines of the current scene."""
+    if not _registered:
+        return []
+    scene = known_address_of(host().omega._sceneObj)
+    return [engine for engine in _registered.values() if engine._placed and engine._scene == scene and engine._is_here()]
+
+
+_hooks.sources.append(_here)
+
+
+def _refuse_bonded(mine: Bodies) -> None:
+    """Raise YadeError if the collider already excludes contacts between some of the bodies."""
+    mask = engine_of("InsertionSortCollider").avoidSelfInteractionMask
+    excluded = gather(mine.address, "Body.groupMask", "i32") & mask != 0
+    if excluded.any():
+        raise refuse(
+            f"body {int(mine.ids[excluded][0])} is excluded from contacts by the collider's avoidSelfInteractionMask, as bodies of a "
+            "bonded engine are; call remove() of that engine first, or unset the mask",
+            "Masks",
+        )
 
 
 class BondedEngine:
@@ -108,6 +102,16 @@ class BondedEngine:
         self._scene = 0
         self._update_states = int(kind.get("update_states", 0))
         self.attached = False
+        #: Whether the engine is, or should be, in O.engines.
+        self._placed = False
+        #: The iteration in which the engine must act next.
+        self._next = 0
+        #: Addresses and `dead` of O.engines when they were last checked.
+        self._checked = b""
+        #: Whether the last check failed.
+        self._suspect = False
+        #: Time from one step to the next, s, and when the last one began.
+        self.period, self._began = 0.0, 0.0
 
     # -- in and out of the scene ------------------------------------------------------------------------------------
 
@@ -119,8 +123,89 @@ class BondedEngine:
         fields = ("Body.state", "State.pos", "State.vel", "State.angVel", "State.ori", "State.blockedDOFs")
         self.solver.attach(container + layout["bodies.vector"], scene + layout["Scene.forces"], [layout[f] for f in fields])
         self._scene, self._container = scene, container
+        # In the next step if a PyRunner takes over in this one.
+        self._next = yade.omega.iter + 1
+        self._watch()
         _registered[self.name] = self
         self.attached = True
+        _hooks.install()
+
+    def _bodies_now(self) -> NDArray[np.uint64]:
+        """Addresses of the bodies, 0 for one that was deleted."""
+        every = _core.memory_targets(self._container + host().layout["bodies.vector"])
+        inside = self.ids < len(every)
+        return np.where(inside, every[np.where(inside, self.ids, 0)], 0).astype(np.uint64)
+
+    def _is_here(self) -> bool:
+        """Whether the scene at this address still is the one with the bonded bodies."""
+        if known_pointer(self._scene + host().layout["Scene.bodies"]) != self._container:
+            return False
+        return bool((self._bodies_now() == self._bodies).any())
+
+    def _facts_of_bodies(self) -> tuple[NDArray[np.uint64], Reals]:
+        """Addresses of the materials, and radii."""
+        return gather(self._bodies, "Body.material", "u64"), gather(gather(self._bodies, "Body.shape", "u64"), "Sphere.radius")
+
+    def _watch(self) -> None:
+        """Remember what must not change."""
+        omega = host().omega
+        self._bodies = self._bodies_now()
+        self._materials, self._radii = self._facts_of_bodies()
+        self._watched: list[Any] = []
+        if self._kind["kind"] == "concrete":
+            _, first = np.unique(self._materials, return_index=True)
+            self._watched = [omega.bodies[int(self.ids[k])].material for k in first]
+        self._settings = _rules.settings(omega.engines, self._watched) if self._watched else {}
+
+    @property
+    def _title(self) -> str:
+        return f'the bonded engine "{self.name}" (a PyRunner)'
+
+    def check_engines(self, engines: list[Any]) -> None:
+        """Raise YadeError unless the engine works in these engines."""
+        command = _command(self.name)
+        mine = [k for k, engine in enumerate(engines) if getattr(engine, "command", "") == command]
+        _rules.refuse_order(engines, mine, self._title)
+        _rules.refuse_blind_engines(engines)
+
+    def check(self, deep: bool) -> None:
+        """Raise YadeError unless the engine is in its place in O.engines and has acted in every step; `deep`: and unless the settings
+        and bodies are those of the take-over."""
+        yade = host()
+        omega, layout = yade.omega, yade.layout
+        deep = deep or self._suspect
+        self._suspect = True
+        engines = _core.memory_targets(self._scene + layout["Scene.engines"])
+        now = engines.tobytes() + _core.memory_gather(engines, layout["Engine.dead"], "u8", 1).tobytes()
+        if deep or now != self._checked:
+            self.check_engines(omega.engines)
+            self._checked = now
+        _rules.refuse_skipped(self._next, omega.iter, self._title)
+        if deep:
+            self._check_settings()
+        self._suspect = False
+
+    def in_step(self, iteration: int) -> bool:
+        """Whether the engine has acted in this iteration, which has not ended."""
+        return iteration == self._next - 1 and self._began > 0.0
+
+    def _check_settings(self) -> None:
+        omega = host().omega
+        if self._settings:
+            _rules.refuse_changes(self._settings, _rules.settings(omega.engines, self._watched), self._title)
+        if (self._bodies_now() != self._bodies).any():
+            return  # the next step reports it
+        materials, radii = self._facts_of_bodies()
+        if self._settings and (materials != self._materials).any():
+            body = int(self.ids[materials != self._materials][0])
+            raise refuse(f"body {body} has another material than at the take-over; {self._title} keeps the old one: set it back", "Changed")
+        if (radii != self._radii).any():
+            k = int(np.flatnonzero(radii != self._radii)[0])
+            raise refuse(
+                f"the radius of body {int(self.ids[k])} was {self._radii[k]:.6g} m at the take-over and is {radii[k]:.6g} m now "
+                f"(growParticles?); {self._title} keeps the old one: change radii before the take-over",
+                "Changed",
+            )
 
     def _insert(self) -> None:
         """Put the engine after InteractionLoop in O.engines."""
@@ -168,6 +253,7 @@ class BondedEngine:
     def remove(self) -> None:
         """Remove the engine from O.engines and delete its bonds; YADE handles contacts between the bodies again."""
         yade = host()
+        self._placed = False
         yade.omega.engines = [e for e in yade.omega.engines if getattr(e, "command", "") != _command(self.name)]
         bit = self._kind.get("mask", 0)
         if bit:
@@ -186,11 +272,13 @@ class BondedEngine:
     def _step(self) -> None:
         yade = host()
         omega = yade.omega
-        scene = address_of(omega._sceneObj)
-        if scene != self._scene or memory.pointer(scene + yade.layout["Scene.bodies"]) != self._container:
+        scene = known_address_of(omega._sceneObj)
+        if scene != self._scene or known_pointer(scene + yade.layout["Scene.bodies"]) != self._container:
             raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")
-        if omega.iter % 256 == 0:
-            _check_engines()
+        now = time.perf_counter()
+        self.period, self._began = now - self._began, now
+        self.check(deep=omega.iter % 64 == 0)
+        self._next = omega.iter + 1
         try:
             self.solver.contact_step(omega.dt, cell_of(omega) if omega.periodic else None)
         except (RuntimeError, ValueError) as error:
@@ -215,18 +303,27 @@ class BondedEngine:
         return self.solver.contacts()
 
     def forces(self) -> tuple[Reals, Contacts]:
-        """Positions of the particles, m, (n, 3), and contacts with forces, for :mod:`concordem.operators`."""
-        return self.solver.bodies()["position"], self.solver.forces()
+        """Positions of the particles, m, (n, 3), and contacts with the forces of the last step, for :mod:`concordem.operators`.
+
+        Positions and branch vectors are the present ones, as in YADE's operators; while YADE runs in another thread, those of the last
+        step.
+        """
+        return self.solver.forces(is_at_rest())
+
+    def stress_sum(self) -> Reals:
+        """`Σ l⊗f` over all bonds and contacts, J, first index the branch vector, (3, 3)."""
+        x, contacts = self.forces()
+        return operators.region_stress(x, contacts, operators.Region.all(1.0)).stress
 
     def stress(self, volume: float | None = None) -> Reals:
-        """Stress of the periodic cell, or of a body of this volume (m^3), from bonds and contacts, Pa, tension positive, (3, 3)."""
+        """Stress of the periodic cell, or of a body of this volume (m^3), from bonds and contacts, Pa, tension positive, (3, 3): the
+        transpose of what YADE's getStress(volume) gives."""
         cell = self.solver.cell
         if volume is None:
             if cell is None:
                 raise ValueError("the volume is missing; give stress(volume), which only a periodic scene can omit")
             volume = abs(float(np.linalg.det(cell[0])))
-        x, contacts = self.forces()
-        return operators.region_stress(x, contacts, operators.Region.all(volume)).stress
+        return self.stress_sum() / volume
 
     def update_states(self) -> None:
         """Write damage, broken bonds, and stress of the particles to YADE's CpmState, as CpmStateUpdater does."""
@@ -238,29 +335,10 @@ class BondedEngine:
         state = everything.state[row[now["id"]]]
         if not of_class(state, "CpmState.vtable").all():
             raise refuse("update_states needs CpmState, which some bodies do not have; do not use it", "NotConcrete")
-        count = len(now["id"])
-        tables = self.solver.contacts()
-        links, damage = np.zeros(count), np.zeros(count)
-        for law, table in tables.items():
-            if law == "unbonded":
-                continue
-            if "kappa" in (table.dtype.names or ()):
-                onset = self._kind["onset"]
-                lost = 1.0 - np.where(table["kappa"] < onset, 1.0, (1.0 - table["omega"]) * table["kappa"] / onset)
-            else:
-                lost = table["damage"]
-            for side in ("index_a", "index_b"):
-                np.add.at(links, table[side], 1.0)
-                np.add.at(damage, table[side], lost)
-        broken = self.solver.losses().astype(np.int32)
-        total = links + broken
-        scatter(state, "CpmState.normDmg", np.where(total > 0, (damage + broken) / np.where(total > 0, total, 1), 0.0))
-        _core.memory_scatter_i32(state, yade.layout["CpmState.numBrokenCohesive"], broken)
-        # As in YADE: the volume of a particle is that of the sphere over a solid fraction of 0.62, with half of each branch vector.
-        moments = operators.particle_moments(now["position"], self.solver.forces(), partition="half-branch")
-        volume = operators.particle_volumes(now["radius"], packing_fraction=0.62)
-        stress = np.asarray(moments) / volume[:, None, None]
-        scatter(state, "CpmState.stress", 0.5 * (stress + stress.transpose(0, 2, 1)))
+        damage, lost, stress = self.solver.particle_results()
+        scatter(state, "CpmState.normDmg", damage)
+        _core.memory_scatter_i32(state, yade.layout["CpmState.numBrokenCohesive"], lost.astype(np.int32))
+        scatter(state, "CpmState.stress", stress)
 
 
 def take_over(
@@ -279,8 +357,9 @@ def take_over(
     """
     at_rest()
     concrete = Concrete()
+    _refuse_bonded(concrete.bodies)
     replaced = "CpmStateUpdater" if update_states else ""
-    _check_engines(replaced)
+    _rules.refuse_blind_engines(host().omega.engines, replaced)
     kinematics = kinematics or concrete.settings.kinematics
     solver = concrete.hosted(kinematics, mode, False, threads)
     kind = {
@@ -288,25 +367,34 @@ def take_over(
         "kinematics": kinematics,
         "mode": mode,
         "update_states": update_states,
-        "onset": float(concrete.materials[0].epsCrackOnset),
         "laws": concrete.laws(mode),
         "materials": len(concrete.materials),
     }
-    if update_states and len({material.epsCrackOnset for material in concrete.materials}) > 1:
-        raise refuse("the materials have different crack onset strains, which update_states does not support; do not use it", "Materials")
-    engine = _begin(BondedEngine(name, solver, concrete.bodies.ids, kind))
-    for other in host().omega.engines:
-        if class_of(other) == replaced:
-            other.dead = True
-    return engine
+    if not solver.bond_count:
+        raise refuse(
+            "there are no bonds to take over; let YADE create them first (an interactionDetectionFactor above 1 in a step before "
+            "cohesiveThresholdIter)",
+            "NoBonds",
+        )
+    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind), replaced)
 
 
-def _begin(engine: BondedEngine) -> BondedEngine:
+def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
+    omega = host().omega
+    disabled = [other for other in omega.engines if class_of(other) == replaced and not other.dead]
     engine._attach()
     try:
         engine._mask()
         engine._insert()
+        for other in disabled:
+            other.dead = True
+        # A PyRunner's new engines act from the next step on.
+        if not omega.running:
+            engine.check_engines(omega.engines)
+        engine._placed = True
     except Exception:
+        for other in disabled:
+            other.dead = False
         _registered.pop(engine.name, None)
         engine.attached = False
         raise
@@ -339,7 +427,7 @@ def bond(
     omega = host().omega
     if omega.periodic:
         raise refuse("bond() does not support periodic scenes; use take_over()", "Periodic")
-    _check_engines()
+    _rules.refuse_blind_engines(omega.engines)
     everything = bodies()
     ball = of_class(everything.shape, "Sphere.vtable")
     if ids is not None:
@@ -350,6 +438,7 @@ def bond(
             raise refuse(f"body {int(everything.ids[wanted & ~ball][0])} is not a sphere; give ids of spheres", "OtherBodies")
         ball = wanted
     mine = everything.of(ball)
+    _refuse_bonded(mine)
     for number in mine.ids:
         if not omega.bodies[int(number)].isStandalone:
             raise refuse(f"body {int(number)} belongs to a clump and cannot be bonded; exclude it by `ids`", "Clumps")
@@ -366,7 +455,9 @@ def bond(
     )
     scenario = _core.Scenario(**description)
     solver = _hosted_of(scenario, mine, omega.dt, threads)
-    kind = {"kind": "scenario", "scenario": scenario.text, "onset": 0.0}
+    if bonds and not solver.bond_count:
+        raise refuse("the spheres are too far apart for bonds; increase bonds.interaction_ratio", "NoBonds")
+    kind = {"kind": "scenario", "scenario": scenario.text}
     return _begin(BondedEngine(name, solver, mine.ids, kind))
 
 
@@ -386,115 +477,6 @@ def _hosted_of(scenario: _core.Scenario, mine: Bodies, dt: float, threads: int |
         raise refuse(f"the bodies cannot be bonded: {error}") from error
 
 
-# -- save and load -----------------------------------------------------------------------------------------------------
-
-
-def _fingerprint() -> str:
-    """Hash of the positions and velocities of all bodies and of the clock."""
-    omega = host().omega
-    found = bodies()
-    digest = hashlib.sha256()
-    for column in (
-        found.ids,
-        found.positions,
-        gather(found.state, "State.vel", components=3),
-        gather(found.state, "State.angVel", components=3),
-        gather(found.state, "State.ori", components=4),
-        np.array([omega.iter], np.int64),
-        np.array([omega.time, omega.dt]),
-    ):
-        digest.update(np.ascontiguousarray(column).tobytes())
-    return digest.hexdigest()
-
-
-def _beside(path: str | os.PathLike[str], name: str) -> str:
-    return f"{os.fspath(path)}.{name}.concordem"
-
-
-def save(path: str | os.PathLike[str]) -> list[str]:
-    """Call `O.save(path)` and save the bonds of every bonded engine in a separate file next to it; return the paths of all files."""
-    at_rest()
-    yade = host()
-    files = [os.fspath(path)]
-    yade.omega.save(os.fspath(path))
-    scene = address_of(yade.omega._sceneObj)
-    for engine in _registered.values():
-        if engine._scene != scene:
-            continue
-        beside = _beside(path, engine.name)
-        text = {
-            "fingerprint": _fingerprint(),
-            "name": engine.name,
-            "ids": engine.ids.tolist(),
-            "kind": engine._kind,
-            "losses": engine.solver.losses().tolist(),
-        }
-        engine.solver.save(beside, json.dumps(text))
-        files.append(beside)
-    return files
-
-
-def load(path: str | os.PathLike[str], threads: int | None = None) -> list[BondedEngine]:
-    """Call `O.load(path)` and load the bonds that :func:`save` wrote. Raises YadeError if a file is missing or belongs to another scene."""
-    yade = host()
-    omega = yade.omega
-    omega.load(os.fspath(path))
-    wanted = [e.command for e in omega.engines if class_of(e) == "PyRunner" and "concordem.yade" in e.command]
-    engines = []
-    for command in wanted:
-        name = command.rsplit("(", 1)[1].rstrip(")").strip("'\"")
-        beside = _beside(path, name)
-        if not os.path.exists(beside):
-            raise refuse(f'the bonds of the engine "{name}" are missing; put {beside} next to the scene file', "NotLoaded")
-        text = json.loads(_core.hosted_text(beside))
-        if text["fingerprint"] != _fingerprint():
-            raise refuse(f"{beside} does not belong to the scene in {os.fspath(path)}: bodies, motion, or clock differ; load the matching file", "Mismatch")
-        _registered.pop(name, None)
-        engines.append(_restore(text, beside, threads))
-    return engines
-
-
-def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEngine:
-    omega = host().omega
-    ids, kind = np.array(text["ids"], np.int32), text["kind"]
-    everything = bodies()
-    found = everything.of(np.isin(everything.ids, ids))
-    if kind["kind"] == "scenario":
-        solver = _hosted_of(_core.Scenario.from_text(kind["scenario"], beside), found, omega.dt, threads)
-    else:
-        inertia = gather(found.state, "State.inertia", components=3)
-        empty = np.zeros(0)
-        solver = _core.Hosted.concrete(
-            {
-                "id": found.ids.astype(np.uint32),
-                "position": found.positions,
-                "velocity": gather(found.state, "State.vel", components=3),
-                "orientation": gather(found.state, "State.ori", components=4),
-                "angular_velocity": gather(found.state, "State.angVel", components=3),
-                "radius": gather(found.shape, "Sphere.radius"),
-                "mass": gather(found.state, "State.mass"),
-                "inertia": np.ascontiguousarray(inertia[:, 0]),
-                "material": np.zeros(len(found.ids), np.uint32),
-                "constraint": gather(found.state, "State.blockedDOFs", "i32").astype(np.uint32),
-            },
-            {
-                "pair": np.zeros((0, 2), np.uint32),
-                "image": np.zeros((0, 3), np.int8),
-                "bonded": np.zeros(0, bool),
-                "length": empty,
-                "area": empty,
-                "normal": np.zeros((0, 3)),
-                "distance": empty,
-                "history": np.zeros((0, 11)),
-            },
-            [tuple(row) for row in kind["laws"]],
-            kind["materials"],
-            omega.dt,
-            kind["kinematics"],
-            cell=cell_of(omega) if omega.periodic else None,
-            threads=threads or omega.numThreads,
-        )
-    solver.restore(beside, np.array(text["losses"], np.uint32))
-    engine = BondedEngine(text["name"], solver, ids, kind)
-    engine._attach()
-    return engine
+def engines() -> list[BondedEngine]:
+    """The bonded engines of the current scene."""
+    return _here()

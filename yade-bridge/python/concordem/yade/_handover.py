@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
-from ._concrete import PAUSED, REPLACED, Concrete, add_to_clock, cell_of, class_of, refuse, write_bodies, write_contacts
+from ._concrete import PAUSED, REPLACED, Concrete, add_to_clock, cell_of, class_of, write_bodies, write_contacts
+from ._rules import refuse
 from ._scene import at_rest, host
 
 

@@ -5,6 +5,7 @@ Memory is read through ``/proc/self/mem``: a wrong guess is an error, not a cras
 
 from __future__ import annotations
 
+import ctypes
 import os
 import struct
 from typing import Any, Callable
@@ -12,6 +13,17 @@ from typing import Any, Callable
 from .._errors import YadeError
 
 _PAGE = 4096
+
+
+def usable_size(address: int) -> int:
+    """Size of the block of the C library's heap that begins at `address`; 0 if none does.
+
+    Reads past the end of an object find other objects, which may contain the same numbers by chance.
+    """
+    # glibc stores the size before the block, with flags in the lowest three bits.
+    before = memory.read(address - 8, 8)
+    size = struct.unpack("<Q", before)[0] & ~7 if len(before) == 8 else 0
+    return size - 8 if size % 16 == 0 and 32 <= size < 1 << 20 else 0
 
 
 class Memory:
@@ -45,6 +57,16 @@ def address_of(instance: Any) -> int:
     """Address of the C++ object behind a Python object of YADE (boost::python, held by a shared pointer)."""
     holder = memory.pointer(id(instance) + 40)
     return memory.pointer(holder + 16)
+
+
+def known_pointer(address: int) -> int:
+    """The pointer stored at an address that has been checked. Unlike :meth:`Memory.pointer`, without a call of the system."""
+    return int(ctypes.c_uint64.from_address(address).value)
+
+
+def known_address_of(instance: Any) -> int:
+    """:func:`address_of` once the layout has been checked."""
+    return known_pointer(known_pointer(id(instance) + 40) + 16)
 
 
 def pack_real(value: Any) -> bytes:
@@ -84,7 +106,7 @@ class Finder:
 
     def observe(self, name: str, address: int, data: bytes, step: int = 4) -> None:
         """Record that the field `name` of the object at `address` contains the bytes `data`; search every `step` bytes."""
-        image = memory.read(address, self._span)
+        image = memory.read(address, min(self._span, usable_size(address) or self._span))
         places = self._places.get(name)
         candidates = range(0, len(image) - len(data) + 1, step) if places is None else sorted(places)
         self._places[name] = {k for k in candidates if image[k : k + len(data)] == data}
@@ -123,7 +145,7 @@ def flag_offset(what: str, name: str, instance: Any, set_flag: Callable[[bool], 
     images = []
     for value in (False, True, False, True):
         set_flag(value)
-        images.append(memory.read(address, span))
+        images.append(memory.read(address, min(span, usable_size(address) or span)))
     length = min(map(len, images))
     places = [k for k in range(length) if tuple(image[k] for image in images) == (0, 1, 0, 1)]
     if len(places) != 1:

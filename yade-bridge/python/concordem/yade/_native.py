@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import YadeError
+from . import _hooks, _rules
 
 #: Classes of the plugin that are written by hand, bases first; those of other laws are generated (:func:`classes`).
 CLASSES = (
@@ -142,7 +143,57 @@ def load(path: Path | None = None) -> None:
             raise YadeError(f"YADE did not register the class {name}; please report this", "Layout")
         setattr(yade, name, made)
         setattr(builtins, name, made)
+    library.concordem_yade_abandoned.restype = ctypes.py_object
     _library = library
+    _hooks.sources.append(_here)
+    _hooks.install()
+
+
+class _Engine:
+    """A `BondedEngine_Rust` of the scene, or with `lost` the reason why the scene has lost it."""
+
+    #: Unknown; it needs Python's lock only every 64 steps.
+    period = 0.05
+
+    def __init__(self, engine: Any, lost: str = "") -> None:
+        self._engine, self._lost = engine, lost
+
+    def check(self, deep: bool) -> None:
+        """Raise YadeError unless the engine is in order. It checks itself in every step, so only `deep` checks are needed."""
+        if self._lost:
+            raise YadeError(self._lost, "EngineLost")
+        if deep:
+            self._ask()
+
+    def in_step(self, iteration: int) -> bool:
+        """Unknown."""
+        return False
+
+    def check_engines(self, engines: list[Any]) -> None:
+        """Raise YadeError unless the engine works in O.engines. It checks a new list in its next step."""
+        if not any(type(engine).__name__ == "BondedEngine_Rust" for engine in engines):
+            _rules.refuse_order(engines, [], "BondedEngine_Rust")
+
+    def _ask(self) -> None:
+        try:
+            self._engine.check()
+        except RuntimeError as error:
+            raise YadeError(str(error), "Scene") from None
+
+    def stress_sum(self) -> Any:
+        """`Σ l⊗f` over all contacts, J, (3, 3)."""
+        found = self._engine.stress(1.0)
+        return [[found[i, j] for j in range(3)] for i in range(3)]
+
+
+def _here() -> list[_hooks.Bonded]:
+    """The native bonded engines of the current scene with bonds."""
+    import yade.wrapper
+
+    engines = [e for e in yade.wrapper.Omega().engines if type(e).__name__ == "BondedEngine_Rust"]
+    found: list[_hooks.Bonded] = [_Engine(e) for e in engines if e.selfMask]
+    lost = library().concordem_yade_abandoned()
+    return found + [_Engine(None, lost)] if lost else found
 
 
 def compare(samples: tuple[list[tuple[Any, dict[str, Any]]], dict[str, Any]]) -> None:

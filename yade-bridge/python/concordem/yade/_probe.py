@@ -180,6 +180,7 @@ def find_layout(yade: Any) -> Layout:
     layout["CpmState.numBrokenCohesive"] = _broken_count(omega.bodies[0].state)
     layout["Interaction.cellDist"] = find_cell_distance(yade, contact)
     find_containers(yade, layout, observer.real)
+    find_engines(yade, layout)
     find_forces(yade, layout)
     return layout
 
@@ -264,6 +265,30 @@ def find_containers(yade: Any, layout: Layout, real: set[int]) -> None:
         if len({memory.pointer(scene + at) for at, k in places if k == offset}) != 1:
             raise YadeError(f"YADE's memory: {name} of a scene were found in several containers", "Layout")
         layout[f"Scene.{name}"], layout[f"{name}.vector"] = place, offset
+
+
+def find_engines(yade: Any, layout: Layout) -> None:
+    """Find the list of engines in a scene, and the flag `dead` of an engine."""
+    omega = yade.O
+    scene = address_of(omega._sceneObj)
+    image = memory.read(scene, 8192)
+    engines = omega.engines
+    expected = [address_of(engine) for engine in engines]
+    places = []
+    for place in range(0, len(image) - 16, 8):
+        begin, end = struct.unpack_from("<2Q", image, place)
+        if end - begin == 16 * len(expected) and [_shared(begin, n) for n in range(len(expected))] == expected:
+            places.append(place)
+    if not places:
+        raise YadeError("YADE's memory: the engines of a scene were not found; please report this", "Layout")
+    # Memory after the scene may contain copies; the smallest offset belongs to it.
+    layout["Scene.engines"] = min(places)
+
+    def set_dead(value: bool) -> None:
+        engines[-1].dead = value
+
+    layout["Engine.dead"] = flag_offset("Engine", "dead", engines[-1], set_dead)
+    engines[-1].dead = False
 
 
 def find_forces(yade: Any, layout: Layout) -> None:

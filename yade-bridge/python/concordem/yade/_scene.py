@@ -66,11 +66,17 @@ def host() -> _Yade:
     return _instance
 
 
+def is_at_rest() -> bool:
+    """Whether no other thread changes YADE's memory now.
+
+    Scripts called by YADE's own loop run in its thread, while it waits. Python has not started that thread, so it is a dummy for it.
+    """
+    return not host().omega.running or type(threading.current_thread()).__name__ == "_DummyThread"
+
+
 def at_rest() -> None:
     """Raise YadeError if another thread may change YADE's memory."""
-    omega = host().omega
-    # Scripts called by YADE's own loop run in its thread, while it waits.
-    if omega.running and threading.current_thread() is threading.main_thread():
+    if not is_at_rest():
         raise YadeError("YADE is running in the background; call O.pause() or O.wait() first, or call this from a PyRunner", "Running")
 
 

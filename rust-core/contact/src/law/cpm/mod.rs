@@ -364,6 +364,18 @@ impl ContactLaw for Cpm {
         columns::respond_batch(mode, count, dt, batch, columns);
     }
 
+    /// The shear stress follows from the strains, except in YADE's formulation, whose plastic strain is not that of its stress: a
+    /// return to the yield surface gives it. (Viscous slip in Woo's formulation depends on the time step.)
+    fn last_force(&self, still: &PointKinematics, state: &CpmState) -> (Vec3, Vec3) {
+        // A step so short that nothing viscous flows in it.
+        let Response { force, state: again, .. } = self.respond(still, state, 1e-30);
+        if self.parameters.mode == CpmFormulation::YadePublic {
+            return (force, Vec3::zeros());
+        }
+        let elastic = |s: &CpmState| s.shear_strain - s.plastic_shear_strain;
+        (force + (elastic(state) - elastic(&again)) * (self.shear_modulus * still.geometry.area), Vec3::zeros())
+    }
+
     /// An unbonded contact is unstrained at the center distance of its first step (as in YADE); at the radius against a wall.
     fn unbonded_reference(length: f64, radius_a: f64, radius_b: f64) -> Reference {
         let length = if radius_b > 0.0 { length } else { radius_a };

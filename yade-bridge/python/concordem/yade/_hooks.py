@@ -1,0 +1,299 @@
+"""Checks around functions of YADE while a scene has bonded engines, so that no bond is lost without a word.
+
+A bonded engine cannot notice that it is not in O.engines any more. Therefore `O.run`, `O.step`, and `O.wait` ask every engine of the
+scene whether all is as it needs, and so does an assignment to O.engines during a run. Functions that read O.interactions raise an error
+with the remedy, except getStress, which adds the stress of the bonds. Scenes without bonded engines are not affected.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import sys
+import tempfile
+import threading
+import time
+from typing import Any, Callable, Iterator, Protocol, Sequence
+
+import numpy as np
+
+from .._errors import YadeError
+from . import _rules
+
+
+class Bonded(Protocol):
+    """A bonded engine of the current scene, in either form."""
+
+    def check(self, deep: bool) -> None:
+        """Raise YadeError unless the scene is as the engine needs it; `deep`: settings and bodies, too."""
+
+    period: float
+    """Time from one step to the next, s."""
+
+    def in_step(self, iteration: int) -> bool:
+        """Whether the engine has acted in this iteration, which has not ended."""
+
+    def check_engines(self, engines: list[Any]) -> None:
+        """Raise YadeError unless the engine works in O.engines."""
+
+    def stress_sum(self) -> Any:
+        """`Σ l⊗f` over all contacts, J, (3, 3)."""
+
+
+#: Functions that give the bonded engines of the current scene.
+sources: list[Callable[[], Sequence[Bonded]]] = []
+#: Functions that save the bonds next to the file of a scene, and that load them.
+savers: list[Callable[[str], Any]] = []
+loaders: list[Callable[[str], Any]] = []
+_plain = False
+#: Folder of the scenes that O.saveTmp keeps.
+_folder: tempfile.TemporaryDirectory[str] | None = None
+#: The error that stopped the last run.
+_failed: YadeError | None = None
+_installed = False
+
+_OPERATORS = "use concordem.operators with the engine's forces()"
+#: Functions of YADE that read O.interactions, with their replacements.
+BLIND_FUNCTIONS = {
+    "avgNumInteractions": "use the engine's contacts()",
+    "bodyStressTensors": "use update_states, or concordem.operators.particle_stress with the engine's forces()",
+    "elasticEnergyInVolume": "use the energies of the engine (O.trackEnergy with BondedEngine_Rust)",
+    "fabricTensor": _OPERATORS,
+    "forcesOnCoordPlane": _OPERATORS,
+    "forcesOnPlane": _OPERATORS,
+    "getStressAndTangent": _OPERATORS,
+    "getStressProfile": _OPERATORS,
+    "getStressProfile_contact": _OPERATORS,
+    "interactionAnglesHistogram": _OPERATORS,
+    "intrsOfEachBody": "use the engine's contacts()",
+    "normalShearStressTensors": _OPERATORS,
+    "plotDirections": _OPERATORS,
+    "plotNumInteractionsHistogram": "use the engine's contacts()",
+    "unbalancedForce": "compare O.forces with the engine's forces()",
+}
+
+
+def bonded() -> list[Bonded]:
+    """The bonded engines of the current scene."""
+    return [engine for source in sources for engine in source()]
+
+
+@contextlib.contextmanager
+def plain() -> Iterator[None]:
+    """Within this, YADE's own save and load do not look for bonds."""
+    global _plain
+    before, _plain = _plain, True
+    try:
+        yield
+    finally:
+        _plain = before
+
+
+def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[str], Any]]) -> Any:
+    """A function of YADE that saves or loads a scene, and the bonds next to the file `path_of(arguments)`."""
+
+    @functools.wraps(function)
+    def checked(self: Any, *arguments: Any, **named: Any) -> Any:
+        found = function(self, *arguments, **named)
+        if not _plain:
+            for one in use:
+                one(path_of(self, *arguments, **named))
+        return found
+
+    return checked
+
+
+def _file(_omega: Any, file: str, *_arguments: Any, **_named: Any) -> str:
+    return str(file)
+
+
+def _file_of_mark(_omega: Any, mark: str = "", *_arguments: Any, **_named: Any) -> str:
+    global _folder
+    if _folder is None:
+        _folder = tempfile.TemporaryDirectory(prefix="concordem-")
+    return os.path.join(_folder.name, f"mark-{mark.encode().hex()}")
+
+
+def _last_file(omega: Any, *_arguments: Any, **_named: Any) -> str:
+    name, memory = str(omega.filename), ":memory:"
+    return _file_of_mark(omega, name[len(memory) :]) if name.startswith(memory) else name
+
+
+def check(deep: bool = True) -> None:
+    """Raise YadeError unless all bonded engines of the scene are in order."""
+    for engine in bonded():
+        engine.check(deep)
+
+
+def one_line(error: YadeError) -> YadeError:
+    """Remember an error that stops the run, for :func:`_raised`, and keep YADE's log from repeating its traceback."""
+    global _failed
+    _failed = error
+    _quiet(True)
+    return error.with_traceback(None)
+
+
+def _quiet(quiet: bool) -> None:
+    """Hide or show what YADE logs when an engine fails."""
+    try:
+        from yade import log
+    except ImportError:
+        return
+    for name in ("ThreadRunner", "yadeWrapper.cpp"):
+        try:
+            if quiet:
+                log.setLevel(name, log.NOFILTER)
+            else:
+                log.unsetLevel(name)
+        except Exception:  # a YADE without this logger
+            return
+
+
+def _raised(call: Callable[[], Any]) -> Any:
+    """Call a function of YADE; if one of our engines stopped it, raise its error instead of YADE's text of many lines."""
+    global _failed
+    try:
+        found = call()
+    except RuntimeError as error:
+        ours, _failed = _failed, None
+        _quiet(False)
+        if ours is not None and str(ours) in str(error):
+            raise ours.with_traceback(None) from None
+        raise
+    ours, _failed = _failed, None
+    if ours is not None:
+        _quiet(False)
+        raise ours.with_traceback(None) from None
+    return found
+
+
+def _hook(error_type: Any, error: Any, trace: Any, previous: Any) -> None:
+    if _failed is not None and error is _failed:
+        print(f"concordem: {error}", file=sys.stderr)
+    else:
+        previous(error_type, error, trace)
+
+
+def replace_everywhere(name: str, old: Any, new: Any) -> None:
+    """Replace a function of YADE in every module that has imported it; scripts import all names."""
+    for module in list(sys.modules.values()):
+        space = getattr(module, "__dict__", None)
+        if isinstance(space, dict) and space.get(name) is old:
+            space[name] = new
+
+
+def install() -> None:
+    """Put the checks in place; once."""
+    global _installed
+    if _installed:
+        return
+    _installed = True
+    import yade.utils
+    import yade.wrapper
+
+    omega = yade.wrapper.Omega
+    run, step, wait, pause, engines = omega.run, omega.step, omega.wait, omega.pause, omega.engines
+
+    @functools.wraps(run)
+    def checked_run(self: Any, nSteps: int = -1, wait: bool = False) -> Any:
+        if not self.running:
+            _raised(lambda: None)
+            check()
+        found = _raised(lambda: run(self, nSteps, wait))
+        if wait:
+            check()
+        return found
+
+    @functools.wraps(step)
+    def checked_step(self: Any) -> Any:
+        # A loop over O.step() reads settings and bodies only now and then.
+        check(deep=self.iter % 16 == 0)
+        return _raised(lambda: step(self))
+
+    @functools.wraps(wait)
+    def checked_wait(self: Any) -> Any:
+        found = _raised(lambda: wait(self))
+        check()
+        return found
+
+    @functools.wraps(pause)
+    def patient_pause(self: Any) -> Any:
+        # YADE does not wait for the end of the present step. Without this, a following O.reset would wait for it while it holds the
+        # interpreter's lock, which our engine needs to finish.
+        was_running = self.running
+        found = pause(self)
+        if was_running and threading.current_thread() is threading.main_thread():
+            for engine in bonded():
+                _await_end_of_step(self, engine)
+        return found
+
+    def assign(self: Any, new: Any) -> None:
+        engines.fset(self, new)
+        if self.running and bonded():
+            for engine in bonded():
+                engine.check_engines(list(new))
+
+    omega.run, omega.step, omega.wait, omega.pause = checked_run, checked_step, checked_wait, patient_pause
+    for name, path_of, use in (
+        ("save", _file, savers),
+        ("saveTmp", _file_of_mark, savers),
+        ("load", _file, loaders),
+        ("loadTmp", _file_of_mark, loaders),
+        ("reload", _last_file, loaders),
+    ):
+        setattr(omega, name, _with_bonds(getattr(omega, name), path_of, use))
+    omega.engines = property(engines.fget, assign, None, engines.__doc__)
+    previous = sys.excepthook
+    sys.excepthook = lambda error_type, error, trace: _hook(error_type, error, trace, previous)
+    for name, remedy in BLIND_FUNCTIONS.items():
+        function = getattr(yade.utils, name, None)
+        if function is not None:
+            replace_everywhere(name, function, _blind(name, function, remedy))
+    replace_everywhere("getStress", yade.utils.getStress, _stress(yade.utils.getStress))
+    try:
+        from yade import export
+    except ImportError:
+        return
+    exporter = export.VTKExporter
+    exporter.exportInteractions = _blind("VTKExporter.exportInteractions", exporter.exportInteractions, "write the engine's contacts()")
+
+
+def _await_end_of_step(omega: Any, engine: Bonded) -> None:
+    """Wait until no step is under way. YADE does not tell, but a step that has begun soon reaches our engine."""
+    quiet, last = 0.1 + 5 * engine.period, time.perf_counter()
+    while time.perf_counter() - last < quiet:
+        time.sleep(0.002)
+        if engine.in_step(omega.iter):
+            last = time.perf_counter()
+
+
+def _blind(name: str, function: Any, remedy: str) -> Any:
+    @functools.wraps(function)
+    def checked(*arguments: Any, **named: Any) -> Any:
+        if bonded():
+            raise _rules.refuse(f"{name}() reads O.interactions, where the bonds no longer are; {remedy}", "BlindFunction")
+        return function(*arguments, **named)
+
+    return checked
+
+
+def _stress(function: Any) -> Any:
+    """getStress that adds the bonds."""
+
+    @functools.wraps(function)
+    def with_bonds(volume: float = 0.0) -> Any:
+        import yade.wrapper
+
+        found = function(volume)
+        engines = bonded()
+        if not engines:
+            return found
+        omega = yade.wrapper.Omega()
+        # YADE's rule for the volume.
+        whole = volume or (abs(omega.cell.hSize.determinant()) if omega.periodic else 1.0)
+        # YADE's first index is the force.
+        of_bonds = np.sum([np.asarray(engine.stress_sum()).T for engine in engines], axis=0) / whole
+        return found + type(found)(*(float(x) for x in of_bonds.reshape(-1)))
+
+    return with_bonds

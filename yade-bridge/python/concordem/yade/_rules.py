@@ -1,0 +1,172 @@
+"""What a bonded engine needs of the scene, for both of its forms: the order of O.engines, no engines that look for the bonds in
+O.interactions, and settings that stay as they were at the take-over.
+
+Reads YADE's attributes through Python only, so that it works with any version.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Iterable, Sequence
+
+from .._errors import YadeError
+
+_NOTHING = "there is no replacement"
+_CELL = "drive the cell from a PyRunner with the engine's stress()"
+#: Engines that read O.interactions, which no longer contains the bonds, with their replacements. A class stands for all that derive
+#: from it.
+BLIND = {
+    "CpmStateUpdater": "use take_over(update_states=n), or BondedEngine_Rust(updateStates=n)",
+    "GlobalStiffnessTimeStepper": "set O.dt yourself",
+    "PeriTriaxController": _CELL,
+    "Peri3dController": _CELL,
+    "PeriIsoCompressor": _CELL,
+    "KinemSimpleShearBox": _NOTHING,
+    "LawTester": _NOTHING,
+    "TesselationWrapper": "use concordem.operators",
+    "ThermalEngine": _NOTHING,
+    "TriaxialCompressionEngine": "use TriaxialStressController, and the engine's stress()",
+    "TriaxialStateRecorder": "record from a PyRunner with the engine's stress()",
+}
+#: The engines of flow are instances of a template; the names of their bases begin with this.
+_FLOW = "FlowEngine"
+#: Recorders of VTKRecorder that read O.interactions.
+BLIND_RECORDERS = {"all", "intr", "stress", "bstresses", "cpm", "force", "cracks", "moments", "coordNumber"}
+
+
+def refuse(message: str, kind: str = "Scene") -> YadeError:
+    """An error about the scene."""
+    return YadeError(message, kind)
+
+
+def classes(instance: Any) -> list[str]:
+    """Names of an object's class and of its bases."""
+    return [one.__name__ for one in type(instance).__mro__]
+
+
+def is_a(instance: Any, name: str) -> bool:
+    """Whether an object is of a class or of one derived from it."""
+    return name in classes(instance)
+
+
+def _remedy(engine: Any) -> str | None:
+    """The replacement of an engine that would not find the bonds; None for others."""
+    for name in classes(engine):
+        if name in BLIND:
+            return BLIND[name]
+        if name.startswith(_FLOW):
+            return _NOTHING
+    return None
+
+
+def refuse_blind_engines(engines: Iterable[Any], replaced: str = "") -> None:
+    """Raise YadeError if an active engine looks for the bonds in O.interactions. `replaced`: an engine that will be disabled."""
+    for engine in engines:
+        name = type(engine).__name__
+        if engine.dead or name == replaced:
+            continue
+        remedy = _remedy(engine)
+        if remedy is not None:
+            raise refuse(
+                f"O.engines has {name}, which reads O.interactions, where the bonds no longer are; remove it or set dead=True ({remedy})",
+                "BlindEngine",
+            )
+        if name == "VTKRecorder":
+            blind = BLIND_RECORDERS & set(engine.recorders)
+            if blind:
+                raise refuse(
+                    f"VTKRecorder records {sorted(blind)} from O.interactions, where the bonds no longer are; keep only recorders of "
+                    "bodies, such as spheres and velocity",
+                    "BlindEngine",
+                )
+
+
+def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None:
+    """Raise YadeError unless the engine `what`, at the places `mine`, is in O.engines once, alive, after ForceResetter and before
+    NewtonIntegrator."""
+    if not mine:
+        raise refuse(
+            f"O.engines lacks {what}, so its bonds would not act; keep it when you assign O.engines, or delete its bonds before "
+            "(its remove() or release())",
+            "EngineLost",
+        )
+    if len(mine) > 1:
+        raise refuse(f"O.engines has {what} {len(mine)} times; keep it once", "EngineOrder")
+    place = mine[0]
+    if engines[place].dead:
+        raise refuse(f"{what} has dead=True, so its bonds do not act; set dead=False, or delete its bonds (its remove() or release())", "EngineDead")
+    resetters, integrators = ([k for k, e in enumerate(engines) if is_a(e, name)] for name in ("ForceResetter", "NewtonIntegrator"))
+    if not integrators:
+        raise refuse(
+            f"O.engines has no NewtonIntegrator; add it after {what} (the take-over has moved the engines behind {what} by one, so "
+            "O.engines[:4] may have lost it: give engines a label instead of their number)",
+            "EngineOrder",
+        )
+    if not resetters or resetters[-1] > place:
+        raise refuse(f"ForceResetter must come before {what}, whose forces it would delete; change the order of O.engines", "EngineOrder")
+    if integrators[0] < place:
+        raise refuse(f"NewtonIntegrator must come after {what}, whose forces it would miss; change the order of O.engines", "EngineOrder")
+
+
+#: YADE's law of concrete, and its attributes.
+LAW = ("Law2_ScGeom_CpmPhys_Cpm", ("omegaThreshold", "epsSoft", "relKnSoft"))
+_GEOMETRY = ("Ig2_Sphere_Sphere_ScGeom", ("interactionDetectionFactor", "avoidGranularRatcheting"))
+_MATERIAL = (
+    *("young", "poisson", "sigmaT", "frictionAngle", "epsCrackOnset", "relDuctility", "damLaw", "neverDamage"),
+    *("equivStrainShearContrib", "isoPrestress"),
+)
+
+
+def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]:
+    """Settings of concrete that the engine has read at the take-over: attributes of functors and materials, as text."""
+    found: dict[str, str] = {}
+    for loop in engines:
+        if loop.dead or not is_a(loop, "InteractionLoop"):
+            continue
+        for (name, attributes), functors in ((LAW, loop.lawDispatcher.functors), (_GEOMETRY, loop.geomDispatcher.functors)):
+            for functor in functors:
+                if is_a(functor, name):
+                    found.update((f"{name}.{key}", repr(getattr(functor, key))) for key in attributes)
+    for material in materials:
+        found.update((f"O.materials[{material.id}].{key}", repr(getattr(material, key))) for key in _MATERIAL)
+    return found
+
+
+def refuse_skipped(expected: int, now: int, what: str) -> None:
+    """Raise YadeError if the engine did not act in the iterations from `expected` on; `now` is the present one."""
+    if now > expected:
+        raise refuse(
+            f"{what} did not act in iterations {expected} to {now - 1}, in which its bonds were without force; keep it in O.engines "
+            "and alive, or delete its bonds (its remove() or release())",
+            "Skipped",
+        )
+
+
+def refuse_changes(before: dict[str, str], now: dict[str, str], what: str) -> None:
+    """Raise YadeError if a setting differs from the one at the take-over. A functor that was removed has no effect on the bonds."""
+    for name, value in now.items():
+        if before.get(name, value) != value:
+            raise refuse(
+                f"{name} was {before[name]} at the take-over and is {value} now; {what} keeps the old value: set it back, or set it "
+                "before the take-over",
+                "Changed",
+            )
+
+
+# -- called by BondedEngine_Rust ---------------------------------------------------------------------------------------
+
+
+def check_native(engines: Sequence[Any], mine: Sequence[int], what: str, replaced: str) -> None:
+    """Raise YadeError unless the native engine works in these engines."""
+    refuse_order(engines, mine, what)
+    refuse_blind_engines(engines, replaced)
+
+
+def settings_text(engines: Iterable[Any], materials: Iterable[Any]) -> str:
+    """:func:`settings` as one text."""
+    return json.dumps(settings(engines, materials))
+
+
+def check_settings(before: str, engines: Iterable[Any], materials: Iterable[Any], what: str) -> None:
+    """Raise YadeError if the settings differ from those of :func:`settings_text`."""
+    refuse_changes(json.loads(before), settings(engines, materials), what)

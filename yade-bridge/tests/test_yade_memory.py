@@ -1,0 +1,50 @@
+"""The search for fields of YADE's objects in memory, on objects of our own."""
+
+import ctypes
+import struct
+
+from concordem.yade._memory import Finder, known_pointer, memory, usable_size
+
+libc = ctypes.CDLL(None)
+libc.malloc.restype, libc.malloc.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
+libc.free.argtypes = [ctypes.c_void_p]
+
+
+def neighbors(size, count=64):
+    """Two blocks of the heap of which one follows the other directly."""
+    made = sorted(libc.malloc(size) for _ in range(count))
+    step = size + 8  # glibc's header
+    first = next(a for a, b in zip(made, made[1:]) if b - a == step)
+    return first, first + step, made
+
+
+def test_the_size_of_a_block_is_known():
+    for size in (24, 56, 120, 1000, 4088):
+        address = libc.malloc(size)
+        assert size <= usable_size(address) < size + 16
+        libc.free(address)
+    # Not the beginning of a block.
+    address = libc.malloc(120)
+    ctypes.memset(address, 0xFF, 120)
+    assert usable_size(address + 64) == 0
+    libc.free(address)
+
+
+def test_a_field_is_not_found_in_the_next_object():
+    """The next object of the heap may have the same numbers, as interactions have the ids of erased ones."""
+    one, two, made = neighbors(56)
+    finder = Finder("Interaction")
+    for number in (3, 70001):
+        for address in (one, two):
+            ctypes.memset(address, 0, 56)
+            ctypes.memmove(address + 16, struct.pack("<2i", number, number + 1), 8)
+        finder.observe("id1", one, struct.pack("<i", number))
+        finder.observe("id2", one, struct.pack("<i", number + 1))
+    assert (finder.offset("id1"), finder.offset("id2")) == (16, 20)
+    for address in made:
+        libc.free(address)
+
+
+def test_pointers():
+    box = ctypes.c_uint64(77)
+    assert known_pointer(ctypes.addressof(box)) == memory.pointer(ctypes.addressof(box)) == 77
