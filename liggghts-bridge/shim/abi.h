@@ -97,6 +97,18 @@ struct ConcordemAtoms {
   int64_t step;
 };
 
+/// Neighbor lists of a pair style: `list` holds the indices of the `atoms` atoms that have one.
+struct ConcordemPairLists {
+  int32_t atoms;
+  /// Bits of an entry that are the neighbor's index.
+  int32_t index_bits;
+  const int32_t *list;
+  const int32_t *numbers;
+  const int32_t *const *neighbors;
+  /// Factors on the forces of a pair by the two upper bits of its entry.
+  double weights[4];
+};
+
 /// A normal model of `pair_style gran`, see `Model` in `src/pair.rs`.
 struct ConcordemPairModel {
   const char *name;
@@ -144,6 +156,8 @@ struct ConcordemPairArrays {
   const int32_t *mask;
   double (*force)[3];
   double (*torque)[3];
+  /// 1 for each entry of the lists, in order, that is left out; null: none.
+  const uint8_t *skip;
   double dt;
 };
 
@@ -202,8 +216,8 @@ void concordem_network_delete(ConcordemNetwork *network);
 /// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals.
 void concordem_network_initial_memory(const ConcordemNetwork *network, double *memory);
 
-/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` in m. Returns 0, or −1 and a
-/// message.
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
+/// Returns 0, or −1 and a message.
 int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   const ConcordemAtoms *atoms,
                                   double skin,
@@ -216,6 +230,28 @@ void concordem_network_make_listed(ConcordemNetwork *network);
 
 /// Queue bonds between `count` pairs of ids for the next rebuild.
 void concordem_network_make_given(ConcordemNetwork *network, const int32_t (*pairs)[2], int64_t count);
+
+/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms, owned atom first.
+void concordem_network_follow(ConcordemNetwork *network, const int32_t (*ends)[2], int64_t count);
+
+/// Queue the bonds that another command added to the atoms' lists for the next rebuild. Returns their number.
+int64_t concordem_network_make_added(ConcordemNetwork *network);
+
+/// Number of atoms with a queued bond. Writes their ids in ascending order to `ids` unless it is null.
+int64_t concordem_network_queued_atoms(const ConcordemNetwork *network, int32_t *ids);
+
+/// A number that increases whenever the bonds or the numbers of atoms change.
+int64_t concordem_network_generation(const ConcordemNetwork *network);
+
+/// Find the pairs of a pair style whose forces the network computes: with a contact law all pairs of the group, else the bonded ones.
+/// Sets their `marks` (one per entry, in order, at least `capacity`) to 1 unless it is null. Sets `first` to the ids of the first
+/// pair; returns the number of pairs.
+int64_t concordem_network_own_pairs(ConcordemNetwork *network,
+                                    const ConcordemAtoms *atoms,
+                                    const ConcordemPairLists *lists,
+                                    uint8_t *marks,
+                                    int64_t capacity,
+                                    int32_t *first);
 
 /// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
 int64_t concordem_network_broken_now(const ConcordemNetwork *network, const int32_t (**pairs)[2]);
@@ -392,6 +428,13 @@ static_assert(offsetof(ConcordemFacts, at) == 48 && sizeof(ConcordemFacts::at) =
 static_assert(offsetof(ConcordemFacts, factor) == 56 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
 static_assert(offsetof(ConcordemFacts, reach) == 64 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
 static_assert(sizeof(ConcordemFacts) == 72 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemPairLists, atoms) == 0 && sizeof(ConcordemPairLists::atoms) == 4, "ConcordemPairLists::atoms");
+static_assert(offsetof(ConcordemPairLists, index_bits) == 4 && sizeof(ConcordemPairLists::index_bits) == 4, "ConcordemPairLists::index_bits");
+static_assert(offsetof(ConcordemPairLists, list) == 8 && sizeof(ConcordemPairLists::list) == 8, "ConcordemPairLists::list");
+static_assert(offsetof(ConcordemPairLists, numbers) == 16 && sizeof(ConcordemPairLists::numbers) == 8, "ConcordemPairLists::numbers");
+static_assert(offsetof(ConcordemPairLists, neighbors) == 24 && sizeof(ConcordemPairLists::neighbors) == 8, "ConcordemPairLists::neighbors");
+static_assert(offsetof(ConcordemPairLists, weights) == 32 && sizeof(ConcordemPairLists::weights) == 32, "ConcordemPairLists::weights");
+static_assert(sizeof(ConcordemPairLists) == 64 && alignof(ConcordemPairLists) == 8, "ConcordemPairLists");
 static_assert(offsetof(ConcordemPairForce, i) == 0 && sizeof(ConcordemPairForce::i) == 4, "ConcordemPairForce::i");
 static_assert(offsetof(ConcordemPairForce, j) == 4 && sizeof(ConcordemPairForce::j) == 4, "ConcordemPairForce::j");
 static_assert(offsetof(ConcordemPairForce, force) == 8 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
@@ -445,7 +488,8 @@ static_assert(offsetof(ConcordemPairArrays, kind) == 104 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, mask) == 112 && sizeof(ConcordemPairArrays::mask) == 8, "ConcordemPairArrays::mask");
 static_assert(offsetof(ConcordemPairArrays, force) == 120 && sizeof(ConcordemPairArrays::force) == 8, "ConcordemPairArrays::force");
 static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPairArrays::torque) == 8, "ConcordemPairArrays::torque");
-static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
-static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
+static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPairArrays::skip) == 8, "ConcordemPairArrays::skip");
+static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
+static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xb12a94c10db16f7a)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x020d967d180f1847)

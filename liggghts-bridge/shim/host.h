@@ -23,7 +23,7 @@
 namespace LAMMPS_NS {
 
 // Version of restart files. Increase it whenever the head or the meaning of its numbers changes.
-const int CONCORDEM_RESTART_VERSION = 3;
+const int CONCORDEM_RESTART_VERSION = 4;
 
 // Head of a restart file. Every version starts with the version number; the length differs.
 struct ConcordemRestartHead {
@@ -32,9 +32,12 @@ struct ConcordemRestartHead {
   char law[32], contacts[32];
   int64_t found_at;
   double totals[CONCORDEM_TOTALS];
+  double edge[3], mean_radius;
+  int64_t virial_at;
+  double virial[6];
 };
 
-static_assert(sizeof(ConcordemRestartHead) == 80 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
+static_assert(sizeof(ConcordemRestartHead) == 168 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
 // The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
@@ -150,12 +153,17 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   return longest;
 }
 
-// Mean radius of the group. Summed exactly in integers, so that it does not depend on the distribution of atoms over processors.
-inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm world)
+// Mean radius of the atoms with a queued bond, 0 if there are none. Summed exactly in integers, so that it does not depend on the
+// distribution of atoms over processors.
+inline double concordem_mean_radius(const ConcordemNetwork *network, const Atom *atom, int groupbit, MPI_Comm world)
 {
-  double mine = 0.0, largest = 0.0;
+  std::vector<int32_t> queued(concordem_network_queued_atoms(network, NULL));
+  concordem_network_queued_atoms(network, queued.data());
+  std::vector<int> bonded;
   for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & groupbit) mine = std::max(mine, atom->radius[i]);
+    if (atom->mask[i] & groupbit && std::binary_search(queued.begin(), queued.end(), atom->tag[i])) bonded.push_back(i);
+  double mine = 0.0, largest = 0.0;
+  for (size_t k = 0; k < bonded.size(); k++) mine = std::max(mine, atom->radius[bonded[k]]);
   MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   if (!(largest > 0.0)) return 0.0;
   int exponent;
@@ -163,9 +171,8 @@ inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm wor
   const int shift = 53 - exponent;
   // Upper and lower 26 bits are summed separately, which allows 2^37 atoms.
   long long parts[3] = {0, 0, 0}, all[3];
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    const long long units = static_cast<long long>(ldexp(atom->radius[i], shift));
+  for (size_t k = 0; k < bonded.size(); k++) {
+    const long long units = static_cast<long long>(ldexp(atom->radius[bonded[k]], shift));
     parts[0] += units >> 26;
     parts[1] += units & ((1LL << 26) - 1);
     parts[2] += 1;

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@
 #include "update.h"
 
 #include "abi.h"
+#include "fix_bond.h"
+#include "pair_contact.h"
 
 using namespace LAMMPS_NS;
 using namespace LIGGGHTS;
@@ -257,6 +260,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     arrays.force = vectors(atom->f[0]);
     arrays.torque = vectors(atom->torque[0]);
     arrays.dt = update->dt;
+    arrays.skip = pairs_of_fixes(list);
     if (!acts) {
       unused_.assign(6 * count, 0.0);
       arrays.force = vectors(&unused_[0]);
@@ -286,6 +290,33 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   int64_t recorded_;   // number of contacts in record_
   std::vector<double *> shifted_;
   std::vector<double> unused_;
+
+  std::vector<FixConcordemBond *> bonds_;   // the fixes that compute forces of pairs
+  std::vector<unsigned char> skip_;         // 1 for each entry of the neighbor list that is such a pair
+  int64_t skip_of_ = -1;                    // when skip_ was determined
+
+  // 1 for each entry of the neighbor list whose forces a fix concordem/bond computes; NULL if there is no such fix.
+  const unsigned char *pairs_of_fixes(NeighList *list)
+  {
+    bonds_.clear();
+    int64_t now = neighbor->ncalls;
+    for (int k = 0; k < modify->nfix; k++) {
+      FixConcordemBond *fix = dynamic_cast<FixConcordemBond *>(modify->fix[k]);
+      if (!fix) continue;
+      bonds_.push_back(fix);
+      now += fix->generation();
+    }
+    if (bonds_.empty()) return NULL;
+    // Every build of the lists also increases the generation of each fix.
+    if (now != skip_of_) {
+      size_t entries = 0;
+      for (int ii = 0; ii < list->inum; ii++) entries += list->numneigh[list->ilist[ii]];
+      skip_.assign(std::max<size_t>(entries, 1), 0);
+      for (size_t k = 0; k < bonds_.size(); k++) bonds_[k]->mark_pairs(list, skip_);
+      skip_of_ = now;
+    }
+    return &skip_[0];
+  }
 
   int comm_rank()
   {
@@ -427,3 +458,12 @@ struct Registration {
 } registration;
 
 }  // namespace
+
+namespace LAMMPS_NS {
+
+bool concordem_is_our_model(PairGran *pair)
+{
+  return index_of(pair->hashcode()) >= 0;
+}
+
+}

@@ -9,7 +9,7 @@ use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
 use crate::law_names;
-use crate::network::Network;
+use crate::network::{Network, NeighborLists};
 use crate::options::{Creation, Options};
 
 /// Settings and sizes that the shim needs.
@@ -95,8 +95,8 @@ pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Networ
     unsafe { (*network).initial_memory(slice_mut(memory, (*network).atom_width())) }
 }
 
-/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` in m. Returns 0, or −1 and a
-/// message.
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
+/// Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_rebuild(
     network: *mut Network,
@@ -107,7 +107,7 @@ pub unsafe extern "C" fn concordem_network_rebuild(
     message: *const Message,
 ) -> i64 {
     // SAFETY: valid pointers from the shim.
-    unsafe { guarded(message, || (*network).rebuild(&(*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
+    unsafe { guarded(message, || (*network).rebuild(&mut (*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
 }
 
 /// Queue the bonds of the user's list for the next rebuild.
@@ -122,6 +122,82 @@ pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network) {
 pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, pairs: *const [i32; 2], count: i64) {
     // SAFETY: `count` pairs.
     unsafe { (*network).make_given(slice(pairs, count as usize)) }
+}
+
+/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms, owned atom first.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_follow(network: *mut Network, ends: *const [i32; 2], count: i64) {
+    // SAFETY: `count` pairs.
+    unsafe { (*network).follow(slice(ends, count as usize)) }
+}
+
+/// Queue the bonds that another command added to the atoms' lists for the next rebuild. Returns their number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_added(network: *mut Network) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).make_added() as i64 }
+}
+
+/// Number of atoms with a queued bond. Writes their ids in ascending order to `ids` unless it is null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_queued_atoms(network: *const Network, ids: *mut i32) -> i64 {
+    // SAFETY: `ids` has the size that an earlier call returned.
+    unsafe {
+        let queued = (*network).queued_atoms();
+        if !ids.is_null() {
+            slice_mut(ids, queued.len()).copy_from_slice(&queued);
+        }
+        queued.len() as i64
+    }
+}
+
+/// A number that increases whenever the bonds or the numbers of atoms change.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_generation(network: *const Network) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).generation() }
+}
+
+/// Neighbor lists of a pair style: `list` holds the indices of the `atoms` atoms that have one.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct PairLists {
+    atoms: i32,
+    /// Bits of an entry that are the neighbor's index.
+    index_bits: i32,
+    list: *const i32,
+    numbers: *const i32,
+    neighbors: *const *const i32,
+    /// Factors on the forces of a pair by the two upper bits of its entry.
+    weights: [f64; 4],
+}
+
+/// Find the pairs of a pair style whose forces the network computes: with a contact law all pairs of the group, else the bonded ones.
+/// Sets their `marks` (one per entry, in order, at least `capacity`) to 1 unless it is null. Sets `first` to the ids of the first
+/// pair; returns the number of pairs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_own_pairs(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    lists: *const PairLists,
+    marks: *mut u8,
+    capacity: i64,
+    first: *mut i32,
+) -> i64 {
+    // SAFETY: the host's neighbor lists; `capacity` marks; two ids.
+    unsafe {
+        let l = &*lists;
+        let lists = slice(l.list, l.atoms as usize)
+            .iter()
+            .map(|&i| (i as usize, slice(*l.neighbors.add(i as usize), *l.numbers.add(i as usize) as usize)))
+            .collect();
+        let lists = NeighborLists { lists, index_bits: l.index_bits, weights: l.weights };
+        let marks = if marks.is_null() { &mut [] } else { slice_mut(marks, capacity as usize) };
+        let (count, pair) = (*network).own_pairs(&(*atoms).view(), &lists, marks);
+        slice_mut(first, 2).copy_from_slice(&pair);
+        count as i64
+    }
 }
 
 /// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.

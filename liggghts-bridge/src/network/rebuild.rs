@@ -13,6 +13,9 @@ use crate::atoms::{Atoms, vector};
 use crate::options::Creation;
 use crate::records::{Kind, Record};
 
+/// Stands for the particle of an atom that is neither owned nor a ghost.
+pub(super) const ABSENT: u32 = u32::MAX;
+
 impl Network {
     /// Queue the bonds of the user's list for the next rebuild. Every processor must call this.
     pub fn make_listed(&mut self) {
@@ -29,14 +32,27 @@ impl Network {
     }
 
     /// Rebuild the state for the current distribution of atoms. `skin` (m): skin of the host's neighbor lists. `cutoff` (m): distance
-    /// up to which ghosts exist. `mean_radius` (m): mean radius of all atoms in the group.
+    /// up to which ghosts exist. `mean_radius` (m): mean radius of the bonded atoms; only new bonds need it.
     ///
     /// # Errors
     /// An atom without parameters, a bond to an atom that does not exist here, a periodic box that is too small, or invalid ids.
-    pub fn rebuild(&mut self, atoms: &Atoms<'_>, skin: f64, cutoff: f64, mean_radius: f64) -> Result<(), NetworkError> {
-        let records = self.records()?;
+    pub fn rebuild(
+        &mut self,
+        atoms: &mut Atoms<'_>,
+        skin: f64,
+        cutoff: f64,
+        mean_radius: f64,
+    ) -> Result<(), NetworkError> {
+        self.check_ids(atoms)?;
+        let mut records = self.records()?;
         self.place_particles(atoms)?;
         self.adjacency = None;
+        self.particle_of.clear();
+        self.generation += 1;
+        let mut ends = self.ends_of(&records);
+        if self.follow_lists(&mut records, &ends) {
+            ends = self.ends_of(&records);
+        }
         let largest = self.state.particles.radius.iter().copied().fold(0.0, f64::max);
         let smallest = self.state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
         // Same range as the host's lists.
@@ -45,8 +61,8 @@ impl Network {
         for block in self.state.bonds.iter_mut().chain(&mut self.state.contacts) {
             block.contacts_mut().retain_where(&|_| false);
         }
-        for record in records {
-            let ends = record.tags.map(|tag| self.tags.binary_search(&tag).ok());
+        for (record, ends) in records.into_iter().zip(ends) {
+            let ends = ends.map(|p| (p != ABSENT).then_some(p as usize));
             if !ends.iter().flatten().any(|&p| self.owned[p]) {
                 continue;
             }
@@ -70,6 +86,12 @@ impl Network {
         self.state.clock.dt = atoms.dt;
         self.solver = Some(Solver::for_subdomain(self.model.clone(), &mut self.state, self.owned.clone())?);
         Ok(())
+    }
+
+    /// Particles of both ends of each record, [`ABSENT`] if this processor does not know the atom.
+    fn ends_of(&self, records: &[Record]) -> Vec<[u32; 2]> {
+        let particle = |tag: i32| self.tags.binary_search(&tag).map_or(ABSENT, |p| p as u32);
+        records.iter().map(|record| record.tags.map(particle)).collect()
     }
 
     /// Append the bond or contact of `record` between particles `a` and `b` to its block; returns the larger of its reference and
