@@ -46,6 +46,8 @@ void FixConcordemBond::init()
   if (!comm->ghost_velocity)
     fail("needs the velocities of ghosts; add `communicate single vel yes`");
   check_run();
+  // In its first setup, LIGGGHTS would reset the data of all atoms after we have stored forces there.
+  just_created = 0;
   if (strstr(update->integrate_style, "respa")) fail("does not support run_style respa; use run_style verlet");
   if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
     fail("the boundaries changed after its definition; define it after `boundary` and change_box");
@@ -160,6 +162,8 @@ void FixBondBase::fail(const std::string &text)
 
 void FixBondBase::fail_on_this_processor()
 {
+  // error->one ends the program before the message is written to a pipe.
+  if (comm->nprocs == 1) fail(text_);
   const std::string text = std::string("fix ") + id + " concordem/bond: " + text_;
   error->one(FLERR, text.c_str());
   abort();   // unreachable: one ends the program

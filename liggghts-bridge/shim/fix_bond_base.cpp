@@ -113,9 +113,13 @@ void FixBondBase::check_box(bool setup)
 {
   for (int axis = 0; axis < 3; axis++) {
     const double edge = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
-    if (edge_[axis] >= 0.0 && edge != edge_[axis] && (made_ || !setup))
-      fail("the periodic box changed from " + std::to_string(edge_[axis]) + " m to " + std::to_string(edge) + " m along " +
-           "xyz"[axis] + ", which would stretch the bonds across its border; change the box before the bonds are created");
+    if (edge_[axis] >= 0.0 && edge != edge_[axis] && (made_ || !setup)) {
+      snprintf(text_, sizeof(text_),
+               "the periodic box changed from %.12g m to %.12g m along %c, which would stretch the bonds across its border; change the "
+               "box before the bonds are created",
+               edge_[axis], edge, "xyz"[axis]);
+      fail(text_);
+    }
     edge_[axis] = edge;
   }
 }

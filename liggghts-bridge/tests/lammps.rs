@@ -450,10 +450,6 @@ fn errors_name_the_remedy() {
         (format!("{head}bond_style concordem/cohesive_beam bond distance 1.5\n"), "remove `bond`"),
         (format!("{head}bond_style concordem/cohesive_beam\n{coeff}{coeff}"), "bond_coeff can be given only once"),
         (
-            format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 0\ndelete_bonds all bond 1 remove\nrun 0\n"),
-            "do not add or remove bonds",
-        ),
-        (
             format!("{head}compute c all concordem/bond/local nothing\nbond_style zero\nbond_coeff *\nrun 0\n"),
             "there is no fix",
         ),
