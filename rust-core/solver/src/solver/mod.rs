@@ -198,7 +198,7 @@ impl Solver {
     /// 6. Kick and drift of free particles, then of clumps.
     /// 7. Move the cell and the walls.
     /// 8. Book the energies, advance the clock.
-    /// 9. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell,
+    /// 9. If bonds broke, their pairs continue as unbonded contacts. In a periodic cell,
     ///    particles that have drifted far are occasionally moved back ([`Particles::image`]).
     ///
     /// # Errors
@@ -230,8 +230,10 @@ impl Solver {
         check_finite(state, &report)?;
         // Depends only on the step number, so that a resumed run wraps in the same steps.
         let wrapped = state.clock.step.is_multiple_of(wrap::INTERVAL) && self.owned.is_empty() && wrap::wrap(state);
-        if report.bonds_broke() || wrapped {
+        if wrapped {
             self.rebuild_neighbor_list(state, strain)?;
+        } else if report.bonds_broke() {
+            self.free_broken_pairs(state);
         }
         self.finish_heat(state);
         Ok(report)
@@ -253,9 +255,9 @@ impl Solver {
             return Err(SolverError::Heat { problem: "needs a solver that integrates the motion itself" });
         }
         let mut report = StepReport::default();
-        let (_, strain) = self.compute_forces(state, sample, &mut report)?;
+        self.compute_forces(state, sample, &mut report)?;
         if report.bonds_broke() {
-            self.rebuild_neighbor_list(state, strain)?;
+            self.free_broken_pairs(state);
         }
         Ok(report)
     }
