@@ -72,46 +72,25 @@ void FixConcordemBond::init()
 // Longest bond in the atoms' lists.
 double FixConcordemBond::longest_given()
 {
-  // Ghosts may not exist yet, so gather the positions of partners on other processors.
-  std::vector<int> asked;
+  // Ghosts may not exist yet, so ask for the positions of partners on other processors.
+  std::vector<int32_t> asked;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
       if (atom->bond_type[i][m] <= 0) continue;
       const int j = atom->map(atom->bond_atom[i][m]);
       if (j < 0 || j >= atom->nlocal) asked.push_back(atom->bond_atom[i][m]);
     }
-  std::sort(asked.begin(), asked.end());
-  asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
-  int count = asked.size(), total = 0;
-  std::vector<int> counts(comm->nprocs), starts(comm->nprocs);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
-  for (int p = 0; p < comm->nprocs; p++) starts[p] = total, total += counts[p];
-  std::vector<int> all(total);
-  MPI_Allgatherv(asked.data(), count, MPI_INT, all.data(), counts.data(), starts.data(), MPI_INT, world);
-  std::vector<double> mine(4 * total, 0.0), found(4 * total, 0.0);
-  for (int k = 0; k < total; k++) {
-    const int i = atom->map(all[k]);
-    if (i < 0 || i >= atom->nlocal) continue;
-    for (int axis = 0; axis < 3; axis++) mine[4 * k + axis] = atom->x[i][axis];
-    mine[4 * k + 3] = 1.0;
-  }
-  MPI_Allreduce(mine.data(), found.data(), 4 * total, MPI_DOUBLE, MPI_SUM, world);
+  const std::vector<ConcordemPlace> places = concordem_places(asked, atom, groupbit, world);
   double longest = 0.0;
+  size_t next = 0;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
       if (atom->bond_type[i][m] <= 0) continue;
-      const int partner = atom->bond_atom[i][m];
-      const int j = atom->map(partner);
-      const double *x;
-      if (j >= 0 && j < atom->nlocal) {
-        x = atom->x[j];
-      } else {
-        const int k = starts[comm->me] + static_cast<int>(std::lower_bound(asked.begin(), asked.end(), partner) - asked.begin());
-        x = &found[4 * k];
-        if (found[4 * k + 3] == 0.0)
-          error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded to atom {}, which does not exist; remove the bond", id,
-                     atom->tag[i], partner);
-      }
+      const int partner = atom->bond_atom[i][m], j = atom->map(partner);
+      const double *x = j >= 0 && j < atom->nlocal ? atom->x[j] : places[next].x;
+      if ((j < 0 || j >= atom->nlocal) && places[next++].owner < 0)
+        error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded to atom {}, which does not exist; remove the bond", id,
+                   atom->tag[i], partner);
       double d[3];
       for (int axis = 0; axis < 3; axis++) d[axis] = x[axis] - atom->x[i][axis];
       domain->minimum_image(FLERR, d[0], d[1], d[2]);

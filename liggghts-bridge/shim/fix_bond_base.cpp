@@ -55,8 +55,13 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   if (strcmp(update->unit_style, "si") != 0) fail("needs SI units; use `units si`");
 
   lost_ = lost_in_restart();
-  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, &facts_, &message_);
-  if (!network_) fail(text_);
+  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, comm->me, comm->nprocs, &facts_, &message_);
+  // A line of a list may be wrong on one processor only.
+  int valid = network_ != NULL, count_valid;
+  MPI_Allreduce(&valid, &count_valid, 1, MPI_INT, MPI_SUM, world);
+  if (count_valid == 0) fail(text_);
+  if (!valid) fail_on_this_processor();
+  if (count_valid < comm->nprocs) MPI_Barrier(world);   // until that processor ends the program
   law_ = arg[3];
 
   restart_global = 1;
@@ -107,6 +112,24 @@ void FixBondBase::check_run()
   const std::string changer = changer_of_box();
   if (!changer.empty())
     fail("does not support boxes that change in a run, but fix " + changer + " changes it; remove that fix");
+  check_other_fixes();
+}
+
+// The contacts of a fix are between all atoms of its group, also those that another fix bonds.
+void FixBondBase::check_other_fixes()
+{
+  if (strcmp(facts_.contacts, "none") == 0) return;
+  for (int k = 0; k < modify->nfix; k++) {
+    const FixBondBase *other = dynamic_cast<const FixBondBase *>(modify->fix[k]);
+    if (!other || other == this) continue;
+    bigint mine = 0, shared = 0;
+    for (int i = 0; i < atom->nlocal; i++)
+      if (atom->mask[i] & groupbit && atom->mask[i] & other->groupbit) mine++;
+    MPI_Allreduce(&mine, &shared, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+    if (shared > 1)
+      fail("its `contact` acts on atoms that also belong to fix " + std::string(other->id) +
+           ", so that forces would add up; use one fix, or groups without common atoms");
+  }
 }
 
 void FixBondBase::check_box(bool setup)
@@ -172,7 +195,7 @@ void FixBondBase::make_bonds()
     fail("the restart file contains the bonds of fix " + lost_ + ", which the script does not define; give this fix the same id: `fix " +
          lost_ + " ...`");
   if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
-  if (facts_.creation == 2) concordem_network_make_listed(network_);
+  if (facts_.creation == 2) concordem_make_listed(network_, atom, groupbit, world);
   if (lists_) queue_bonds_of_lists();
   mean_radius_ = concordem_mean_radius(network_, atom, groupbit, world);
   if (creates) rebuild();

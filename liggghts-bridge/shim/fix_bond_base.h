@@ -67,7 +67,7 @@ class FixBondBase : public Fix {
 
   // Fail if the box has changed since the last setup; `setup`: a run begins.
   void check_box(bool setup);
-  // Fail if the host minimizes, or if a fix changes the box. Called by init().
+  // Fail if the host minimizes, if a fix changes the box, or if another of our fixes computes the same contacts. Called by init().
   void check_run();
   // The virial of this step, summed over all contacts: at the seam of two runs that of the stored forces.
   void find_virial(bool setup, double *total, double **of_atoms);
@@ -88,6 +88,7 @@ class FixBondBase : public Fix {
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
 
+  void check_other_fixes();
   double longest_listed();
   void queue_bonds_of_lists();    // empty for LIGGGHTS
   void follow_lists();            // empty for LIGGGHTS

@@ -64,6 +64,9 @@ int index_of(int64_t hash)
 // Number of tangential models: 0 off, 1 no_history, 2 history (LIGGGHTS' numbers).
 const int SHEARS = 3;
 
+// Numbers of LIGGGHTS' cohesion, rolling, and surface models. They are registered with ours only to be rejected with a remedy.
+const int COHESIONS[] = {0, 1, 2, 7, 8}, ROLLINGS[] = {0, 1, 2, 3, 4, 6}, SURFACES[] = {0, 2, 5};
+
 // A model with its parameters.
 class ConcordemModel : protected Pointers {
  protected:
@@ -73,6 +76,13 @@ class ConcordemModel : protected Pointers {
     message_.text = text_;
     message_.capacity = sizeof(text_);
     text_[0] = 0;
+    const char *other = hash >> 12 & 63 ? "cohesion" : hash >> 18 & 63 ? "rolling_friction" : hash >> 24 & 63 ? "surface" : NULL;
+    if (!other) return;
+    snprintf(text_, sizeof(text_),
+             "model %s does not support `%s`; remove it, or use a model of LIGGGHTS, and beside fix concordem/bond take the pairs of its "
+             "group out of the neighbor lists: `neigh_modify exclude group GROUP GROUP`",
+             model_.name, other);
+    error->all(FLERR, text_);
   }
 
   ~ConcordemModel()
@@ -448,11 +458,14 @@ struct Registration {
   {
     for (const ConcordemPairModel &model : models()) {
       ContactModels::Factory::instance().addNormalModel(model.name, model.number);
-      for (int shear = 0; shear < SHEARS; shear++) {
-        const int hash = static_cast<int>(Utils::generate_gran_hashcode(model.number, shear, 0, 0, 0));
-        PairStyles::Factory::instance().addStyle("gran", hash, &new_pair);
-        Walls::Factory::instance().addStyle("gran", hash, &new_wall);
-      }
+      for (int shear = 0; shear < SHEARS; shear++)
+        for (int cohesion : COHESIONS)
+          for (int rolling : ROLLINGS)
+            for (int surface : SURFACES) {
+              const int hash = static_cast<int>(Utils::generate_gran_hashcode(model.number, shear, cohesion, rolling, surface));
+              PairStyles::Factory::instance().addStyle("gran", hash, &new_pair);
+              Walls::Factory::instance().addStyle("gran", hash, &new_wall);
+            }
     }
   }
 } registration;

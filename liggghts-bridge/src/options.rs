@@ -1,5 +1,6 @@
 //! Arguments of `fix ID group concordem/bond …`.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use concordem_contact::kinematics::MotionMeasure;
@@ -171,12 +172,14 @@ fn toml_value(word: &str) -> toml::Value {
     }
 }
 
-/// Read a list of bonds: per line two atom ids and optionally the reference length (m); `#` begins a comment.
-pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
+/// Read a list of bonds: per line two atom ids and optionally the reference length (m); `#` begins a comment. Of the processors
+/// `[processor, processors]`, each keeps the bonds whose lower id has the remainder `processor`.
+pub fn read_list(path: &Path, [processor, processors]: [usize; 2]) -> Result<Vec<Listed>, OptionError> {
     let file = |message: String| OptionError::File { path: path.display().to_string(), message };
-    let text = std::fs::read_to_string(path).map_err(|error| file(error.to_string()))?;
+    let reader = std::fs::File::open(path).map_err(|error| file(error.to_string()))?;
     let mut bonds = Vec::new();
-    for (number, line) in text.lines().enumerate() {
+    for (number, line) in BufReader::new(reader).lines().enumerate() {
+        let line = line.map_err(|error| file(error.to_string()))?;
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
             continue;
@@ -195,7 +198,9 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
         if words.len() > 3 || a == b || length == Some(None) {
             return Err(wrong());
         }
-        bonds.push(([a.min(b), a.max(b)], length.flatten()));
+        if a.min(b) as usize % processors == processor {
+            bonds.push(([a.min(b), a.max(b)], length.flatten()));
+        }
     }
     bonds.sort_unstable_by_key(|bond| bond.0);
     if let Some(twice) = bonds.windows(2).find(|pair| pair[0].0 == pair[1].0) {
@@ -208,6 +213,8 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
 /// Arguments before they are checked against each other.
 #[derive(Default)]
 struct Arguments {
+    /// Number of this processor, and of processors.
+    share: [usize; 2],
     contact: Option<ContactLawName>,
     mode: Option<MotionMeasure>,
     creation: Option<Creation>,
@@ -256,7 +263,7 @@ impl<'a> OptionWords<'a, '_> {
     }
 
     /// `none`, `distance FACTOR`, or `list FILE`.
-    fn creation(&mut self) -> Result<Creation, OptionError> {
+    fn creation(&mut self, share: [usize; 2]) -> Result<Creation, OptionError> {
         const KINDS: &str = "distance FACTOR, list FILE, or none";
         match self.value(KINDS)? {
             "none" => Ok(Creation::None),
@@ -267,7 +274,7 @@ impl<'a> OptionWords<'a, '_> {
                 self.fill(&mut factor, wanted, in_range)?;
                 Ok(Creation::Distance(factor.unwrap_or_default()))
             }
-            "list" => Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?))?)),
+            "list" => Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?), share)?)),
             other => Err(self.refuse(other, KINDS)),
         }
     }
@@ -275,8 +282,8 @@ impl<'a> OptionWords<'a, '_> {
 
 impl Arguments {
     /// Read the words after the law.
-    fn read(words: &[String]) -> Result<Self, OptionError> {
-        let mut arguments = Self::default();
+    fn read(words: &[String], share: [usize; 2]) -> Result<Self, OptionError> {
+        let mut arguments = Self { share, ..Self::default() };
         let mut rest = words.iter();
         while let Some(key) = rest.next() {
             arguments.read_option(OptionWords { key, rest: &mut rest })?;
@@ -296,7 +303,7 @@ impl Arguments {
             "kinematics" => words.fill(&mut self.mode, "finite, first-order, yade, or yade-ratcheting", named),
             "bond" => {
                 words.once(self.creation.is_some())?;
-                self.creation = Some(words.creation()?);
+                self.creation = Some(words.creation(self.share)?);
                 Ok(())
             }
             "at" => {
@@ -341,6 +348,14 @@ impl Options {
     /// # Errors
     /// Invalid or contradictory arguments, or a file that cannot be read.
     pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
+        Self::parse_share(words, types, [0, 1])
+    }
+
+    /// [`Self::parse`] that keeps the share of a list of bonds of processor `[processor, processors]`.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn parse_share(words: &[String], types: usize, share: [usize; 2]) -> Result<Self, OptionError> {
         let name = words.first().map(String::as_str).unwrap_or_default();
         let law = match name {
             "none" => None,
@@ -350,7 +365,7 @@ impl Options {
                     .ok_or_else(|| OptionError::Law { name: name.to_owned() })?,
             ),
         };
-        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default())?;
+        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default(), share)?;
         let contact = arguments.contact.unwrap_or_default();
         if law.is_none() {
             if contact == ContactLawName::NONE {
@@ -369,6 +384,7 @@ impl Options {
             }
             None => (vec![inline_material(law, contact, arguments.tables)?; types], Vec::new()),
         };
+        check_tables(&materials, &interfaces)?;
         if arguments.deformable.is_some() {
             check_deformable(law, contact, &materials)?;
         }
@@ -385,6 +401,24 @@ impl Options {
             interfaces,
         })
     }
+}
+
+/// The keys of each table must agree, as in scenarios; and the hosts must support them.
+fn check_tables(materials: &[Material], interfaces: &[Interface]) -> Result<(), OptionError> {
+    let of_materials = materials.iter().flat_map(Material::tables);
+    for (law, table) in of_materials.chain(interfaces.iter().flat_map(Interface::tables)) {
+        if let Some(fault) = table.faults().into_iter().next() {
+            let key = if fault.key.is_empty() { String::new() } else { format!("`{}`: ", fault.key) };
+            let message = format!("{key}{}; {}", fault.message, fault.help);
+            return Err(OptionError::Parameters { place: law.key().to_owned(), message });
+        }
+    }
+    let with_failure = materials.iter().flat_map(Material::tables).find(|(_, table)| table.hydrostatic_strength().is_some());
+    if let Some((law, _)) = with_failure {
+        let message = "`hydrostatic_strength`: failure of whole particles is not available here; remove it, or use ConcorDEM's solver";
+        return Err(OptionError::Parameters { place: law.key().to_owned(), message: message.to_owned() });
+    }
+    Ok(())
 }
 
 /// Deformable particles need laws that support them, and elastic constants.
@@ -506,6 +540,12 @@ mod tests {
             ("linear_bond normal_stiffness 1 bond none", "missing field `shear_stiffness`"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1 colour red bond none", "unknown field `colour`"),
             ("linear_bond normal_stiffness 1 normal_stiffness 1 bond none", "given twice"),
+            ("cohesive_beam young 1e9 tensile_strength 1e6 bond none", "the radius of the beam is missing; give `radius_ratio`"),
+            ("cohesive_beam young 1e9 radius 1 radius_ratio 1 tensile_strength 1e6 bond none", "`radius`: the radius of the beam is given twice"),
+            (
+                "cohesive_beam young 1e9 radius_ratio 1 tensile_strength 1e6 hydrostatic_strength 1e6 bond none",
+                "failure of whole particles is not available",
+            ),
             ("linear_bond contact glue bond none", "unknown contact law `glue`"),
             ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
             ("linear_bond deformable much bond none", "solid, plane-strain, or plane-stress"),

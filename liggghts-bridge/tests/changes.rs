@@ -202,6 +202,23 @@ fn a_restart_file_with_bonds_of_another_fix_is_rejected() {
     }
 }
 
+#[test]
+fn two_fixes_do_not_compute_the_same_contacts() {
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        let head = write_row(host, folder.path()) + "group left id 1:4\ngroup right id 5:8\ngroup wide id 4:8\n";
+        let contacts = "contact frictional contact.normal_stiffness 1e5 contact.shear_stiffness 1e4 contact.friction_coefficient 0.3";
+        let two = |a: &str, b: &str| {
+            let fix = |id: &str, group: &str| format!("fix {id} {group} concordem/bond {LINEAR} bond distance 1.2 {contacts}\n");
+            format!("{head}{}{}run 2\n", fix("one", a), fix("two", b))
+        };
+        refused(host, folder.path(), &two("all", "left"), "its `contact` acts on atoms that also belong to fix two");
+        run_in(host, folder.path(), &two("left", "right"), 2);
+        // A single common atom makes no common pair.
+        run_in(host, folder.path(), &two("left", "wide"), 2);
+    }
+}
+
 /// A dashpot acts in the last step of a run. The pressure at the start of the next run, and after a restart, must contain its force.
 #[test]
 fn the_pressure_at_the_seam_of_two_runs_contains_dashpots() {

@@ -438,6 +438,18 @@ fn errors_name_the_remedy() {
     let cpm = LAW.split_once(' ').unwrap().1;
     for (script, wanted) in [
         (format!("{head}bond_style concordem/cpm\nbond_coeff 1 young 30e9\nrun 0\n"), "missing field"),
+        (
+            format!("{head}bond_style concordem/cohesive_beam\nbond_coeff * young 5e9 tensile_strength 5e6\n"),
+            "the radius of the beam is missing; give `radius_ratio`",
+        ),
+        (
+            // The fix of a style does not exist yet.
+            format!(
+                "{head}bond_style concordem/cohesive_beam\n{coeff}run 0\nwrite_restart half\nclear\nread_restart half\n\
+                 thermo_style custom f_concordem_bonds\n"
+            ),
+            "repeat the style and its coefficients after read_restart",
+        ),
         (format!("{head}fix b all concordem/bond glue bond none\n"), "choose one of cpm, linear_bond, cohesive_beam"),
         (
             format!("{}bond_style concordem/cohesive_beam\n{coeff}run 0\n", with("newton off", "newton on")),

@@ -35,12 +35,15 @@ pub struct Facts {
     reach: f64,
 }
 
-/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
+/// Create a network from the `count` script arguments after the style name, on processor `processor` of `processors`. Returns null and a
+/// message if they are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_new(
     words: *const *const c_char,
     count: i32,
     types: i32,
+    processor: i32,
+    processors: i32,
     facts: *mut Facts,
     message: *const Message,
 ) -> *mut Network {
@@ -54,7 +57,7 @@ pub unsafe extern "C" fn concordem_network_new(
             .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
             .collect();
         guarded(message, || {
-            let options = Options::parse(&words, types as usize).map_err(|error| error.to_string())?;
+            let options = Options::parse_share(&words, types as usize, [processor as usize, processors as usize]).map_err(|error| error.to_string())?;
             let network = Network::new(options).map_err(|error| error.to_string())?;
             let options = network.options();
             let (creation, factor) = match &options.creation {
@@ -110,11 +113,37 @@ pub unsafe extern "C" fn concordem_network_rebuild(
     unsafe { guarded(message, || (*network).rebuild(&mut (*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
 }
 
-/// Queue the bonds of the user's list for the next rebuild.
+/// A bond of the user's list.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct BondOfList {
+    ids: [i32; 2],
+    /// Reference length, m; 0: the current distance.
+    length: f64,
+}
+
+/// Number of bonds of the user's list that this processor keeps. Writes them to `bonds` unless it is null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network) {
-    // SAFETY: valid pointers from the shim.
-    unsafe { (*network).make_listed() }
+pub unsafe extern "C" fn concordem_network_listed(network: *const Network, bonds: *mut BondOfList) -> i64 {
+    // SAFETY: `bonds` has the size that an earlier call returned.
+    unsafe {
+        let Creation::List(listed) = &(*network).options().creation else { return 0 };
+        for (to, &(ids, length)) in slice_mut(bonds, listed.len()).iter_mut().zip(listed) {
+            *to = BondOfList { ids, length: length.unwrap_or(0.0) };
+        }
+        listed.len() as i64
+    }
+}
+
+/// Queue `count` bonds of the user's list for the next rebuild, and forget those that this processor kept.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network, bonds: *const BondOfList, count: i64) {
+    // SAFETY: `count` bonds.
+    unsafe {
+        let bonds = slice(bonds, count as usize);
+        (*network).make_listed(bonds.iter().map(|bond| (bond.ids, (bond.length > 0.0).then_some(bond.length))));
+    }
 }
 
 /// Queue bonds between `count` pairs of ids for the next rebuild.
@@ -208,54 +237,6 @@ pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, p
         let broken = (*network).broken_now();
         *pairs = broken.as_ptr();
         broken.len() as i64
-    }
-}
-
-/// Number of atoms in the user's list of bonds. Writes their ids in ascending order to `ids` unless it is null.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_listed_atoms(network: *const Network, ids: *mut i32) -> i64 {
-    // SAFETY: `ids` has the size that an earlier call returned.
-    unsafe {
-        let Creation::List(bonds) = &(*network).options().creation else { return 0 };
-        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
-        listed.sort_unstable();
-        listed.dedup();
-        if !ids.is_null() {
-            slice_mut(ids, listed.len()).copy_from_slice(&listed);
-        }
-        listed.len() as i64
-    }
-}
-
-/// Longest current or reference length of the listed bonds, m. `positions`: three reals per listed atom, in the order of
-/// [`concordem_network_listed_atoms`]. `edges`: three edge lengths of the box, 0 where it is not periodic.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_longest_listed(
-    network: *const Network,
-    positions: *const f64,
-    edges: *const f64,
-) -> f64 {
-    // SAFETY: three reals per listed atom, three edges.
-    unsafe {
-        let Creation::List(bonds) = &(*network).options().creation else { return 0.0 };
-        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
-        listed.sort_unstable();
-        listed.dedup();
-        let positions = slice(positions, 3 * listed.len());
-        let edges = slice(edges, 3);
-        let mut longest = 0.0_f64;
-        for (tags, length) in bonds {
-            let [a, b] = tags.map(|tag| listed.partition_point(|&t| t < tag));
-            let squared: f64 = (0..3)
-                .map(|k| {
-                    let d = positions[3 * b + k] - positions[3 * a + k];
-                    let d = if edges[k] > 0.0 { d - edges[k] * (d / edges[k]).round() } else { d };
-                    d * d
-                })
-                .sum();
-            longest = longest.max(squared.sqrt()).max(length.unwrap_or(0.0));
-        }
-        longest
     }
 }
 

@@ -10,19 +10,18 @@ use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::{Network, NetworkError};
 use crate::atoms::{Atoms, vector};
-use crate::options::Creation;
+use crate::options::{Creation, Listed};
 use crate::records::{Kind, Record};
 
 /// Stands for the particle of an atom that is neither owned nor a ghost.
 pub(super) const ABSENT: u32 = u32::MAX;
 
 impl Network {
-    /// Queue the bonds of the user's list for the next rebuild. Every processor must call this.
-    pub fn make_listed(&mut self) {
-        if let Creation::List(bonds) = &self.options.creation {
-            for &(tags, length) in bonds {
-                self.fresh.push(Record::fresh(tags, length));
-            }
+    /// Queue bonds of the user's list for the next rebuild, and forget those that this processor kept. Every processor must call this.
+    pub fn make_listed(&mut self, bonds: impl Iterator<Item = Listed>) {
+        self.fresh.extend(bonds.map(|(tags, length)| Record::fresh(tags, length)));
+        if let Creation::List(kept) = &mut self.options.creation {
+            *kept = Vec::new();
         }
     }
 
