@@ -325,27 +325,35 @@ void FixBondBase::communicate_ghosts()
   comm->forward_comm(this);
 }
 
-void FixBondBase::queue_bonds_of_lists()
-{
-  std::vector<std::array<int32_t, 2>> pairs;
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0) pairs.push_back({atom->tag[i], atom->bond_atom[i][m]});
-  concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[2]>(pairs.data()), pairs.size());
-}
-
 void FixBondBase::print(double bonds)
 {
   utils::logmesg(lmp, "fix {} concordem/bond: {:.0f} bonds of law {}\n", id, bonds, law_);
 }
 
-void FixBondBase::follow_lists()
+namespace {
+
+// The listed bonds of owned atoms: owned atom, partner, bond type.
+std::vector<std::array<int32_t, 3>> listed_ends(const Atom *atom)
 {
-  std::vector<std::array<int32_t, 2>> ends;
+  std::vector<std::array<int32_t, 3>> ends;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0) ends.push_back({atom->tag[i], atom->bond_atom[i][m]});
-  concordem_network_follow(network_, reinterpret_cast<const int32_t(*)[2]>(ends.data()), ends.size());
+      if (atom->bond_type[i][m] > 0) ends.push_back({atom->tag[i], atom->bond_atom[i][m], atom->bond_type[i][m]});
+  return ends;
+}
+
+}
+
+void FixBondBase::queue_bonds_of_lists()
+{
+  const auto ends = listed_ends(atom);
+  concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[3]>(ends.data()), ends.size());
+}
+
+void FixBondBase::follow_lists()
+{
+  const auto ends = listed_ends(atom);
+  concordem_network_follow(network_, reinterpret_cast<const int32_t(*)[3]>(ends.data()), ends.size());
 }
 
 std::string FixBondBase::changer_of_box() const

@@ -1,5 +1,6 @@
 //! Arguments of `fix ID group concordem/bond …`.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -71,6 +72,9 @@ pub enum OptionError {
         names(LawName::bonds())
     )]
     NoBondLaw,
+    /// Parameters by bond type where bonds have no type.
+    #[error("parameters by bond type need the bonds of a bond style of LAMMPS; remove the number before the key")]
+    NoBondTypes,
     /// Parameters both inline and from a file.
     #[error("parameter `{key}` conflicts with `materials FILE`; remove one of them")]
     InlineAndFile {
@@ -141,6 +145,8 @@ pub struct Options {
     pub deformable: Option<Condition>,
     /// Parameters by atom type.
     pub materials: Vec<Material>,
+    /// Parameters of bonds by bond type; empty if they belong to atom types.
+    pub bond_types: Vec<Material>,
     /// Parameters between types.
     pub interfaces: Vec<Interface>,
 }
@@ -225,6 +231,8 @@ struct Arguments {
     materials_file: Option<String>,
     /// Parameters of bonds, contacts, and deformation.
     tables: [toml::Table; 3],
+    /// Parameters of bonds by bond type.
+    by_bond_type: BTreeMap<usize, toml::Table>,
     /// The first parameter that was given inline.
     first_parameter: Option<String>,
 }
@@ -274,7 +282,9 @@ impl<'a> OptionWords<'a, '_> {
                 self.fill(&mut factor, wanted, in_range)?;
                 Ok(Creation::Distance(factor.unwrap_or_default()))
             }
-            "list" => Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?), share)?)),
+            "list" => {
+                Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?), share)?))
+            }
             other => Err(self.refuse(other, KINDS)),
         }
     }
@@ -329,7 +339,10 @@ impl Arguments {
     fn read_parameter(&mut self, mut words: OptionWords<'_, '_>) -> Result<(), OptionError> {
         let word = words.value("the parameter's value")?;
         let [bond, contact, deformable] = &mut self.tables;
-        let (table, name) = if let Some(name) = words.key.strip_prefix("contact.") {
+        let of_type = words.key.split_once('.').and_then(|(number, name)| Some((number.parse::<usize>().ok()?, name)));
+        let (table, name) = if let Some((bond_type, name)) = of_type {
+            (self.by_bond_type.entry(bond_type).or_default(), name)
+        } else if let Some(name) = words.key.strip_prefix("contact.") {
             (contact, name)
         } else if let Some(name) = words.key.strip_prefix("deformable.") {
             (deformable, name)
@@ -382,8 +395,16 @@ impl Options {
                 }
                 read_materials(&path, types)?
             }
-            None => (vec![inline_material(law, contact, arguments.tables)?; types], Vec::new()),
+            None => (
+                vec![inline_material(law, contact, arguments.tables, arguments.by_bond_type.is_empty())?; types],
+                Vec::new(),
+            ),
         };
+        let bond_types = bond_types(law, contact, arguments.by_bond_type)?;
+        if !bond_types.is_empty() && !matches!(arguments.creation, Some(Creation::None)) {
+            return Err(OptionError::NoBondTypes);
+        }
+        check_tables(&bond_types, &[])?;
         check_tables(&materials, &interfaces)?;
         if arguments.deformable.is_some() {
             check_deformable(law, contact, &materials)?;
@@ -398,6 +419,7 @@ impl Options {
             reach: arguments.reach.unwrap_or(0.0),
             sample_every_step: arguments.sample_every_step.unwrap_or(false),
             materials,
+            bond_types,
             interfaces,
         })
     }
@@ -413,7 +435,8 @@ fn check_tables(materials: &[Material], interfaces: &[Interface]) -> Result<(), 
             return Err(OptionError::Parameters { place: law.key().to_owned(), message });
         }
     }
-    let with_failure = materials.iter().flat_map(Material::tables).find(|(_, table)| table.hydrostatic_strength().is_some());
+    let with_failure =
+        materials.iter().flat_map(Material::tables).find(|(_, table)| table.hydrostatic_strength().is_some());
     if let Some((law, _)) = with_failure {
         let message = "`hydrostatic_strength`: failure of whole particles is not available here; remove it, or use ConcorDEM's solver";
         return Err(OptionError::Parameters { place: law.key().to_owned(), message: message.to_owned() });
@@ -454,17 +477,56 @@ fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interf
     Ok((file.material, file.interface))
 }
 
+/// Parameters of bonds by bond type, from 1 on.
+fn bond_types(
+    law: Option<LawName>,
+    contact: ContactLawName,
+    tables: BTreeMap<usize, toml::Table>,
+) -> Result<Vec<Material>, OptionError> {
+    let Some(law) = law else { return Ok(Vec::new()) };
+    let wrong = |message: String| OptionError::Parameters { place: law.key().to_owned(), message };
+    if !tables.is_empty() && contact.law() == Some(law) {
+        let others = names(LawName::contacts().filter(|&other| other != law));
+        return Err(wrong(format!(
+            "contacts of law {0} take the parameters of its bonds, which here belong to bond types; choose another contact law: {others}",
+            law.key()
+        )));
+    }
+    let mut all = Vec::new();
+    for (expected, (bond_type, table)) in (1..).zip(tables) {
+        if bond_type != expected {
+            return Err(wrong(format!(
+                "bond type {expected} has no parameters; add `bond_coeff {expected} KEY VALUE ...`"
+            )));
+        }
+        let mut material = material_table(&format!("bond type {bond_type}"));
+        material.insert(law.key().into(), toml::Value::Table(table));
+        let of_type = |error: toml::de::Error| {
+            wrong(format!("bond type {bond_type}: {}", error.to_string().trim().replace('\n', "; ")))
+        };
+        all.push(material.try_into().map_err(of_type)?);
+    }
+    Ok(all)
+}
+
+/// A material with this name and no laws.
+fn material_table(name: &str) -> toml::Table {
+    let mut material = toml::Table::new();
+    material.insert("name".into(), toml::Value::String(name.to_owned()));
+    // Unused: masses come from the host.
+    material.insert("density".into(), toml::Value::Float(1.0));
+    material
+}
+
 /// The material given inline in the script. `tables`: parameters of bonds (of contacts if there is no bond law), of contacts, and of
-/// deformable particles.
+/// deformable particles. `with_bonds`: parameters of bonds belong to atom types.
 fn inline_material(
     law: Option<LawName>,
     contact: ContactLawName,
     tables: [toml::Table; 3],
+    with_bonds: bool,
 ) -> Result<Material, OptionError> {
-    let mut material = toml::Table::new();
-    material.insert("name".into(), toml::Value::String("all types".into()));
-    // Unused: masses come from the host.
-    material.insert("density".into(), toml::Value::Float(1.0));
+    let mut material = material_table("all types");
     let [first, of_contacts, of_particles] = tables;
     if let Some(key) = of_contacts.keys().next()
         && (law.is_none() || contact.law().is_none() || contact.law() == law)
@@ -480,7 +542,12 @@ fn inline_material(
         return Err(OptionError::Parameters { place: format!("contact law {}", contact.key()), message });
     }
     let key = law.or(contact.law()).map_or("none", LawName::key);
-    material.insert(key.into(), toml::Value::Table(first));
+    if with_bonds {
+        material.insert(key.into(), toml::Value::Table(first));
+    } else if let Some(key) = first.keys().next() {
+        let message = format!("`{key}` belongs to no bond type; give all parameters by bond type, or none");
+        return Err(OptionError::Parameters { place: law.map_or("none", LawName::key).to_owned(), message });
+    }
     if !of_particles.is_empty() {
         material.insert("deformable".into(), toml::Value::Table(of_particles));
     }
@@ -540,8 +607,14 @@ mod tests {
             ("linear_bond normal_stiffness 1 bond none", "missing field `shear_stiffness`"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1 colour red bond none", "unknown field `colour`"),
             ("linear_bond normal_stiffness 1 normal_stiffness 1 bond none", "given twice"),
-            ("cohesive_beam young 1e9 tensile_strength 1e6 bond none", "the radius of the beam is missing; give `radius_ratio`"),
-            ("cohesive_beam young 1e9 radius 1 radius_ratio 1 tensile_strength 1e6 bond none", "`radius`: the radius of the beam is given twice"),
+            (
+                "cohesive_beam young 1e9 tensile_strength 1e6 bond none",
+                "the radius of the beam is missing; give `radius_ratio`",
+            ),
+            (
+                "cohesive_beam young 1e9 radius 1 radius_ratio 1 tensile_strength 1e6 bond none",
+                "`radius`: the radius of the beam is given twice",
+            ),
             (
                 "cohesive_beam young 1e9 radius_ratio 1 tensile_strength 1e6 hydrostatic_strength 1e6 bond none",
                 "failure of whole particles is not available",

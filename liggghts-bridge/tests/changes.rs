@@ -60,8 +60,9 @@ fn renumbered_atoms_are_rejected() {
     for host in BOTH {
         let folder = tempfile::tempdir().unwrap();
         // A free atom comes first, so that its deletion shifts the ids of all others.
-        let atoms: Vec<Atom> =
-            std::iter::once(Atom::resting(Vec3::repeat(0.08), 0.005)).chain((0..8).map(|k| at(0.0105 + 0.01 * f64::from(k)))).collect();
+        let atoms: Vec<Atom> = std::iter::once(Atom::resting(Vec3::repeat(0.08), 0.005))
+            .chain((0..8).map(|k| at(0.0105 + 0.01 * f64::from(k))))
+            .collect();
         data_file_for(host, &folder.path().join("row.data"), &atoms, &[], Vec3::zeros(), Vec3::repeat(0.1));
         let head = head_for(host, "row.data", "p p p", 1e-3, DT) + "fix integrate all nve/sphere\n";
         let script = format!("{head}{}thermo_style custom step f_bonds\nrun 1\ngroup one id 1\n", fix_of(LINEAR));
@@ -83,13 +84,22 @@ fn changing_boxes_and_minimization_are_rejected() {
         let units = if host == Host::Liggghts { " units box" } else { "" };
         let mut cases = vec![
             ("fix other all deform 1 x erate 1\nrun 2\n".to_owned(), "but fix other (deform) changes it"),
-            (format!("run 2\nchange_box all x scale 1.01 remap{units}\nrun 2\n"), "the periodic box changed from 0.1 m to 0.101 m along x"),
+            (
+                format!("run 2\nchange_box all x scale 1.01 remap{units}\nrun 2\n"),
+                "the periodic box changed from 0.1 m to 0.101 m along x",
+            ),
             ("run 2\nminimize 0 1e-8 10 10\n".to_owned(), "does not support `minimize`"),
         ];
         if host == Host::Lammps {
             cases.extend([
-                ("fix other all press/berendsen iso 0 0 1\nrun 2\n".to_owned(), "but fix other (press/berendsen) changes it"),
-                ("unfix integrate\nfix other all nph/sphere iso 0 0 1\nrun 2\n".to_owned(), "but fix other (nph/sphere) changes it"),
+                (
+                    "fix other all press/berendsen iso 0 0 1\nrun 2\n".to_owned(),
+                    "but fix other (press/berendsen) changes it",
+                ),
+                (
+                    "unfix integrate\nfix other all nph/sphere iso 0 0 1\nrun 2\n".to_owned(),
+                    "but fix other (nph/sphere) changes it",
+                ),
                 ("change_box all triclinic\nrun 2\n".to_owned(), "does not support triclinic boxes"),
             ]);
         }
@@ -107,7 +117,14 @@ fn changing_boxes_and_minimization_are_rejected() {
 fn a_pair_style_of_lammps_sees_the_pair_of_a_broken_bond() {
     let folder = tempfile::tempdir().unwrap();
     let atoms = [at(-0.005), at(0.005)];
-    data_file_for(Host::Lammps, &folder.path().join("two.data"), &atoms, &[[1, 2]], Vec3::repeat(-0.1), Vec3::repeat(0.1));
+    data_file_for(
+        Host::Lammps,
+        &folder.path().join("two.data"),
+        &atoms,
+        &[[1, 2]],
+        Vec3::repeat(-0.1),
+        Vec3::repeat(0.1),
+    );
     let head = head_for(Host::Lammps, "two.data", "f f f", 1e-3, DT);
     let granular = "pair_style granular\n\
                     pair_coeff * * hertz/material 5e8 0.5 0.2 tangential mindlin NULL 1.0 0.4 damping coeff_restitution\n";
@@ -122,11 +139,20 @@ fn a_pair_style_of_lammps_sees_the_pair_of_a_broken_bond() {
         )
     };
     for processors in [1, 2] {
-        let rows = thermo(&run_in(Host::Lammps, folder.path(), &script("special_bonds lj 0 1 1 coul 1 1 1", granular), processors));
+        let rows = thermo(&run_in(
+            Host::Lammps,
+            folder.path(),
+            &script("special_bonds lj 0 1 1 coul 1 1 1", granular),
+            processors,
+        ));
         assert!(rows[0][1] == 1.0 && rows.last().unwrap()[1] == 0.0, "{rows:?}");
         let nearest = rows.iter().map(|row| row[2]).fold(1.0, f64::min);
         // An impact at 2 m/s: they overlap by 4 % of the radius, and half of the speed returns (restitution 0.5, measured 0.4).
-        assert!(nearest > 0.0097 && rows.last().unwrap()[3] > 0.5, "{processors}: nearest {nearest}, {:?}", rows.last());
+        assert!(
+            nearest > 0.0097 && rows.last().unwrap()[3] > 0.5,
+            "{processors}: nearest {nearest}, {:?}",
+            rows.last()
+        );
     }
     // With LAMMPS' default, and with lists of atoms two bonds away, it would not.
     for special in ["", "special_bonds lj 0 1 1 coul 0 1 1", "special_bonds lj 0 0.5 1 coul 1 1 1"] {
@@ -149,7 +175,14 @@ fn bonds_of_other_commands_are_followed() {
             atoms.push(atom);
         }
     }
-    data_file_for(Host::Lammps, &folder.path().join("six.data"), &atoms, &[[1, 2], [3, 4]], Vec3::repeat(-0.1), Vec3::repeat(0.1));
+    data_file_for(
+        Host::Lammps,
+        &folder.path().join("six.data"),
+        &atoms,
+        &[[1, 2], [3, 4]],
+        Vec3::repeat(-0.1),
+        Vec3::repeat(0.1),
+    );
     let head = head_for(Host::Lammps, "six.data", "f f f", 1e-3, DT)
         + "pair_style zero 0.015\npair_coeff * *\nspecial_bonds lj 0 1 1 coul 1 1 1\n";
     let bonds = format!("bond_style concordem/cohesive_beam\nbond_coeff * {BEAM}\n");
@@ -192,7 +225,12 @@ fn a_restart_file_with_bonds_of_another_fix_is_rejected() {
         let again = |fix: &str| format!("{}fix integrate all nve/sphere\n{fix}\nrun 1\n", restart_head(host));
         let renamed = fix_of(LINEAR).replace("bonds all", "links all");
         let none = renamed.replace("bond distance 1.2", "bond none");
-        refused(host, folder.path(), &again(&none), "the restart file contains the bonds of fix bonds, which the script does not define");
+        refused(
+            host,
+            folder.path(),
+            &again(&none),
+            "the restart file contains the bonds of fix bonds, which the script does not define",
+        );
         let printed = run_in(host, folder.path(), &again(&renamed), 2);
         assert!(printed.contains("those of fix bonds in the restart file are lost"), "{printed}");
         // A second fix may start afresh.
@@ -209,7 +247,9 @@ fn two_fixes_do_not_compute_the_same_contacts() {
         let head = write_row(host, folder.path()) + "group left id 1:4\ngroup right id 5:8\ngroup wide id 4:8\n";
         let contacts = "contact frictional contact.normal_stiffness 1e5 contact.shear_stiffness 1e4 contact.friction_coefficient 0.3";
         let two = |a: &str, b: &str| {
-            let fix = |id: &str, group: &str| format!("fix {id} {group} concordem/bond {LINEAR} bond distance 1.2 {contacts}\n");
+            let fix = |id: &str, group: &str| {
+                format!("fix {id} {group} concordem/bond {LINEAR} bond distance 1.2 {contacts}\n")
+            };
             format!("{head}{}{}run 2\n", fix("one", a), fix("two", b))
         };
         refused(host, folder.path(), &two("all", "left"), "its `contact` acts on atoms that also belong to fix two");
@@ -224,7 +264,8 @@ fn two_fixes_do_not_compute_the_same_contacts() {
 fn the_pressure_at_the_seam_of_two_runs_contains_dashpots() {
     for host in BOTH {
         let folder = tempfile::tempdir().unwrap();
-        let style = "compute t all temp\ncompute p all pressure t virial\nthermo_style custom step c_p f_bonds\nthermo 100\n";
+        let style =
+            "compute t all temp\ncompute p all pressure t virial\nthermo_style custom step c_p f_bonds\nthermo 100\n";
         let format = "thermo_modify format float %20.15g\n";
         let head = write_row(host, folder.path());
         let damped = fix_of(&format!("{LINEAR} damping_ratio 0.5"));
@@ -254,7 +295,10 @@ fn forces_set_to_zero_stay_zero_in_any_order() {
             let script = format!("{head}{order}velocity held set 0 0 0\n{}run 30\n", dump_for(host, "out.dump", 30));
             run_in(host, folder.path(), &script, 2);
             let (_, atoms) = frames(&folder.path().join("out.dump")).pop().unwrap();
-            assert!(atoms[1].velocity.x != 0.2 && atoms[2..5].iter().all(|atom| atom.velocity == Vec3::zeros()), "{host:?} {order}");
+            assert!(
+                atoms[1].velocity.x != 0.2 && atoms[2..5].iter().all(|atom| atom.velocity == Vec3::zeros()),
+                "{host:?} {order}"
+            );
         }
     }
 }
@@ -266,16 +310,20 @@ fn unbonded_atoms_do_not_change_the_radius_of_beams() {
         let folder = tempfile::tempdir().unwrap();
         let mut results = Vec::new();
         for far in [false, true] {
-            let mut atoms: Vec<Atom> = (0..6).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.0, 0.0), 0.005)).collect();
+            let mut atoms: Vec<Atom> =
+                (0..6).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.0, 0.0), 0.005)).collect();
             atoms[5].velocity.y = 0.1;
             if far {
                 atoms.push(Atom::resting(Vec3::repeat(0.3), 0.05));
             }
-            let bonds: &[[usize; 2]] = if host == Host::Lammps { &[[1, 2], [2, 3], [3, 4], [4, 5], [5, 6]] } else { &[] };
+            let bonds: &[[usize; 2]] =
+                if host == Host::Lammps { &[[1, 2], [2, 3], [3, 4], [4, 5], [5, 6]] } else { &[] };
             data_file_for(host, &folder.path().join("beam.data"), &atoms, bonds, Vec3::repeat(-0.2), Vec3::repeat(0.5));
             let mut script = head_for(host, "beam.data", "f f f", 1e-3, 1e-7);
             match host {
-                Host::Liggghts => writeln!(script, "fix bonds all concordem/bond cohesive_beam {BEAM} bond distance 1.1"),
+                Host::Liggghts => {
+                    writeln!(script, "fix bonds all concordem/bond cohesive_beam {BEAM} bond distance 1.1")
+                }
                 Host::Lammps => writeln!(script, "bond_style concordem/cohesive_beam\nbond_coeff * {BEAM}"),
             }
             .unwrap();
@@ -302,8 +350,9 @@ fn pair_styles_of_liggghts_do_not_act_on_pairs_of_the_fix() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     // Spheres that overlap, so that a pair style acts at once; an impactor outside the group hits them.
-    let mut atoms: Vec<Atom> =
-        (0..64).map(|k| Atom::resting(Vec3::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16)) * 0.0098, 0.005)).collect();
+    let mut atoms: Vec<Atom> = (0..64)
+        .map(|k| Atom::resting(Vec3::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16)) * 0.0098, 0.005))
+        .collect();
     atoms.push(Atom::resting(Vec3::new(0.0147, 0.0147, 0.0372), 0.005));
     atoms[64].velocity.z = -10.0;
     data_file_for(Host::Liggghts, &folder.join("cube.data"), &atoms, &[], Vec3::repeat(-0.03), Vec3::repeat(0.07));
@@ -319,14 +368,22 @@ fn pair_styles_of_liggghts_do_not_act_on_pairs_of_the_fix() {
     };
     let pair = |model: &str| format!("pair_style gran model {model}\npair_coeff * *\n");
     let exclude = "neigh_modify exclude group cube cube\n";
-    let end = format!("thermo_style custom step f_bonds f_bonds[2]\n{}run 100\nrun 100\n", dump_for(Host::Liggghts, "out.dump", 100));
+    let end = format!(
+        "thermo_style custom step f_bonds f_bonds[2]\n{}run 100\nrun 100\n",
+        dump_for(Host::Liggghts, "out.dump", 100)
+    );
     let outcome = |script: &str, processors: usize| {
         let rows = thermo(&run_in(Host::Liggghts, folder, script, processors));
         (rows.last().unwrap().clone(), frames(&folder.join("out.dump")))
     };
     for contact in ["", contact] {
         let own = format!("{head}{}{}{end}", pair("hertz tangential history"), fix("cube", "1e12", contact));
-        refused(Host::Liggghts, folder, &own, "`pair_style gran model concordem/hertz ...` instead of `model hertz ...`");
+        refused(
+            Host::Liggghts,
+            folder,
+            &own,
+            "`pair_style gran model concordem/hertz ...` instead of `model hertz ...`",
+        );
         // The recipe: the pairs of the fix are not in the neighbor lists, or our model leaves them out. Only the impactor interacts
         // through the pair style, as long as no bond breaks.
         let recipe = outcome(&own.replace("fix integrate", &format!("{exclude}fix integrate")), 1);

@@ -9,7 +9,7 @@ use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
 use crate::law_names;
-use crate::network::{Network, NeighborLists};
+use crate::network::{NeighborLists, Network};
 use crate::options::{Creation, Options};
 
 /// Settings and sizes that the shim needs.
@@ -57,7 +57,8 @@ pub unsafe extern "C" fn concordem_network_new(
             .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
             .collect();
         guarded(message, || {
-            let options = Options::parse_share(&words, types as usize, [processor as usize, processors as usize]).map_err(|error| error.to_string())?;
+            let options = Options::parse_share(&words, types as usize, [processor as usize, processors as usize])
+                .map_err(|error| error.to_string())?;
             let network = Network::new(options).map_err(|error| error.to_string())?;
             let options = network.options();
             let (creation, factor) = match &options.creation {
@@ -146,17 +147,18 @@ pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network, bo
     }
 }
 
-/// Queue bonds between `count` pairs of ids for the next rebuild.
+/// Queue `count` bonds for the next rebuild: two ids and the bond type.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, pairs: *const [i32; 2], count: i64) {
-    // SAFETY: `count` pairs.
-    unsafe { (*network).make_given(slice(pairs, count as usize)) }
+pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, bonds: *const [i32; 3], count: i64) {
+    // SAFETY: `count` bonds.
+    unsafe { (*network).make_given(slice(bonds, count as usize)) }
 }
 
-/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms, owned atom first.
+/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms: owned atom, partner,
+/// bond type.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_follow(network: *mut Network, ends: *const [i32; 2], count: i64) {
-    // SAFETY: `count` pairs.
+pub unsafe extern "C" fn concordem_network_follow(network: *mut Network, ends: *const [i32; 3], count: i64) {
+    // SAFETY: `count` ends.
     unsafe { (*network).follow(slice(ends, count as usize)) }
 }
 

@@ -113,6 +113,7 @@ pub(super) fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Op
         tags: [tags[view.pair.a as usize], tags[view.pair.b as usize]],
         kind,
         flags: view.flags.bits & !ContactFlags::NOT_OWNED,
+        row: view.flags.row,
         reference: view.reference,
         frame: previous,
         history,

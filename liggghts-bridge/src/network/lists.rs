@@ -28,8 +28,9 @@ fn scrambled([tag, partner]: [i32; 2]) -> u64 {
 }
 
 impl Network {
-    /// Compare the bonds with the host's lists at the next rebuild. `ends`: the listed bonds of owned atoms, owned atom first.
-    pub fn follow(&mut self, ends: &[[i32; 2]]) {
+    /// Compare the bonds with the host's lists at the next rebuild. `ends`: the listed bonds of owned atoms: owned atom, partner, bond
+    /// type.
+    pub fn follow(&mut self, ends: &[[i32; 3]]) {
         self.listed = Some(ends.to_vec());
     }
 
@@ -39,7 +40,7 @@ impl Network {
         let Some(of_atoms) = self.listed.take() else { return false };
         let owns = |p: u32| p != ABSENT && self.owned[p as usize];
         // Usually nothing has changed. Sums decide that without sorting.
-        let mut difference = of_atoms.iter().fold(0, |sum: u64, &end| sum.wrapping_add(scrambled(end)));
+        let mut difference = of_atoms.iter().fold(0, |sum: u64, &[a, b, _]| sum.wrapping_add(scrambled([a, b])));
         for (record, particles) in records.iter().zip(ends).filter(|(record, _)| record.kind == Kind::Bond) {
             let [a, b] = record.tags;
             for (end, _) in [[a, b], [b, a]].into_iter().zip(particles).filter(|(_, p)| owns(**p)) {
@@ -51,16 +52,18 @@ impl Network {
         }
         let before = records.len();
         let mut of_record = ends.iter();
-        let mut listed: Vec<[i32; 2]> = of_atoms.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+        let mut listed: Vec<[i32; 3]> = of_atoms.iter().map(|&[a, b, kind]| [a.min(b), a.max(b), kind]).collect();
         listed.sort_unstable();
         listed.dedup();
         records.retain(|record| {
             let is_owned = of_record.next().is_some_and(|particles| particles.iter().any(|&p| owns(p)));
-            record.kind != Kind::Bond || !is_owned || listed.binary_search(&record.tags).is_ok()
+            record.kind != Kind::Bond
+                || !is_owned
+                || listed.binary_search_by_key(&record.tags, |l| [l[0], l[1]]).is_ok()
         });
         // Bonds come first in the records, sorted by ids.
         let bonds = records.partition_point(|record| record.kind == Kind::Bond);
-        let is_new = |tags: &[i32; 2]| records[..bonds].binary_search_by_key(tags, |record| record.tags).is_err();
+        let is_new = |l: &[i32; 3]| records[..bonds].binary_search_by_key(&[l[0], l[1]], |record| record.tags).is_err();
         self.added = listed.into_iter().filter(is_new).collect();
         records.len() < before
     }

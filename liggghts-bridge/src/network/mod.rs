@@ -47,7 +47,7 @@ pub struct Network {
     options: Options,
     model: Model,
     layout: Layout,
-    /// Parameters of bonds by pairs of types.
+    /// Parameters of bonds by pairs of atom types; or by bond types, each as a pair with itself.
     bond_coefficients: PairCoefficients,
     /// Reals in the history of a bond or contact.
     width: usize,
@@ -65,10 +65,10 @@ pub struct Network {
     fresh: Vec<Record>,
     /// Contacts with the history of a broken bond whose other atom is out of range.
     dormant: Vec<Record>,
-    /// Bond ends in the host's lists, owned atom first; compared with the bonds at the next rebuild.
-    listed: Option<Vec<[i32; 2]>>,
+    /// Bond ends in the host's lists: owned atom, partner, bond type; compared with the bonds at the next rebuild.
+    listed: Option<Vec<[i32; 3]>>,
     /// Bonds that another command added to the host's lists, until they are created.
-    added: Vec<[i32; 2]>,
+    added: Vec<[i32; 3]>,
     /// Particle of each of the host's atoms, `u32::MAX` for atoms outside the group; computed on demand.
     particle_of: Vec<u32>,
     /// Increases whenever the bonds or the numbers of atoms change.
@@ -96,7 +96,11 @@ impl Network {
     pub fn new(options: Options) -> Result<Self, NetworkError> {
         // Without bonds the block stays empty, but its law still determines the record size in restart files.
         let law = options.law.unwrap_or(LawName::LinearBond);
-        let (block, bond_coefficients) = laws::block(law, &options.materials, &options.interfaces)?;
+        let (block, bond_coefficients) = if options.bond_types.is_empty() {
+            laws::block(law, &options.materials, &options.interfaces)?
+        } else {
+            laws::block(law, &options.bond_types, &[])?
+        };
         let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
         let width = |block: &dyn EvaluatedContacts| {
             block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()

@@ -25,9 +25,18 @@ impl Network {
         }
     }
 
-    /// Queue bonds from the host's lists for the next rebuild. A bond may be given on any processor, also on several.
-    pub fn make_given(&mut self, bonds: &[[i32; 2]]) {
-        self.fresh.extend(bonds.iter().map(|&[a, b]| Record::fresh([a.min(b), a.max(b)], None)));
+    /// Queue bonds from the host's lists (two ids and the bond type) for the next rebuild. A bond may be given on any processor, also on
+    /// several.
+    pub fn make_given(&mut self, bonds: &[[i32; 3]]) {
+        for &[a, b, bond_type] in bonds {
+            let mut record = Record::fresh([a.min(b), a.max(b)], None);
+            if !self.options.bond_types.is_empty() {
+                let kind = (bond_type - 1) as u16;
+                // A type without parameters does not exist: the bond style requires them for all.
+                record.row = self.bond_coefficients.get(kind, kind).unwrap_or_default();
+            }
+            self.fresh.push(record);
+        }
     }
 
     /// Rebuild the state for the current distribution of atoms. `skin` (m): skin of the host's neighbor lists. `cutoff` (m): distance
@@ -108,7 +117,9 @@ impl Network {
         let image = image_of(&between, edge);
         let is_bond = record.kind == Kind::Bond;
         let coefficients = if is_bond { &self.bond_coefficients } else { &self.model.contact_rows };
-        let Some(row) = coefficients.get(particles.material[a], particles.material[b]) else {
+        let by_bond_type = is_bond && !self.options.bond_types.is_empty();
+        let by_atoms = || coefficients.get(particles.material[a], particles.material[b]);
+        let Some(row) = (if by_bond_type { Some(record.row) } else { by_atoms() }) else {
             let types = [a, b].map(|p| i32::from(particles.material[p]) + 1);
             let law = if is_bond { self.options.law } else { self.options.contact.law() };
             return Err(NetworkError::NoRow {
