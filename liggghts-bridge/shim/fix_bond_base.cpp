@@ -295,6 +295,8 @@ void FixBondBase::write_restart(FILE *fp)
   for (int axis = 0; axis < 3; axis++) head.edge[axis] = edge_[axis];
   head.mean_radius = mean_radius_;
   head.virial_at = virial_at_;
+  int mine = static_cast<int>(concordem_network_largest_pack(network_));
+  MPI_Allreduce(&mine, &largest_pack_, 1, MPI_INT, MPI_MAX, world);
   MPI_Allreduce(virial_, head.virial, 6, MPI_DOUBLE, MPI_SUM, world);
   if (comm->me == 0) {
     const int size = sizeof(head);
@@ -347,7 +349,8 @@ int FixBondBase::size_restart(int i)
 
 int FixBondBase::maxsize_restart()
 {
-  return 1 + facts_.atom_width + static_cast<int>(concordem_network_largest_pack(network_));
+  // The first processor writes this number for all atoms, and write_restart comes before.
+  return 1 + facts_.atom_width + std::max(largest_pack_, static_cast<int>(concordem_network_largest_pack(network_)));
 }
 
 /* ---------------------------------------------------------------------------------------------------------- output */

@@ -49,6 +49,7 @@ class FixBondBase : public Fix {
   double edge_[3] = {-1.0, -1.0, -1.0};      // periodic edges at the last setup, m; 0 where not periodic, -1 before
   double virial_[6] = {0.0};                 // our part of the last virial, J
   bigint virial_at_ = -1;                    // its step
+  int largest_pack_ = 0;                     // largest data of bonds of an atom on any processor in the last restart file
   std::string lost_;                         // fix of the restart file whose bonds nobody takes over
   char text_[2048];
   ConcordemMessage message_;

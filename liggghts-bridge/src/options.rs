@@ -573,7 +573,7 @@ mod tests {
     fn inline_parameters_use_the_keys_of_a_scenario() {
         let options = parse(
             "linear_bond normal_stiffness 1e6 shear_stiffness .5e6 bond distance 1.2 contact frictional \
-             contact.normal_stiffness 2e6 contact.friction_coefficient 0.3 kinematics first-order at 10",
+             contact.normal_stiffness 2e6 contact.shear_stiffness 1e6 contact.friction_coefficient 0.3 kinematics first-order at 10",
         )
         .unwrap();
         assert_eq!(options.law, Some(LawName::LinearBond));
@@ -587,7 +587,8 @@ mod tests {
 
     #[test]
     fn without_a_bond_law_the_parameters_belong_to_contacts() {
-        let options = parse("none contact frictional normal_stiffness 2e6 friction_coefficient 0.3").unwrap();
+        let options =
+            parse("none contact frictional normal_stiffness 2e6 shear_stiffness 1e6 friction_coefficient 0.3").unwrap();
         assert_eq!((options.law, options.creation), (None, Creation::None));
         assert_eq!(options.materials[1].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
     }

@@ -285,6 +285,33 @@ fn the_pressure_at_the_seam_of_two_runs_contains_dashpots() {
     }
 }
 
+/// A bond is strained at first. Runs of no steps before the first step must not lose its force.
+#[test]
+fn runs_of_no_steps_change_nothing() {
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        data_file_for(
+            host,
+            &folder.path().join("two.data"),
+            &[at(0.02), at(0.03)],
+            &[],
+            Vec3::zeros(),
+            Vec3::repeat(0.1),
+        );
+        std::fs::write(folder.path().join("list.txt"), "1 2 0.0099\n").unwrap();
+        let head = head_for(host, "two.data", "f f f", 1e-3, DT) + "fix integrate all nve/sphere\n";
+        let bonds = format!("fix bonds all concordem/bond {LINEAR} bond list list.txt\n");
+        let mut ends = Vec::new();
+        for runs in ["run 10\n", "run 0\nrun 0\nrun 10\n"] {
+            let script = format!("{head}{bonds}{}{runs}", dump_for(host, "out.dump", 10));
+            run_in(host, folder.path(), &script, 1);
+            ends.push(frames(&folder.path().join("out.dump")).pop().unwrap().1);
+        }
+        assert!(ends[0][0].velocity.x > 1e-6);
+        assert_eq!(ends[0], ends[1], "{host:?}");
+    }
+}
+
 #[test]
 fn forces_set_to_zero_stay_zero_in_any_order() {
     for host in BOTH {
