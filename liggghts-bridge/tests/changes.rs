@@ -201,7 +201,7 @@ fn bonds_of_other_commands_are_followed() {
         assert!(rows[30][3] == last[3], "the second pair is free: {rows:?}");
         assert!(rows[..21].iter().all(|row| row[4] == 0.1), "the third pair is free at first");
         let slowest = rows[21..].iter().map(|row| row[4]).fold(1.0, f64::min);
-        assert!(slowest < -0.09 && slowest >= -0.1, "the third pair vibrates: {slowest}");
+        assert!((-0.1..-0.09).contains(&slowest), "the third pair vibrates: {slowest}");
         // The first pair does not notice.
         let alone = thermo(&run_in(Host::Lammps, folder.path(), &format!("{head}{bonds}{more}run 60\n"), processors));
         let twice: Vec<f64> = rows.iter().enumerate().filter(|(k, _)| *k != 21).map(|(_, row)| row[2]).collect();

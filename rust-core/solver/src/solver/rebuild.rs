@@ -65,7 +65,7 @@ impl Solver {
         }
         let State { bonds, contacts: Some(block), particles, cell, .. } = state else { return };
         let block = block.contacts_mut();
-        let mut found = false;
+        let mut new = Vec::with_capacity(freed.len());
         for ((pair, image), reference, previous) in freed {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let bonded_otherwise = bonds.iter().any(|block| has(block.contacts(), &(pair, image)));
@@ -81,12 +81,23 @@ impl Solver {
                 }
             };
             let flags = ContactFlags { row, bits: bits | self.ownership(pair), image, padding: 0 };
-            block.insert(pair, flags, reference, previous);
-            found = true;
+            new.push((pair, flags, reference, previous));
         }
-        if found {
-            self.contact_map = TileMap::new(block, n, self.tile);
+        if new.is_empty() {
+            return;
         }
+        let few = new.len() <= 8;
+        for (pair, flags, reference, previous) in new {
+            if few {
+                block.insert(pair, flags, reference, previous);
+            } else {
+                block.push(pair, flags, reference, previous);
+            }
+        }
+        if !few {
+            block.sort();
+        }
+        self.contact_map = TileMap::new(block, n, self.tile);
     }
 
     /// Move broken bonds from their blocks to [`State::broken`]. Returns them, sorted.
