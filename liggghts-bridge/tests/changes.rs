@@ -442,3 +442,54 @@ fn pair_styles_of_liggghts_do_not_act_on_pairs_of_the_fix() {
     let two = outcome(&weak("concordem/hertz tangential history"), 2);
     assert_eq!(two.0, taken.0);
 }
+
+/// The recipe of the reference page: a bonded cube falls on a mesh wall, whose histories the pair style stores.
+#[test]
+fn a_bonded_body_rebounds_from_a_mesh_wall() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(
+        folder.join("wall.stl"),
+        "solid wall\nfacet normal 0 0 1\nouter loop\nvertex -0.02 -0.02 0\nvertex 0.1 -0.02 0\nvertex 0.1 0.1 0\nendloop\nendfacet\n\
+         facet normal 0 0 1\nouter loop\nvertex -0.02 -0.02 0\nvertex 0.1 0.1 0\nvertex -0.02 0.1 0\nendloop\nendfacet\n\
+         endsolid wall\n",
+    )
+    .unwrap();
+    let mut atoms: Vec<Atom> = (0..27)
+        .map(|k| {
+            Atom::resting(
+                Vec3::new(f64::from(k % 3), f64::from(k / 3 % 3), f64::from(k / 9)) * 0.0098 + Vec3::repeat(0.0055),
+                0.005,
+            )
+        })
+        .collect();
+    for atom in &mut atoms {
+        atom.velocity.z = -1.0;
+    }
+    data_file_for(Host::Liggghts, &folder.join("cube.data"), &atoms, &[], Vec3::repeat(-0.03), Vec3::repeat(0.11));
+    let head = head_for(Host::Liggghts, "cube.data", "f f f", 1e-3, DT) + PROPERTIES;
+    let bonds = "fix bonds all concordem/bond cohesive_beam young 5e9 poisson 0.2 radius_ratio 0.6 tensile_strength 1e12 bond distance 1.1 \
+                 contact hertz_mindlin contact.young 1e8 contact.poisson 0.2 contact.friction_coefficient 0.4 contact.restitution 0.5\n";
+    let mut ends = Vec::new();
+    for processors in [1, 2] {
+        let script = format!(
+            "{head}pair_style gran model concordem/hertz tangential history\npair_coeff * *\n\
+             fix wall all mesh/surface file wall.stl type 1\n\
+             fix walls all wall/gran model concordem/hertz tangential history mesh n_meshes 1 meshes wall\n{bonds}\
+             fix integrate all nve/sphere\nthermo_style custom step f_bonds\n{}run 3000\n",
+            dump_for(Host::Liggghts, "out.dump", 3000)
+        );
+        let rows = thermo(&run_in(Host::Liggghts, folder, &script, processors));
+        let (first, last) = (&rows[0], rows.last().unwrap());
+        assert!(first[1] == last[1] && first[1] == 54.0, "{rows:?}");
+        let atoms = frames(&folder.join("out.dump")).pop().unwrap().1;
+        let rise = atoms.iter().map(|atom| atom.velocity.z).sum::<f64>() / 27.0;
+        // Restitution 0.5 of single spheres; the body also vibrates.
+        assert!(rise > 0.2, "on {processors}: {rise} m/s");
+        ends.push(atoms);
+    }
+    for (a, b) in ends[0].iter().zip(&ends[1]) {
+        // The pair style has no force here, and the walls act on single atoms.
+        assert_eq!(a, b);
+    }
+}
