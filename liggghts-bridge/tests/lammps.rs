@@ -335,7 +335,7 @@ fn parameters_belong_to_bond_types() {
     }
     for (coefficients, wanted) in [
         (format!("bond_coeff 1 {}", of("1e9")), "all bond coeffs are not set"),
-        (format!("bond_coeff 1 {}bond_coeff 2 young 1e9\n", of("1e9")), "bond type 2: missing field `poisson`"),
+        (format!("bond_coeff 1 {}bond_coeff 2 poisson 0.2\n", of("1e9")), "bond type 2: missing field `young`"),
         (
             format!("bond_coeff 1 {}bond_coeff 2 young 1e9 poisson 0.2\n", of("1e9")),
             "the radius of the beam is missing",
