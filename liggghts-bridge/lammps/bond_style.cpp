@@ -48,13 +48,20 @@ void BondConcordem::coeff(int narg, char **arg)
   if (!allocated) allocate();
   int low, high;
   utils::bounds(FLERR, arg[0], 1, atom->nbondtypes, low, high, error);
-  if (low != 1 || high != atom->nbondtypes)
-    error->all(FLERR,
-               "{}: parameters belong to atom types, not bond types; write `bond_coeff * KEY VALUE ...`, or "
-               "`bond_style concordem/{} materials FILE` and `bond_coeff *`",
-               style_.name, style_.law);
-  style_.parameters.assign(arg + 1, arg + narg);
   for (int type = low; type <= high; type++) setflag[type] = 1;
+  if (low == 1 && high == atom->nbondtypes) {
+    style_.parameters.assign(arg + 1, arg + narg);
+  } else {
+    // By bond type: each key has the type as a prefix.
+    for (int type = low; type <= high; type++) {
+      by_type_[type].clear();
+      for (int k = 1; k < narg; k++) by_type_[type].push_back((k % 2 ? std::to_string(type) + "." : "") + arg[k]);
+    }
+    if (static_cast<int>(by_type_.size()) < atom->nbondtypes) return;
+    style_.parameters.clear();
+    for (const auto &of_type : by_type_)
+      style_.parameters.insert(style_.parameters.end(), of_type.second.begin(), of_type.second.end());
+  }
   add_fix();
 }
 

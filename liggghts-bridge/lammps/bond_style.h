@@ -6,6 +6,7 @@
 
 #include "bond.h"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,7 @@ class BondConcordem : public Bond {
 
  private:
   ConcordemStyle style_;                       // its fix stores the bonds
+  std::map<int, std::vector<std::string>> by_type_;   // parameters of the bond types given so far, if not all at once
   std::vector<std::string> contact_words_;     // arguments from our pair style when the fix was created
 
   void allocate();

@@ -1,11 +1,13 @@
 /* fix concordem/bond for LAMMPS, see fix_bond.h. Differences from LIGGGHTS: it adds forces after those of pair styles (which may
-   compute the virial from the sum of forces), tallies virials, and can take bonds from the atoms' lists.
+   compute the virial from the sum of forces) and before all other fixes, tallies virials, and can take bonds from the atoms' lists.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "fix_bond.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <set>
 #include <vector>
 
 #include "atom.h"
@@ -13,10 +15,14 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
+#include "group.h"
+#include "modify.h"
+#include "neigh_list.h"
 #include "neighbor.h"
 #include "update.h"
 
 #include "host.h"
+#include "pair_style.h"
 
 using namespace LAMMPS_NS;
 
@@ -37,7 +43,7 @@ FixConcordemBond::~FixConcordemBond()
 
 int FixConcordemBond::setmask()
 {
-  return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | FixConst::POST_FORCE;
+  return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | FixConst::PRE_REVERSE;
 }
 
 void FixConcordemBond::serve(const ConcordemStyle *style, bool lists)
@@ -51,7 +57,7 @@ void FixConcordemBond::serve(const ConcordemStyle *style, bool lists)
 void FixConcordemBond::init()
 {
   if (!comm->ghost_velocity) fail("needs the velocities of ghosts; add `comm_modify vel yes`");
-  if (domain->deform_flag) fail("does not support deforming boxes; remove `fix deform`");
+  check_run();
   if (utils::strmatch(update->integrate_style, "^respa"))
     fail("does not support run_style respa; use run_style verlet");
   if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
@@ -60,52 +66,31 @@ void FixConcordemBond::init()
   double smallest = 0.0;
   find_reach(!made_ && lists_ ? longest_given() : 0.0, &smallest);
   comm->cutghostuser = MAX(comm->cutghostuser, reach_);
-  if (made_ && lists_) compare_with_lists();
+  if (lists_) check_special_bonds();
 }
 
 // Longest bond in the atoms' lists.
 double FixConcordemBond::longest_given()
 {
-  // Ghosts may not exist yet, so gather the positions of partners on other processors.
-  std::vector<int> asked;
+  // Ghosts may not exist yet, so ask for the positions of partners on other processors.
+  std::vector<int32_t> asked;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
       if (atom->bond_type[i][m] <= 0) continue;
       const int j = atom->map(atom->bond_atom[i][m]);
       if (j < 0 || j >= atom->nlocal) asked.push_back(atom->bond_atom[i][m]);
     }
-  std::sort(asked.begin(), asked.end());
-  asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
-  int count = asked.size(), total = 0;
-  std::vector<int> counts(comm->nprocs), starts(comm->nprocs);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
-  for (int p = 0; p < comm->nprocs; p++) starts[p] = total, total += counts[p];
-  std::vector<int> all(total);
-  MPI_Allgatherv(asked.data(), count, MPI_INT, all.data(), counts.data(), starts.data(), MPI_INT, world);
-  std::vector<double> mine(4 * total, 0.0), found(4 * total, 0.0);
-  for (int k = 0; k < total; k++) {
-    const int i = atom->map(all[k]);
-    if (i < 0 || i >= atom->nlocal) continue;
-    for (int axis = 0; axis < 3; axis++) mine[4 * k + axis] = atom->x[i][axis];
-    mine[4 * k + 3] = 1.0;
-  }
-  MPI_Allreduce(mine.data(), found.data(), 4 * total, MPI_DOUBLE, MPI_SUM, world);
+  const std::vector<ConcordemPlace> places = concordem_places(asked, atom, groupbit, world);
   double longest = 0.0;
+  size_t next = 0;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
       if (atom->bond_type[i][m] <= 0) continue;
-      const int partner = atom->bond_atom[i][m];
-      const int j = atom->map(partner);
-      const double *x;
-      if (j >= 0 && j < atom->nlocal) {
-        x = atom->x[j];
-      } else {
-        const int k = starts[comm->me] + static_cast<int>(std::lower_bound(asked.begin(), asked.end(), partner) - asked.begin());
-        x = &found[4 * k];
-        if (found[4 * k + 3] == 0.0)
-          error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded to atom {}, which does not exist; remove the bond", id,
-                     atom->tag[i], partner);
-      }
+      const int partner = atom->bond_atom[i][m], j = atom->map(partner);
+      const double *x = j >= 0 && j < atom->nlocal ? atom->x[j] : places[next].x;
+      if ((j < 0 || j >= atom->nlocal) && places[next++].owner < 0)
+        error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded to atom {}, which does not exist; remove the bond", id,
+                   atom->tag[i], partner);
       double d[3];
       for (int axis = 0; axis < 3; axis++) d[axis] = x[axis] - atom->x[i][axis];
       domain->minimum_image(FLERR, d[0], d[1], d[2]);
@@ -127,26 +112,41 @@ void FixConcordemBond::pre_exchange()
 void FixConcordemBond::setup_pre_force(int)
 {
   setup_ = true;
+  check_box(true);
   communicate();
   rebuild();
+  make_added();
   if (creation_is_due()) make_bonds();
+  check_pair_style();
 }
 
 void FixConcordemBond::pre_force(int)
 {
   setup_ = false;
+  check_box(false);
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
   communicate();
-  if (neighbor->ago == 0) rebuild();
+  if (neighbor->ago == 0) {
+    rebuild();
+    check_pair_style();
+  }
 }
 
-void FixConcordemBond::setup(int vflag)
+// New bonds start unstrained with the present reference.
+void FixConcordemBond::make_added()
 {
-  FixConcordemBond::post_force(vflag);
+  if (lists_ && concordem_network_make_added(network_) > 0) rebuild();
 }
 
-void FixConcordemBond::post_force(int vflag)
+void FixConcordemBond::setup_pre_reverse(int eflag, int vflag)
+{
+  FixConcordemBond::pre_reverse(eflag, vflag);
+}
+
+// All pair and bond styles have computed their forces. Fixes that change forces (setforce, freeze) follow, whatever their order in the
+// script.
+void FixConcordemBond::pre_reverse(int, int vflag)
 {
   if (!style_) {
     v_init(vflag);
@@ -154,7 +154,10 @@ void FixConcordemBond::post_force(int vflag)
     add_virial(vflag_global, virial, vflag_atom, vatom);
   }
   // New bonds start unstrained at the end of the step; the next step evaluates them.
-  if (!setup_ && creation_is_due()) make_bonds();
+  if (!setup_) {
+    make_added();
+    if (creation_is_due()) make_bonds();
+  }
 }
 
 void FixConcordemBond::find_forces(bool energies, bool virial_wanted)
@@ -163,11 +166,11 @@ void FixConcordemBond::find_forces(bool energies, bool virial_wanted)
   if (lists_) remove_broken_from_lists();
 }
 
-void FixConcordemBond::add_virial(int global, double *sum, int per_atom, double **of_atoms) const
+void FixConcordemBond::add_virial(int global, double *sum, int per_atom, double **of_atoms)
 {
   if (!global && !per_atom) return;
   double total[6] = {0.0};
-  concordem_network_virial(network_, total, per_atom ? of_atoms[0] : nullptr, per_atom ? atom->nlocal : 0);
+  find_virial(setup_, total, per_atom ? of_atoms : nullptr);
   if (global)
     for (int k = 0; k < 6; k++) sum[k] += total[k];
 }
@@ -213,31 +216,96 @@ void FixConcordemBond::remove_broken_from_lists()
         break;
       }
     }
+  if (!count) return;
+  free_broken_pairs(pairs, count);
   // Type 0 disables a bond in LAMMPS' bond list until the list is rebuilt.
-  if (count)
-    for (int n = 0; n < neighbor->nbondlist; n++) {
-      int *bond = neighbor->bondlist[n];
-      const int a = MIN(atom->tag[bond[0]], atom->tag[bond[1]]), b = MAX(atom->tag[bond[0]], atom->tag[bond[1]]);
-      for (int64_t k = 0; k < count; k++)
-        if (pairs[k][0] == a && pairs[k][1] == b) bond[2] = 0;
+  std::set<std::array<tagint, 2>> broken;
+  std::vector<char> has_broken(atom->nlocal + atom->nghost, 0);
+  for (int64_t k = 0; k < count; k++) {
+    broken.insert({pairs[k][0], pairs[k][1]});
+    for (int end = 0; end < 2; end++)
+      for (int i = atom->map(pairs[k][end]); i >= 0; i = atom->sametag[i]) has_broken[i] = 1;
+  }
+  for (int n = 0; n < neighbor->nbondlist; n++) {
+    int *bond = neighbor->bondlist[n];
+    if (!has_broken[bond[0]] || !has_broken[bond[1]]) continue;
+    const tagint a = atom->tag[bond[0]], b = atom->tag[bond[1]];
+    if (broken.count({MIN(a, b), MAX(a, b)})) bond[2] = 0;
+  }
+}
+
+// A pair whose bond broke interacts through the pair style again: remove it from the special lists of its atoms, and clear its bits in the
+// neighbor lists.
+void FixConcordemBond::free_broken_pairs(const int32_t (*pairs)[2], int64_t count)
+{
+  for (int64_t k = 0; k < count; k++)
+    for (int end = 0; end < 2; end++) {
+      const int i = atom->map(pairs[k][end]);
+      if (i < 0 || i >= atom->nlocal) continue;
+      const tagint partner = pairs[k][1 - end];
+      tagint *special = atom->special[i];
+      int *number = atom->nspecial[i];   // cumulative: bonded, two bonds away, three
+      tagint *found = std::find(special, special + number[0], partner);
+      if (found != special + number[0]) {
+        std::copy(found + 1, special + number[2], found);
+        for (int kind = 0; kind < 3; kind++) number[kind]--;
+      }
+      for (int n = 0; n < neighbor->nlist; n++) {
+        const NeighList *list = neighbor->lists[n];
+        if (list->copy || list->occasional || list->kokkos || !list->firstneigh) continue;
+        for (int m = 0; m < list->numneigh[i]; m++) {
+          int &neighbor_entry = list->firstneigh[i][m];
+          if (atom->tag[neighbor_entry & NEIGHMASK] == partner) neighbor_entry &= SPECIALMASK;
+        }
+      }
     }
 }
 
-// Fails if another command changed the atoms' lists of bonds.
-void FixConcordemBond::compare_with_lists()
+// Other pair styles must see a pair again when its bond breaks. They do if it stays in the neighbor lists, and if the lists of bonded
+// atoms are the only special ones, because those of atoms two or three bonds away are not updated.
+void FixConcordemBond::check_special_bonds()
 {
-  double mine[3] = {0.0, 0.0, 0.0}, all[3];
-  concordem_network_ends(network_, mine);
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0) mine[2] += 1.0;
-  MPI_Allreduce(mine, all, 3, MPI_DOUBLE, MPI_SUM, world);
-  // Right after a restart, the network has no bonds yet.
-  if (all[0] == 0.0 && all[1] == 0.0) return;
-  if (all[0] + all[1] != all[2])
-    fail(fmt::format("the atoms' lists contain {:.0f} bond ends, but the last run ended with {:.0f}; do not add or remove bonds after "
-                     "the first run",
-                     all[2], all[0] + all[1]));
+  const Pair *pair = force->pair;
+  if (!pair || dynamic_cast<const PairConcordem *>(pair) || utils::strmatch(force->pair_style, "^zero")) return;
+  const double *lj = force->special_lj, *coul = force->special_coul;
+  const bool others = lj[2] == 1.0 && lj[3] == 1.0 && coul[2] == 1.0 && coul[3] == 1.0;
+  if (!others || (lj[1] == 0.0 && coul[1] == 0.0))
+    fail(fmt::format("with pair_style {}, a pair whose bond breaks would pass through itself, because special_bonds takes it, or atoms "
+                     "two or three bonds away, out of the neighbor lists; use `special_bonds lj 0 1 1 coul 1 1 1`",
+                     force->pair_style));
+}
+
+// LAMMPS' granular styles know nothing of our contacts and would add their forces to ours.
+void FixConcordemBond::check_pair_style()
+{
+  if (!force->pair || dynamic_cast<PairConcordem *>(force->pair)) return;
+  const bool contacts = strcmp(facts_.contacts, "none") != 0;
+  for (int sub = 0; sub < 8; sub++) {
+    // 0: the only granular style; 1, 2, ...: those of pair_style hybrid
+    Pair *pair = force->pair_match("^gran", 0, sub);
+    if (!pair && sub > 0) return;
+    if (!pair || !pair->list || (pair == force->pair && sub > 0)) continue;
+    ConcordemPairLists lists;
+    lists.atoms = pair->list->inum;
+    lists.index_bits = NEIGHMASK;
+    lists.list = pair->list->ilist;
+    lists.numbers = pair->list->numneigh;
+    lists.neighbors = pair->list->firstneigh;
+    for (int k = 0; k < 4; k++) lists.weights[k] = k ? force->special_lj[k] : 1.0;
+    ConcordemAtoms atoms = arrays();
+    int first[2];
+    if (concordem_network_own_pairs(network_, &atoms, &lists, nullptr, 0, first) == 0) continue;
+    const std::string both = fmt::format("atoms {} and {}: both pair_style {} and this fix compute the forces between them. ", first[0],
+                                         first[1], force->pair_style);
+    const std::string group_name = group->names[igroup];
+    const std::string text = both +
+        (contacts ? "Use `pair_style concordem/...`; or remove `contact`; or take the pairs out of the neighbor lists: "
+         : lists_ ? "Use `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor lists: "
+                  : "Use a bond style concordem/... with `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor "
+                    "lists: ") +
+        fmt::format("`neigh_modify exclude group {0} {0}`", group_name);
+    error->one(FLERR, "Fix {} concordem/bond: {}", id, text);
+  }
 }
 
 /* --------------------------------------------------------------------------- functions of the base class specific to LAMMPS */
@@ -257,22 +325,67 @@ void FixBondBase::communicate_ghosts()
   comm->forward_comm(this);
 }
 
-void FixBondBase::queue_bonds_of_lists()
-{
-  std::vector<std::array<int32_t, 2>> pairs;
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0) pairs.push_back({atom->tag[i], atom->bond_atom[i][m]});
-  concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[2]>(pairs.data()), pairs.size());
-}
-
 void FixBondBase::print(double bonds)
 {
   utils::logmesg(lmp, "fix {} concordem/bond: {:.0f} bonds of law {}\n", id, bonds, law_);
 }
 
-void FixBondBase::warn_no_bonds()
+namespace {
+
+// The listed bonds of owned atoms: owned atom, partner, bond type.
+std::vector<std::array<int32_t, 3>> listed_ends(const Atom *atom)
 {
-  error->warning(FLERR, "Fix {} concordem/bond created no bonds; {}", id,
-                 lists_ ? "the atoms' bond lists are empty" : "check the distance factor and the group");
+  std::vector<std::array<int32_t, 3>> ends;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int m = 0; m < atom->num_bond[i]; m++)
+      if (atom->bond_type[i][m] > 0) ends.push_back({atom->tag[i], atom->bond_atom[i][m], atom->bond_type[i][m]});
+  return ends;
+}
+
+}
+
+void FixBondBase::queue_bonds_of_lists()
+{
+  const auto ends = listed_ends(atom);
+  concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[3]>(ends.data()), ends.size());
+}
+
+void FixBondBase::follow_lists()
+{
+  const auto ends = listed_ends(atom);
+  concordem_network_follow(network_, reinterpret_cast<const int32_t(*)[3]>(ends.data()), ends.size());
+}
+
+std::string FixBondBase::changer_of_box() const
+{
+  for (const Fix *fix : modify->get_fix_list())
+    if (fix->box_change & (BOX_CHANGE_SIZE | BOX_CHANGE_SHAPE)) return fmt::format("{} ({})", fix->id, fix->style);
+  return "";
+}
+
+namespace {
+
+// The fixes in a restart file, which LAMMPS keeps until the first run.
+struct RestartOfFixes : Modify {
+  static constexpr auto ids = &RestartOfFixes::id_restart_global;
+  static constexpr auto styles = &RestartOfFixes::style_restart_global;
+};
+
+}
+
+std::string FixBondBase::lost_in_restart() const
+{
+  std::string other;
+  for (int k = 0; k < modify->nfix_restart_global; k++) {
+    if (strcmp((modify->*RestartOfFixes::styles)[k], style) != 0) continue;
+    const std::string found = (modify->*RestartOfFixes::ids)[k];
+    if (found == id) return "";
+    other = found;
+  }
+  return other;
+}
+
+void FixBondBase::warn(const std::string &text)
+{
+  error->warning(FLERR, "Fix {} concordem/bond {}", id, text);
 }

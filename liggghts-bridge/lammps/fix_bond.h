@@ -22,8 +22,8 @@ class FixConcordemBond : public FixBondBase {
   void pre_exchange() override;
   void setup_pre_force(int) override;
   void pre_force(int) override;
-  void setup(int) override;
-  void post_force(int) override;
+  void setup_pre_reverse(int, int) override;
+  void pre_reverse(int, int) override;
 
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
@@ -35,7 +35,7 @@ class FixConcordemBond : public FixBondBase {
   double stored_energy() const;
   double touching();   // number of unbonded contacts that touch, on all processors
   // Add the virial of the last forces to `virial` if `global`, and to that of owned atoms if `per_atom`.
-  void add_virial(int global, double *virial, int per_atom, double **vatom) const;
+  void add_virial(int global, double *virial, int per_atom, double **vatom);
 
  private:
   const ConcordemStyle *style_ = nullptr;   // calls find_forces; null if the fix does so itself
@@ -43,7 +43,10 @@ class FixConcordemBond : public FixBondBase {
 
   double longest_given();
   void remove_broken_from_lists();
-  void compare_with_lists();
+  void free_broken_pairs(const int32_t (*pairs)[2], int64_t count);
+  void check_special_bonds();
+  void check_pair_style();
+  void make_added();
 };
 
 }

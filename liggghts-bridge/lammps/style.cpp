@@ -83,6 +83,9 @@ void ConcordemStyle::read_restart(FILE *fp)
 {
   settings = read(fp);
   parameters = read(fp);
+  if (comm->me == 0)
+    utils::logmesg(lmp, "  {}: its fix {} will exist from the first run on; to use its output before, repeat the style and its "
+                        "coefficients after read_restart\n", name, fix_id);
 }
 
 void ConcordemStyle::write(FILE *fp, const std::vector<std::string> &words) const

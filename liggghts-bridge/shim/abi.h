@@ -97,6 +97,25 @@ struct ConcordemAtoms {
   int64_t step;
 };
 
+/// A bond of the user's list.
+struct ConcordemBondOfList {
+  int32_t ids[2];
+  /// Reference length, m; 0: the current distance.
+  double length;
+};
+
+/// Neighbor lists of a pair style: `list` holds the indices of the `atoms` atoms that have one.
+struct ConcordemPairLists {
+  int32_t atoms;
+  /// Bits of an entry that are the neighbor's index.
+  int32_t index_bits;
+  const int32_t *list;
+  const int32_t *numbers;
+  const int32_t *const *neighbors;
+  /// Factors on the forces of a pair by the two upper bits of its entry.
+  double weights[4];
+};
+
 /// A normal model of `pair_style gran`, see `Model` in `src/pair.rs`.
 struct ConcordemPairModel {
   const char *name;
@@ -144,6 +163,8 @@ struct ConcordemPairArrays {
   const int32_t *mask;
   double (*force)[3];
   double (*torque)[3];
+  /// 1 for each entry of the lists, in order, that is left out; null: none.
+  const uint8_t *skip;
   double dt;
 };
 
@@ -189,10 +210,13 @@ struct ConcordemPairForce {
 
 extern "C" {
 
-/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
+/// Create a network from the `count` script arguments after the style name, on processor `processor` of `processors`. Returns null and a
+/// message if they are invalid.
 ConcordemNetwork *concordem_network_new(const char *const *words,
                                         int32_t count,
                                         int32_t types,
+                                        int32_t processor,
+                                        int32_t processors,
                                         ConcordemFacts *facts,
                                         const ConcordemMessage *message);
 
@@ -202,8 +226,8 @@ void concordem_network_delete(ConcordemNetwork *network);
 /// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals.
 void concordem_network_initial_memory(const ConcordemNetwork *network, double *memory);
 
-/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` in m. Returns 0, or −1 and a
-/// message.
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
+/// Returns 0, or −1 and a message.
 int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   const ConcordemAtoms *atoms,
                                   double skin,
@@ -211,21 +235,42 @@ int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   double mean_radius,
                                   const ConcordemMessage *message);
 
-/// Queue the bonds of the user's list for the next rebuild.
-void concordem_network_make_listed(ConcordemNetwork *network);
+/// Number of bonds of the user's list that this processor keeps. Writes them to `bonds` unless it is null.
+int64_t concordem_network_listed(const ConcordemNetwork *network, ConcordemBondOfList *bonds);
 
-/// Queue bonds between `count` pairs of ids for the next rebuild.
-void concordem_network_make_given(ConcordemNetwork *network, const int32_t (*pairs)[2], int64_t count);
+/// Queue `count` bonds of the user's list for the next rebuild, and forget those that this processor kept.
+void concordem_network_make_listed(ConcordemNetwork *network, const ConcordemBondOfList *bonds, int64_t count);
+
+/// Queue `count` bonds for the next rebuild: two ids and the bond type.
+void concordem_network_make_given(ConcordemNetwork *network, const int32_t (*bonds)[3], int64_t count);
+
+/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms: owned atom, partner,
+/// bond type.
+void concordem_network_follow(ConcordemNetwork *network,
+                              const int32_t (*ends)[3],
+                              int64_t count);
+
+/// Queue the bonds that another command added to the atoms' lists for the next rebuild. Returns their number.
+int64_t concordem_network_make_added(ConcordemNetwork *network);
+
+/// Number of atoms with a queued bond. Writes their ids in ascending order to `ids` unless it is null.
+int64_t concordem_network_queued_atoms(const ConcordemNetwork *network, int32_t *ids);
+
+/// A number that increases whenever the bonds or the numbers of atoms change.
+int64_t concordem_network_generation(const ConcordemNetwork *network);
+
+/// Find the pairs of a pair style whose forces the network computes: with a contact law all pairs of the group, else the bonded ones.
+/// Sets their `marks` (one per entry, in order, at least `capacity`) to 1 unless it is null. Sets `first` to the ids of the first
+/// pair; returns the number of pairs.
+int64_t concordem_network_own_pairs(ConcordemNetwork *network,
+                                    const ConcordemAtoms *atoms,
+                                    const ConcordemPairLists *lists,
+                                    uint8_t *marks,
+                                    int64_t capacity,
+                                    int32_t *first);
 
 /// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
 int64_t concordem_network_broken_now(const ConcordemNetwork *network, const int32_t (**pairs)[2]);
-
-/// Number of atoms in the user's list of bonds. Writes their ids in ascending order to `ids` unless it is null.
-int64_t concordem_network_listed_atoms(const ConcordemNetwork *network, int32_t *ids);
-
-/// Longest current or reference length of the listed bonds, m. `positions`: three reals per listed atom, in the order of
-/// [`concordem_network_listed_atoms`]. `edges`: three edge lengths of the box, 0 where it is not periodic.
-double concordem_network_longest_listed(const ConcordemNetwork *network, const double *positions, const double *edges);
 
 /// Queue bonds by distance (`bond distance FACTOR`). Returns the number of bonds that this processor counts, or −1 and a message.
 int64_t concordem_network_make_near(ConcordemNetwork *network, const ConcordemMessage *message);
@@ -392,6 +437,16 @@ static_assert(offsetof(ConcordemFacts, at) == 48 && sizeof(ConcordemFacts::at) =
 static_assert(offsetof(ConcordemFacts, factor) == 56 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
 static_assert(offsetof(ConcordemFacts, reach) == 64 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
 static_assert(sizeof(ConcordemFacts) == 72 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemPairLists, atoms) == 0 && sizeof(ConcordemPairLists::atoms) == 4, "ConcordemPairLists::atoms");
+static_assert(offsetof(ConcordemPairLists, index_bits) == 4 && sizeof(ConcordemPairLists::index_bits) == 4, "ConcordemPairLists::index_bits");
+static_assert(offsetof(ConcordemPairLists, list) == 8 && sizeof(ConcordemPairLists::list) == 8, "ConcordemPairLists::list");
+static_assert(offsetof(ConcordemPairLists, numbers) == 16 && sizeof(ConcordemPairLists::numbers) == 8, "ConcordemPairLists::numbers");
+static_assert(offsetof(ConcordemPairLists, neighbors) == 24 && sizeof(ConcordemPairLists::neighbors) == 8, "ConcordemPairLists::neighbors");
+static_assert(offsetof(ConcordemPairLists, weights) == 32 && sizeof(ConcordemPairLists::weights) == 32, "ConcordemPairLists::weights");
+static_assert(sizeof(ConcordemPairLists) == 64 && alignof(ConcordemPairLists) == 8, "ConcordemPairLists");
+static_assert(offsetof(ConcordemBondOfList, ids) == 0 && sizeof(ConcordemBondOfList::ids) == 8, "ConcordemBondOfList::ids");
+static_assert(offsetof(ConcordemBondOfList, length) == 8 && sizeof(ConcordemBondOfList::length) == 8, "ConcordemBondOfList::length");
+static_assert(sizeof(ConcordemBondOfList) == 16 && alignof(ConcordemBondOfList) == 8, "ConcordemBondOfList");
 static_assert(offsetof(ConcordemPairForce, i) == 0 && sizeof(ConcordemPairForce::i) == 4, "ConcordemPairForce::i");
 static_assert(offsetof(ConcordemPairForce, j) == 4 && sizeof(ConcordemPairForce::j) == 4, "ConcordemPairForce::j");
 static_assert(offsetof(ConcordemPairForce, force) == 8 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
@@ -445,7 +500,8 @@ static_assert(offsetof(ConcordemPairArrays, kind) == 104 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, mask) == 112 && sizeof(ConcordemPairArrays::mask) == 8, "ConcordemPairArrays::mask");
 static_assert(offsetof(ConcordemPairArrays, force) == 120 && sizeof(ConcordemPairArrays::force) == 8, "ConcordemPairArrays::force");
 static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPairArrays::torque) == 8, "ConcordemPairArrays::torque");
-static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
-static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
+static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPairArrays::skip) == 8, "ConcordemPairArrays::skip");
+static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
+static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xb12a94c10db16f7a)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x3d337fe0b61733ad)

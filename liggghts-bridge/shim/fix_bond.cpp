@@ -12,8 +12,15 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "force.h"
+#include "group.h"
+#include "modify.h"
+#include "neigh_list.h"
 #include "neighbor.h"
+#include "pair_gran.h"
 #include "update.h"
+
+#include "pair_contact.h"
 
 using namespace LAMMPS_NS;
 
@@ -38,7 +45,9 @@ void FixConcordemBond::init()
 {
   if (!comm->ghost_velocity)
     fail("needs the velocities of ghosts; add `communicate single vel yes`");
-  if (domain->deform_flag) fail("does not support deforming boxes; remove `fix deform`");
+  check_run();
+  // In its first setup, LIGGGHTS would reset the data of all atoms after we have stored forces there.
+  just_created = 0;
   if (strstr(update->integrate_style, "respa")) fail("does not support run_style respa; use run_style verlet");
   if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
     fail("the boundaries changed after its definition; define it after `boundary` and change_box");
@@ -66,18 +75,24 @@ void FixConcordemBond::pre_exchange()
 
 void FixConcordemBond::setup_pre_force(int vflag)
 {
+  check_box(true);
   communicate();
   rebuild();
   if (creation_is_due()) make_bonds();
+  check_pair_style();
   find_forces_and_virial(true, vflag);
 }
 
 void FixConcordemBond::pre_force(int vflag)
 {
+  check_box(false);
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
   communicate();
-  if (neighbor->ago == 0) rebuild();
+  if (neighbor->ago == 0) {
+    rebuild();
+    check_pair_style();
+  }
   find_forces_and_virial(false, vflag);
   // New bonds start unstrained at the end of the step; the next step evaluates them.
   if (creation_is_due()) make_bonds();
@@ -99,8 +114,42 @@ void FixConcordemBond::find_forces_and_virial(bool setup, int vflag)
   if (vflag) v_setup(vflag);
   else evflag = 0;
   find_forces(setup, false, vflag);
-  if (vflag)
-    concordem_network_virial(network_, virial, vflag_atom ? vatom[0] : NULL, vflag_atom ? atom->nlocal : 0);
+  if (vflag) find_virial(setup, virial, vflag_atom ? vatom : NULL);
+}
+
+int64_t FixConcordemBond::own_pairs(NeighList *list, unsigned char *marks, int64_t capacity, int *first)
+{
+  ConcordemPairLists lists;
+  lists.atoms = list->inum;
+  lists.index_bits = NEIGHMASK;
+  lists.list = list->ilist;
+  lists.numbers = list->numneigh;
+  lists.neighbors = list->firstneigh;
+  for (int k = 0; k < 4; k++) lists.weights[k] = 1.0;
+  ConcordemAtoms atoms = arrays();
+  return concordem_network_own_pairs(network_, &atoms, &lists, marks, capacity, first);
+}
+
+void FixConcordemBond::mark_pairs(NeighList *list, std::vector<unsigned char> &marks)
+{
+  int first[2];
+  own_pairs(list, marks.data(), marks.size(), first);
+}
+
+// LIGGGHTS' own models know nothing of our bonds and contacts, and would add their forces to ours. Our models leave them out.
+void FixConcordemBond::check_pair_style()
+{
+  PairGran *pair = dynamic_cast<PairGran *>(force->pair);
+  if (!pair || !pair->list || concordem_is_our_model(pair)) return;
+  int first[2];
+  if (own_pairs(pair->list, NULL, 0, first) == 0) return;
+  const std::string group_name = group->names[igroup];
+  sprintf(text_,
+          "atoms %d and %d: both pair_style gran and this fix compute the forces between them. Use a model of ConcorDEM, which leaves "
+          "out these pairs: `pair_style gran model concordem/hertz ...` instead of `model hertz ...`. Or take them out of the neighbor "
+          "lists: `neigh_modify exclude group %s %s`",
+          first[0], first[1], group_name.c_str(), group_name.c_str());
+  fail_on_this_processor();
 }
 
 /* ------------------------------------------------------------------------- functions of the base class specific to LIGGGHTS */
@@ -113,6 +162,8 @@ void FixBondBase::fail(const std::string &text)
 
 void FixBondBase::fail_on_this_processor()
 {
+  // error->one ends the program before the message is written to a pipe.
+  if (comm->nprocs == 1) fail(text_);
   const std::string text = std::string("fix ") + id + " concordem/bond: " + text_;
   error->one(FLERR, text.c_str());
   abort();   // unreachable: one ends the program
@@ -125,6 +176,28 @@ void FixBondBase::communicate_ghosts()
 
 void FixBondBase::queue_bonds_of_lists() {}
 
+void FixBondBase::follow_lists() {}
+
+std::string FixBondBase::changer_of_box() const
+{
+  for (int k = 0; k < modify->nfix; k++) {
+    const Fix *fix = modify->fix[k];
+    if (fix->box_change_size || fix->box_change_shape) return std::string(fix->id) + " (" + fix->style + ")";
+  }
+  return "";
+}
+
+std::string FixBondBase::lost_in_restart() const
+{
+  std::string other;
+  for (int k = 0; k < modify->n_restart_data_global_style(style); k++) {
+    const std::string found = modify->id_restart_data_global_style(style, k);
+    if (found == id) return "";
+    other = found;
+  }
+  return other;
+}
+
 void FixBondBase::print(double bonds)
 {
   for (int k = 0; k < 2; k++) {
@@ -133,7 +206,8 @@ void FixBondBase::print(double bonds)
   }
 }
 
-void FixBondBase::warn_no_bonds()
+void FixBondBase::warn(const std::string &text)
 {
-  error->warning(FLERR, "fix concordem/bond created no bonds; check the distance factor and the group");
+  const std::string whole = std::string("fix ") + id + " concordem/bond " + text;
+  error->warning(FLERR, whole.c_str());
 }

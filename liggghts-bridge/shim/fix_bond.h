@@ -4,6 +4,8 @@
 #ifndef CONCORDEM_FIX_BOND_H
 #define CONCORDEM_FIX_BOND_H
 
+#include <vector>
+
 #include "fix_bond_base.h"
 
 namespace LAMMPS_NS {
@@ -23,11 +25,18 @@ class FixConcordemBond : public FixBondBase {
   int pack_comm(int, int *, double *, int, int *) override;
   void unpack_comm(int, int, double *) override;
 
+  // Set `marks` (one per entry of the list, in order) to 1 for the pairs whose forces this fix computes.
+  void mark_pairs(class NeighList *, std::vector<unsigned char> &marks);
+  // A number that increases whenever these pairs change.
+  int64_t generation() const { return concordem_network_generation(network_); }
+
   // Ghosts must cover the length of bonds, not the distance of touching surfaces.
   bool use_rad_for_cut_neigh_and_ghost() override { return false; }
 
  private:
   void find_forces_and_virial(bool setup, int vflag);
+  int64_t own_pairs(class NeighList *, unsigned char *marks, int64_t capacity, int *first);
+  void check_pair_style();
 };
 
 }

@@ -54,8 +54,14 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   if (domain->triclinic) fail("does not support triclinic boxes; use an orthogonal box");
   if (strcmp(update->unit_style, "si") != 0) fail("needs SI units; use `units si`");
 
-  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, &facts_, &message_);
-  if (!network_) fail(text_);
+  lost_ = lost_in_restart();
+  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, comm->me, comm->nprocs, &facts_, &message_);
+  // A line of a list may be wrong on one processor only.
+  int valid = network_ != NULL, count_valid;
+  MPI_Allreduce(&valid, &count_valid, 1, MPI_INT, MPI_SUM, world);
+  if (count_valid == 0) fail(text_);
+  if (!valid) fail_on_this_processor();
+  if (count_valid < comm->nprocs) MPI_Barrier(world);   // until that processor ends the program
   law_ = arg[3];
 
   restart_global = 1;
@@ -97,6 +103,63 @@ void FixBondBase::find_reach(double given, double *smallest)
   reach_ = std::max(1.05 * longest + neighbor->skin, facts_.reach);
 }
 
+void FixBondBase::check_run()
+{
+  if (update->whichflag == 2)
+    fail("does not support `minimize`, because the forces of its bonds depend on their history; relax with damped dynamics, for "
+         "example fix viscous");
+  if (domain->triclinic) fail("does not support triclinic boxes; use an orthogonal box");
+  const std::string changer = changer_of_box();
+  if (!changer.empty())
+    fail("does not support boxes that change in a run, but fix " + changer + " changes it; remove that fix");
+  check_other_fixes();
+}
+
+// The contacts of a fix are between all atoms of its group, also those that another fix bonds.
+void FixBondBase::check_other_fixes()
+{
+  if (strcmp(facts_.contacts, "none") == 0) return;
+  for (int k = 0; k < modify->nfix; k++) {
+    const FixBondBase *other = dynamic_cast<const FixBondBase *>(modify->fix[k]);
+    if (!other || other == this) continue;
+    bigint mine = 0, shared = 0;
+    for (int i = 0; i < atom->nlocal; i++)
+      if (atom->mask[i] & groupbit && atom->mask[i] & other->groupbit) mine++;
+    MPI_Allreduce(&mine, &shared, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+    if (shared > 1)
+      fail("its `contact` acts on atoms that also belong to fix " + std::string(other->id) +
+           ", so that forces would add up; use one fix, or groups without common atoms");
+  }
+}
+
+void FixBondBase::check_box(bool setup)
+{
+  for (int axis = 0; axis < 3; axis++) {
+    const double edge = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
+    if (edge_[axis] >= 0.0 && edge != edge_[axis] && (made_ || !setup)) {
+      snprintf(text_, sizeof(text_),
+               "the periodic box changed from %.12g m to %.12g m along %c, which would stretch the bonds across its border; change the "
+               "box before the bonds are created",
+               edge_[axis], edge, "xyz"[axis]);
+      fail(text_);
+    }
+    edge_[axis] = edge;
+  }
+}
+
+// At the seam of two runs, the host adds the stored forces of the last step. Their dashpots are known only in the sum.
+void FixBondBase::find_virial(bool setup, double *total, double **of_atoms)
+{
+  double found[6] = {0.0};
+  concordem_network_virial(network_, found, of_atoms ? of_atoms[0] : NULL, of_atoms ? atom->nlocal : 0);
+  const bool seam = setup && virial_at_ == update->ntimestep;
+  if (!seam) {
+    for (int k = 0; k < 6; k++) virial_[k] = found[k];
+    virial_at_ = update->ntimestep;
+  }
+  for (int k = 0; k < 6; k++) total[k] += virial_[k];
+}
+
 // The buffer for a migrating atom must hold all its bonds.
 int FixBondBase::exchange_size() const
 {
@@ -127,18 +190,26 @@ void FixBondBase::unpack_ghosts(int count, int first_atom, const double *buffer)
 
 void FixBondBase::make_bonds()
 {
+  const bool lost = !lost_.empty() && modify->find_fix(lost_.c_str()) < 0, creates = facts_.creation || lists_;
+  if (lost && !creates)
+    fail("the restart file contains the bonds of fix " + lost_ + ", which the script does not define; give this fix the same id: `fix " +
+         lost_ + " ...`");
   if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
-  if (facts_.creation == 2) concordem_network_make_listed(network_);
+  if (facts_.creation == 2) concordem_make_listed(network_, atom, groupbit, world);
   if (lists_) queue_bonds_of_lists();
-  const bool creates = facts_.creation || lists_;
+  mean_radius_ = concordem_mean_radius(network_, atom, groupbit, world);
   if (creates) rebuild();
   made_ = true;
   double total;
   if (!concordem_count(network_, world, &total))
     fail("a bond is longer than the ghost cutoff; add `reach LENGTH` with a larger length");
-  if (!creates || comm->me != 0) return;
-  print(total);
-  if (total == 0.0) warn_no_bonds();
+  if (comm->me != 0) return;
+  if (creates) print(total);
+  if (lost) warn("creates new bonds; those of fix " + lost_ + " in the restart file are lost. To keep them, give this fix the same id");
+  if (total == 0.0 && law_ != "none")
+    warn(lists_ ? "has no bonds: the atoms' bond lists are empty" :
+         creates ? "created no bonds; check the distance factor and the group" :
+                   "has no bonds: `bond none` creates none, and there are none from a restart file");
 }
 
 void FixBondBase::find_forces(bool setup, bool energies, bool virial_wanted)
@@ -175,9 +246,8 @@ ConcordemAtoms FixBondBase::arrays()
 void FixBondBase::rebuild()
 {
   ConcordemAtoms atoms = arrays();
-  // Only new bonds need the mean radius.
-  const double mean = made_ ? 0.0 : concordem_mean_radius(atom, groupbit, world);
-  if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean, &message_) < 0) fail_on_this_processor();
+  if (made_ && lists_) follow_lists();
+  if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean_radius_, &message_) < 0) fail_on_this_processor();
 }
 
 /* -------------------------------------------------------------------------------------------- data per atom, migration */
@@ -221,7 +291,13 @@ int FixBondBase::unpack_exchange(int nlocal, double *buf)
 
 void FixBondBase::write_restart(FILE *fp)
 {
-  const ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
+  ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
+  for (int axis = 0; axis < 3; axis++) head.edge[axis] = edge_[axis];
+  head.mean_radius = mean_radius_;
+  head.virial_at = virial_at_;
+  int mine = static_cast<int>(concordem_network_largest_pack(network_));
+  MPI_Allreduce(&mine, &largest_pack_, 1, MPI_INT, MPI_MAX, world);
+  MPI_Allreduce(virial_, head.virial, 6, MPI_DOUBLE, MPI_SUM, world);
   if (comm->me == 0) {
     const int size = sizeof(head);
     fwrite(&size, sizeof(int), 1, fp);
@@ -238,6 +314,10 @@ void FixBondBase::restart(char *buf)
   if (strcmp(head.contacts, facts_.contacts) != 0)
     fail(std::string("the restart file contains contacts of law ") + head.contacts + ", not " + facts_.contacts + "; give the same `contact LAW`");
   made_ = head.made;
+  mean_radius_ = head.mean_radius;
+  for (int axis = 0; axis < 3; axis++) edge_[axis] = head.edge[axis];
+  virial_at_ = head.virial_at;
+  for (int k = 0; k < 6; k++) virial_[k] = comm->me == 0 ? head.virial[k] : 0.0;
   const double none[CONCORDEM_TOTALS] = {0.0};
   concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);
 }
@@ -269,7 +349,8 @@ int FixBondBase::size_restart(int i)
 
 int FixBondBase::maxsize_restart()
 {
-  return 1 + facts_.atom_width + static_cast<int>(concordem_network_largest_pack(network_));
+  // The first processor writes this number for all atoms, and write_restart comes before.
+  return 1 + facts_.atom_width + std::max(largest_pack_, static_cast<int>(concordem_network_largest_pack(network_)));
 }
 
 /* ---------------------------------------------------------------------------------------------------------- output */

@@ -45,6 +45,12 @@ class FixBondBase : public Fix {
   bool lists_ = false;     // bonds come from the atoms' bond lists (LAMMPS)
   bool made_ = false;      // the bonds of the script have been created
   double reach_ = 0.0;     // distance up to which ghosts are needed, m
+  double mean_radius_ = 0.0;                 // of the bonded atoms when bonds were created, m
+  double edge_[3] = {-1.0, -1.0, -1.0};      // periodic edges at the last setup, m; 0 where not periodic, -1 before
+  double virial_[6] = {0.0};                 // our part of the last virial, J
+  bigint virial_at_ = -1;                    // its step
+  int largest_pack_ = 0;                     // largest data of bonds of an atom on any processor in the last restart file
+  std::string lost_;                         // fix of the restart file whose bonds nobody takes over
   char text_[2048];
   ConcordemMessage message_;
   double sums_[CONCORDEM_SUMS];
@@ -57,9 +63,15 @@ class FixBondBase : public Fix {
   [[noreturn]] void fail(const std::string &);      // on all processors
   [[noreturn]] void fail_on_this_processor();       // with the message in text_, which may exist on one processor only
   void print(double bonds);
-  void warn_no_bonds();
+  void warn(const std::string &);                   // to be called on one processor
   void communicate_ghosts();
 
+  // Fail if the box has changed since the last setup; `setup`: a run begins.
+  void check_box(bool setup);
+  // Fail if the host minimizes, if a fix changes the box, or if another of our fixes computes the same contacts. Called by init().
+  void check_run();
+  // The virial of this step, summed over all contacts: at the seam of two runs that of the stored forces.
+  void find_virial(bool setup, double *total, double **of_atoms);
   bool creation_is_due() const;
   // Set reach_ from the longest bond, and `smallest` to the smallest radius. `given`: longest bond in the host's lists.
   void find_reach(double given, double *smallest);
@@ -77,8 +89,12 @@ class FixBondBase : public Fix {
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
 
+  void check_other_fixes();
   double longest_listed();
   void queue_bonds_of_lists();    // empty for LIGGGHTS
+  void follow_lists();            // empty for LIGGGHTS
+  std::string changer_of_box() const;   // the fix that changes the box, empty if there is none
+  std::string lost_in_restart() const;  // the fix of the restart file that has another id, empty if there is none
 };
 
 }

@@ -19,11 +19,12 @@
 #include "update.h"
 
 #include "abi.h"
+#include "directory.h"
 
 namespace LAMMPS_NS {
 
 // Version of restart files. Increase it whenever the head or the meaning of its numbers changes.
-const int CONCORDEM_RESTART_VERSION = 3;
+const int CONCORDEM_RESTART_VERSION = 4;
 
 // Head of a restart file. Every version starts with the version number; the length differs.
 struct ConcordemRestartHead {
@@ -32,9 +33,12 @@ struct ConcordemRestartHead {
   char law[32], contacts[32];
   int64_t found_at;
   double totals[CONCORDEM_TOTALS];
+  double edge[3], mean_radius;
+  int64_t virial_at;
+  double virial[6];
 };
 
-static_assert(sizeof(ConcordemRestartHead) == 80 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
+static_assert(sizeof(ConcordemRestartHead) == 168 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
 // The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
@@ -98,32 +102,62 @@ inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
   return false;
 }
 
-// Longest bond of the user's list at the current positions. `missing`: a listed atom that is not in the group, or 0.
-inline double concordem_longest_listed(const ConcordemNetwork *network, const Atom *atom, const Domain *domain, int groupbit,
-                                       MPI_Comm world, int *missing)
+// The bonds of the user's list that this processor keeps, and the places of their atoms: two per bond. Collective.
+struct ConcordemListed {
+  std::vector<ConcordemBondOfList> bonds;
+  std::vector<ConcordemPlace> places;
+};
+
+inline ConcordemListed concordem_listed(const ConcordemNetwork *network, const Atom *atom, int groupbit, MPI_Comm world)
 {
-  *missing = 0;
-  const int64_t count = concordem_network_listed_atoms(network, NULL);
-  if (count == 0) return 0.0;
-  std::vector<int32_t> listed(count);
-  concordem_network_listed_atoms(network, &listed[0]);
-  // Position of each listed atom, and the number of processors that own it.
-  std::vector<double> mine(4 * count, 0.0), all(4 * count, 0.0);
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    std::vector<int32_t>::iterator at = std::lower_bound(listed.begin(), listed.end(), atom->tag[i]);
-    if (at == listed.end() || *at != atom->tag[i]) continue;
-    const int64_t k = at - listed.begin();
-    for (int axis = 0; axis < 3; axis++) mine[3 * k + axis] = atom->x[i][axis];
-    mine[3 * count + k] = 1.0;
+  ConcordemListed listed;
+  listed.bonds.resize(concordem_network_listed(network, NULL));
+  concordem_network_listed(network, listed.bonds.data());
+  std::vector<int32_t> ends;
+  for (size_t k = 0; k < listed.bonds.size(); k++) ends.insert(ends.end(), listed.bonds[k].ids, listed.bonds[k].ids + 2);
+  listed.places = concordem_places(ends, atom, groupbit, world);
+  return listed;
+}
+
+// Longest bond of the user's list that this processor keeps, at the current positions. `missing`: the lowest listed id that is not in the
+// group on any processor, or 0. Collective.
+inline double concordem_longest_listed(const ConcordemNetwork *network, const Atom *atom, Domain *domain, int groupbit, MPI_Comm world,
+                                       int *missing)
+{
+  const ConcordemListed listed = concordem_listed(network, atom, groupbit, world);
+  int lowest = INT32_MAX;
+  double longest = 0.0;
+  for (size_t k = 0; k < listed.bonds.size(); k++) {
+    const ConcordemPlace *ends = &listed.places[2 * k];
+    for (int end = 0; end < 2; end++)
+      if (ends[end].owner < 0) lowest = std::min(lowest, ends[end].tag);
+    double squared = 0.0;
+    for (int axis = 0; axis < 3; axis++) {
+      double d = ends[1].x[axis] - ends[0].x[axis];
+      if (domain->periodicity[axis]) d -= domain->prd[axis] * floor(d / domain->prd[axis] + 0.5);
+      squared += d * d;
+    }
+    longest = std::max(longest, std::max(sqrt(squared), listed.bonds[k].length));
   }
-  MPI_Allreduce(&mine[0], &all[0], 4 * count, MPI_DOUBLE, MPI_SUM, world);
-  for (int64_t k = 0; k < count && !*missing; k++)
-    if (all[3 * count + k] != 1.0) *missing = listed[k];
-  if (*missing) return 0.0;
-  double edge[3];
-  for (int axis = 0; axis < 3; axis++) edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
-  return concordem_network_longest_listed(network, &all[0], edge);
+  MPI_Allreduce(&lowest, missing, 1, MPI_INT, MPI_MIN, world);
+  if (*missing == INT32_MAX) *missing = 0;
+  return longest;
+}
+
+// Bring the bonds of the user's list to the processors that own their atoms, and queue them there. Collective.
+inline void concordem_make_listed(ConcordemNetwork *network, const Atom *atom, int groupbit, MPI_Comm world)
+{
+  const ConcordemListed listed = concordem_listed(network, atom, groupbit, world);
+  int processors;
+  MPI_Comm_size(world, &processors);
+  std::vector<std::vector<ConcordemBondOfList> > to(processors);
+  for (size_t k = 0; k < listed.bonds.size(); k++) {
+    const int first = listed.places[2 * k].owner, second = listed.places[2 * k + 1].owner;
+    if (first >= 0) to[first].push_back(listed.bonds[k]);
+    if (second >= 0 && second != first) to[second].push_back(listed.bonds[k]);
+  }
+  const std::vector<ConcordemBondOfList> mine = concordem_send(to, world);
+  concordem_network_make_listed(network, mine.data(), mine.size());
 }
 
 // Longest possible bond or contact. `wanted`: longest bond that is about to be created from a list. Sets `smallest` to the smallest
@@ -150,12 +184,17 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   return longest;
 }
 
-// Mean radius of the group. Summed exactly in integers, so that it does not depend on the distribution of atoms over processors.
-inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm world)
+// Mean radius of the atoms with a queued bond, 0 if there are none. Summed exactly in integers, so that it does not depend on the
+// distribution of atoms over processors.
+inline double concordem_mean_radius(const ConcordemNetwork *network, const Atom *atom, int groupbit, MPI_Comm world)
 {
-  double mine = 0.0, largest = 0.0;
+  std::vector<int32_t> queued(concordem_network_queued_atoms(network, NULL));
+  concordem_network_queued_atoms(network, queued.data());
+  std::vector<int> bonded;
   for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & groupbit) mine = std::max(mine, atom->radius[i]);
+    if (atom->mask[i] & groupbit && std::binary_search(queued.begin(), queued.end(), atom->tag[i])) bonded.push_back(i);
+  double mine = 0.0, largest = 0.0;
+  for (size_t k = 0; k < bonded.size(); k++) mine = std::max(mine, atom->radius[bonded[k]]);
   MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   if (!(largest > 0.0)) return 0.0;
   int exponent;
@@ -163,9 +202,8 @@ inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm wor
   const int shift = 53 - exponent;
   // Upper and lower 26 bits are summed separately, which allows 2^37 atoms.
   long long parts[3] = {0, 0, 0}, all[3];
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    const long long units = static_cast<long long>(ldexp(atom->radius[i], shift));
+  for (size_t k = 0; k < bonded.size(); k++) {
+    const long long units = static_cast<long long>(ldexp(atom->radius[bonded[k]], shift));
     parts[0] += units >> 26;
     parts[1] += units & ((1LL << 26) - 1);
     parts[2] += 1;

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@
 #include "update.h"
 
 #include "abi.h"
+#include "fix_bond.h"
+#include "pair_contact.h"
 
 using namespace LAMMPS_NS;
 using namespace LIGGGHTS;
@@ -61,6 +64,9 @@ int index_of(int64_t hash)
 // Number of tangential models: 0 off, 1 no_history, 2 history (LIGGGHTS' numbers).
 const int SHEARS = 3;
 
+// Numbers of LIGGGHTS' cohesion, rolling, and surface models. They are registered with ours only to be rejected with a remedy.
+const int COHESIONS[] = {0, 1, 2, 7, 8}, ROLLINGS[] = {0, 1, 2, 3, 4, 6}, SURFACES[] = {0, 2, 5};
+
 // A model with its parameters.
 class ConcordemModel : protected Pointers {
  protected:
@@ -70,6 +76,13 @@ class ConcordemModel : protected Pointers {
     message_.text = text_;
     message_.capacity = sizeof(text_);
     text_[0] = 0;
+    const char *other = hash >> 12 & 63 ? "cohesion" : hash >> 18 & 63 ? "rolling_friction" : hash >> 24 & 63 ? "surface" : NULL;
+    if (!other) return;
+    snprintf(text_, sizeof(text_),
+             "model %s does not support `%s`; remove it, or use a model of LIGGGHTS, and beside fix concordem/bond take the pairs of its "
+             "group out of the neighbor lists: `neigh_modify exclude group GROUP GROUP`",
+             model_.name, other);
+    error->all(FLERR, text_);
   }
 
   ~ConcordemModel()
@@ -257,6 +270,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     arrays.force = vectors(atom->f[0]);
     arrays.torque = vectors(atom->torque[0]);
     arrays.dt = update->dt;
+    arrays.skip = pairs_of_fixes(list);
     if (!acts) {
       unused_.assign(6 * count, 0.0);
       arrays.force = vectors(&unused_[0]);
@@ -286,6 +300,33 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   int64_t recorded_;   // number of contacts in record_
   std::vector<double *> shifted_;
   std::vector<double> unused_;
+
+  std::vector<FixConcordemBond *> bonds_;   // the fixes that compute forces of pairs
+  std::vector<unsigned char> skip_;         // 1 for each entry of the neighbor list that is such a pair
+  int64_t skip_of_ = -1;                    // when skip_ was determined
+
+  // 1 for each entry of the neighbor list whose forces a fix concordem/bond computes; NULL if there is no such fix.
+  const unsigned char *pairs_of_fixes(NeighList *list)
+  {
+    bonds_.clear();
+    int64_t now = neighbor->ncalls;
+    for (int k = 0; k < modify->nfix; k++) {
+      FixConcordemBond *fix = dynamic_cast<FixConcordemBond *>(modify->fix[k]);
+      if (!fix) continue;
+      bonds_.push_back(fix);
+      now += fix->generation();
+    }
+    if (bonds_.empty()) return NULL;
+    // Every build of the lists also increases the generation of each fix.
+    if (now != skip_of_) {
+      size_t entries = 0;
+      for (int ii = 0; ii < list->inum; ii++) entries += list->numneigh[list->ilist[ii]];
+      skip_.assign(std::max<size_t>(entries, 1), 0);
+      for (size_t k = 0; k < bonds_.size(); k++) bonds_[k]->mark_pairs(list, skip_);
+      skip_of_ = now;
+    }
+    return &skip_[0];
+  }
 
   int comm_rank()
   {
@@ -417,13 +458,25 @@ struct Registration {
   {
     for (const ConcordemPairModel &model : models()) {
       ContactModels::Factory::instance().addNormalModel(model.name, model.number);
-      for (int shear = 0; shear < SHEARS; shear++) {
-        const int hash = static_cast<int>(Utils::generate_gran_hashcode(model.number, shear, 0, 0, 0));
-        PairStyles::Factory::instance().addStyle("gran", hash, &new_pair);
-        Walls::Factory::instance().addStyle("gran", hash, &new_wall);
-      }
+      for (int shear = 0; shear < SHEARS; shear++)
+        for (int cohesion : COHESIONS)
+          for (int rolling : ROLLINGS)
+            for (int surface : SURFACES) {
+              const int hash = static_cast<int>(Utils::generate_gran_hashcode(model.number, shear, cohesion, rolling, surface));
+              PairStyles::Factory::instance().addStyle("gran", hash, &new_pair);
+              Walls::Factory::instance().addStyle("gran", hash, &new_wall);
+            }
     }
   }
 } registration;
 
 }  // namespace
+
+namespace LAMMPS_NS {
+
+bool concordem_is_our_model(PairGran *pair)
+{
+  return index_of(pair->hashcode()) >= 0;
+}
+
+}

@@ -1,5 +1,7 @@
 //! Arguments of `fix ID group concordem/bond …`.
 
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use concordem_contact::kinematics::MotionMeasure;
@@ -70,6 +72,9 @@ pub enum OptionError {
         names(LawName::bonds())
     )]
     NoBondLaw,
+    /// Parameters by bond type where bonds have no type.
+    #[error("parameters by bond type need the bonds of a bond style of LAMMPS; remove the number before the key")]
+    NoBondTypes,
     /// Parameters both inline and from a file.
     #[error("parameter `{key}` conflicts with `materials FILE`; remove one of them")]
     InlineAndFile {
@@ -140,6 +145,8 @@ pub struct Options {
     pub deformable: Option<Condition>,
     /// Parameters by atom type.
     pub materials: Vec<Material>,
+    /// Parameters of bonds by bond type; empty if they belong to atom types.
+    pub bond_types: Vec<Material>,
     /// Parameters between types.
     pub interfaces: Vec<Interface>,
 }
@@ -171,12 +178,14 @@ fn toml_value(word: &str) -> toml::Value {
     }
 }
 
-/// Read a list of bonds: per line two atom ids and optionally the reference length (m); `#` begins a comment.
-pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
+/// Read a list of bonds: per line two atom ids and optionally the reference length (m); `#` begins a comment. Of the processors
+/// `[processor, processors]`, each keeps the bonds whose lower id has the remainder `processor`.
+pub fn read_list(path: &Path, [processor, processors]: [usize; 2]) -> Result<Vec<Listed>, OptionError> {
     let file = |message: String| OptionError::File { path: path.display().to_string(), message };
-    let text = std::fs::read_to_string(path).map_err(|error| file(error.to_string()))?;
+    let reader = std::fs::File::open(path).map_err(|error| file(error.to_string()))?;
     let mut bonds = Vec::new();
-    for (number, line) in text.lines().enumerate() {
+    for (number, line) in BufReader::new(reader).lines().enumerate() {
+        let line = line.map_err(|error| file(error.to_string()))?;
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
             continue;
@@ -195,7 +204,9 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
         if words.len() > 3 || a == b || length == Some(None) {
             return Err(wrong());
         }
-        bonds.push(([a.min(b), a.max(b)], length.flatten()));
+        if a.min(b) as usize % processors == processor {
+            bonds.push(([a.min(b), a.max(b)], length.flatten()));
+        }
     }
     bonds.sort_unstable_by_key(|bond| bond.0);
     if let Some(twice) = bonds.windows(2).find(|pair| pair[0].0 == pair[1].0) {
@@ -208,6 +219,8 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
 /// Arguments before they are checked against each other.
 #[derive(Default)]
 struct Arguments {
+    /// Number of this processor, and of processors.
+    share: [usize; 2],
     contact: Option<ContactLawName>,
     mode: Option<MotionMeasure>,
     creation: Option<Creation>,
@@ -218,6 +231,8 @@ struct Arguments {
     materials_file: Option<String>,
     /// Parameters of bonds, contacts, and deformation.
     tables: [toml::Table; 3],
+    /// Parameters of bonds by bond type.
+    by_bond_type: BTreeMap<usize, toml::Table>,
     /// The first parameter that was given inline.
     first_parameter: Option<String>,
 }
@@ -256,7 +271,7 @@ impl<'a> OptionWords<'a, '_> {
     }
 
     /// `none`, `distance FACTOR`, or `list FILE`.
-    fn creation(&mut self) -> Result<Creation, OptionError> {
+    fn creation(&mut self, share: [usize; 2]) -> Result<Creation, OptionError> {
         const KINDS: &str = "distance FACTOR, list FILE, or none";
         match self.value(KINDS)? {
             "none" => Ok(Creation::None),
@@ -267,7 +282,9 @@ impl<'a> OptionWords<'a, '_> {
                 self.fill(&mut factor, wanted, in_range)?;
                 Ok(Creation::Distance(factor.unwrap_or_default()))
             }
-            "list" => Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?))?)),
+            "list" => {
+                Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?), share)?))
+            }
             other => Err(self.refuse(other, KINDS)),
         }
     }
@@ -275,8 +292,8 @@ impl<'a> OptionWords<'a, '_> {
 
 impl Arguments {
     /// Read the words after the law.
-    fn read(words: &[String]) -> Result<Self, OptionError> {
-        let mut arguments = Self::default();
+    fn read(words: &[String], share: [usize; 2]) -> Result<Self, OptionError> {
+        let mut arguments = Self { share, ..Self::default() };
         let mut rest = words.iter();
         while let Some(key) = rest.next() {
             arguments.read_option(OptionWords { key, rest: &mut rest })?;
@@ -296,7 +313,7 @@ impl Arguments {
             "kinematics" => words.fill(&mut self.mode, "finite, first-order, yade, or yade-ratcheting", named),
             "bond" => {
                 words.once(self.creation.is_some())?;
-                self.creation = Some(words.creation()?);
+                self.creation = Some(words.creation(self.share)?);
                 Ok(())
             }
             "at" => {
@@ -322,7 +339,10 @@ impl Arguments {
     fn read_parameter(&mut self, mut words: OptionWords<'_, '_>) -> Result<(), OptionError> {
         let word = words.value("the parameter's value")?;
         let [bond, contact, deformable] = &mut self.tables;
-        let (table, name) = if let Some(name) = words.key.strip_prefix("contact.") {
+        let of_type = words.key.split_once('.').and_then(|(number, name)| Some((number.parse::<usize>().ok()?, name)));
+        let (table, name) = if let Some((bond_type, name)) = of_type {
+            (self.by_bond_type.entry(bond_type).or_default(), name)
+        } else if let Some(name) = words.key.strip_prefix("contact.") {
             (contact, name)
         } else if let Some(name) = words.key.strip_prefix("deformable.") {
             (deformable, name)
@@ -341,6 +361,14 @@ impl Options {
     /// # Errors
     /// Invalid or contradictory arguments, or a file that cannot be read.
     pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
+        Self::parse_share(words, types, [0, 1])
+    }
+
+    /// [`Self::parse`] that keeps the share of a list of bonds of processor `[processor, processors]`.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn parse_share(words: &[String], types: usize, share: [usize; 2]) -> Result<Self, OptionError> {
         let name = words.first().map(String::as_str).unwrap_or_default();
         let law = match name {
             "none" => None,
@@ -350,7 +378,7 @@ impl Options {
                     .ok_or_else(|| OptionError::Law { name: name.to_owned() })?,
             ),
         };
-        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default())?;
+        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default(), share)?;
         let contact = arguments.contact.unwrap_or_default();
         if law.is_none() {
             if contact == ContactLawName::NONE {
@@ -367,8 +395,17 @@ impl Options {
                 }
                 read_materials(&path, types)?
             }
-            None => (vec![inline_material(law, contact, arguments.tables)?; types], Vec::new()),
+            None => (
+                vec![inline_material(law, contact, arguments.tables, arguments.by_bond_type.is_empty())?; types],
+                Vec::new(),
+            ),
         };
+        let bond_types = bond_types(law, contact, arguments.by_bond_type)?;
+        if !bond_types.is_empty() && !matches!(arguments.creation, Some(Creation::None)) {
+            return Err(OptionError::NoBondTypes);
+        }
+        check_tables(&bond_types, &[])?;
+        check_tables(&materials, &interfaces)?;
         if arguments.deformable.is_some() {
             check_deformable(law, contact, &materials)?;
         }
@@ -382,9 +419,29 @@ impl Options {
             reach: arguments.reach.unwrap_or(0.0),
             sample_every_step: arguments.sample_every_step.unwrap_or(false),
             materials,
+            bond_types,
             interfaces,
         })
     }
+}
+
+/// The keys of each table must agree, as in scenarios; and the hosts must support them.
+fn check_tables(materials: &[Material], interfaces: &[Interface]) -> Result<(), OptionError> {
+    let of_materials = materials.iter().flat_map(Material::tables);
+    for (law, table) in of_materials.chain(interfaces.iter().flat_map(Interface::tables)) {
+        if let Some(fault) = table.faults().into_iter().next() {
+            let key = if fault.key.is_empty() { String::new() } else { format!("`{}`: ", fault.key) };
+            let message = format!("{key}{}; {}", fault.message, fault.help);
+            return Err(OptionError::Parameters { place: law.key().to_owned(), message });
+        }
+    }
+    let with_failure =
+        materials.iter().flat_map(Material::tables).find(|(_, table)| table.hydrostatic_strength().is_some());
+    if let Some((law, _)) = with_failure {
+        let message = "`hydrostatic_strength`: failure of whole particles is not available here; remove it, or use ConcorDEM's solver";
+        return Err(OptionError::Parameters { place: law.key().to_owned(), message: message.to_owned() });
+    }
+    Ok(())
 }
 
 /// Deformable particles need laws that support them, and elastic constants.
@@ -420,17 +477,56 @@ fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interf
     Ok((file.material, file.interface))
 }
 
+/// Parameters of bonds by bond type, from 1 on.
+fn bond_types(
+    law: Option<LawName>,
+    contact: ContactLawName,
+    tables: BTreeMap<usize, toml::Table>,
+) -> Result<Vec<Material>, OptionError> {
+    let Some(law) = law else { return Ok(Vec::new()) };
+    let wrong = |message: String| OptionError::Parameters { place: law.key().to_owned(), message };
+    if !tables.is_empty() && contact.law() == Some(law) {
+        let others = names(LawName::contacts().filter(|&other| other != law));
+        return Err(wrong(format!(
+            "contacts of law {0} take the parameters of its bonds, which here belong to bond types; choose another contact law: {others}",
+            law.key()
+        )));
+    }
+    let mut all = Vec::new();
+    for (expected, (bond_type, table)) in (1..).zip(tables) {
+        if bond_type != expected {
+            return Err(wrong(format!(
+                "bond type {expected} has no parameters; add `bond_coeff {expected} KEY VALUE ...`"
+            )));
+        }
+        let mut material = material_table(&format!("bond type {bond_type}"));
+        material.insert(law.key().into(), toml::Value::Table(table));
+        let of_type = |error: toml::de::Error| {
+            wrong(format!("bond type {bond_type}: {}", error.to_string().trim().replace('\n', "; ")))
+        };
+        all.push(material.try_into().map_err(of_type)?);
+    }
+    Ok(all)
+}
+
+/// A material with this name and no laws.
+fn material_table(name: &str) -> toml::Table {
+    let mut material = toml::Table::new();
+    material.insert("name".into(), toml::Value::String(name.to_owned()));
+    // Unused: masses come from the host.
+    material.insert("density".into(), toml::Value::Float(1.0));
+    material
+}
+
 /// The material given inline in the script. `tables`: parameters of bonds (of contacts if there is no bond law), of contacts, and of
-/// deformable particles.
+/// deformable particles. `with_bonds`: parameters of bonds belong to atom types.
 fn inline_material(
     law: Option<LawName>,
     contact: ContactLawName,
     tables: [toml::Table; 3],
+    with_bonds: bool,
 ) -> Result<Material, OptionError> {
-    let mut material = toml::Table::new();
-    material.insert("name".into(), toml::Value::String("all types".into()));
-    // Unused: masses come from the host.
-    material.insert("density".into(), toml::Value::Float(1.0));
+    let mut material = material_table("all types");
     let [first, of_contacts, of_particles] = tables;
     if let Some(key) = of_contacts.keys().next()
         && (law.is_none() || contact.law().is_none() || contact.law() == law)
@@ -446,7 +542,12 @@ fn inline_material(
         return Err(OptionError::Parameters { place: format!("contact law {}", contact.key()), message });
     }
     let key = law.or(contact.law()).map_or("none", LawName::key);
-    material.insert(key.into(), toml::Value::Table(first));
+    if with_bonds {
+        material.insert(key.into(), toml::Value::Table(first));
+    } else if let Some(key) = first.keys().next() {
+        let message = format!("`{key}` belongs to no bond type; give all parameters by bond type, or none");
+        return Err(OptionError::Parameters { place: law.map_or("none", LawName::key).to_owned(), message });
+    }
     if !of_particles.is_empty() {
         material.insert("deformable".into(), toml::Value::Table(of_particles));
     }
@@ -472,7 +573,7 @@ mod tests {
     fn inline_parameters_use_the_keys_of_a_scenario() {
         let options = parse(
             "linear_bond normal_stiffness 1e6 shear_stiffness .5e6 bond distance 1.2 contact frictional \
-             contact.normal_stiffness 2e6 contact.friction_coefficient 0.3 kinematics first-order at 10",
+             contact.normal_stiffness 2e6 contact.shear_stiffness 1e6 contact.friction_coefficient 0.3 kinematics first-order at 10",
         )
         .unwrap();
         assert_eq!(options.law, Some(LawName::LinearBond));
@@ -486,7 +587,8 @@ mod tests {
 
     #[test]
     fn without_a_bond_law_the_parameters_belong_to_contacts() {
-        let options = parse("none contact frictional normal_stiffness 2e6 friction_coefficient 0.3").unwrap();
+        let options =
+            parse("none contact frictional normal_stiffness 2e6 shear_stiffness 1e6 friction_coefficient 0.3").unwrap();
         assert_eq!((options.law, options.creation), (None, Creation::None));
         assert_eq!(options.materials[1].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
     }
@@ -506,6 +608,18 @@ mod tests {
             ("linear_bond normal_stiffness 1 bond none", "missing field `shear_stiffness`"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1 colour red bond none", "unknown field `colour`"),
             ("linear_bond normal_stiffness 1 normal_stiffness 1 bond none", "given twice"),
+            (
+                "cohesive_beam young 1e9 tensile_strength 1e6 bond none",
+                "the radius of the beam is missing; give `radius_ratio`",
+            ),
+            (
+                "cohesive_beam young 1e9 radius 1 radius_ratio 1 tensile_strength 1e6 bond none",
+                "`radius`: the radius of the beam is given twice",
+            ),
+            (
+                "cohesive_beam young 1e9 radius_ratio 1 tensile_strength 1e6 hydrostatic_strength 1e6 bond none",
+                "failure of whole particles is not available",
+            ),
             ("linear_bond contact glue bond none", "unknown contact law `glue`"),
             ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
             ("linear_bond deformable much bond none", "solid, plane-strain, or plane-stress"),

@@ -69,6 +69,8 @@ pub struct Neighbors<'a> {
     pub history: &'a mut [f64],
     /// Reals per history.
     pub stride: usize,
+    /// Whether to leave a pair out, because a fix concordem/bond computes its forces; empty: none.
+    pub skip: &'a [u8],
 }
 
 /// A particle in contact with a wall.
@@ -229,7 +231,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         torque: &mut [[f64; 3]],
         record: &mut Vec<PairForce>,
     ) {
-        let Neighbors { i, list, flags, history, stride } = neighbors;
+        let Neighbors { i, list, flags, history, stride, skip } = neighbors;
         let (xi, radius_i) = (vec3(&pass.position[i]), pass.radius[i]);
         let (mut sum, mut moment) = (Vec3::zeros(), Vec3::zeros());
         let mut mine: Option<Motion> = None;
@@ -238,7 +240,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
             let between = vec3(&pass.position[j]) - xi;
             let (squared, touching) = (between.norm_squared(), radius_i + pass.radius[j]);
             let reals = &mut history[jj * stride..][..Self::WIDTH];
-            if squared >= touching * touching {
+            if squared >= touching * touching || skip.get(jj).is_some_and(|&skipped| skipped != 0) {
                 if flags[jj] != 0 {
                     flags[jj] = 0;
                     reals.fill(0.0);

@@ -55,6 +55,8 @@ pub struct Record {
     pub kind: Kind,
     /// Contact flags without [`ContactFlags::NOT_OWNED`].
     pub flags: u8,
+    /// Row of the pair coefficients; that of a bond counts if parameters belong to bond types.
+    pub row: u16,
     /// Reference length and area; length 0 means that a new bond takes its current length.
     pub reference: Reference,
     /// Previous geometry.
@@ -77,6 +79,7 @@ impl Record {
             tags,
             kind: Kind::Bond,
             flags: ContactFlags::BONDED | ContactFlags::ACTIVE,
+            row: 0,
             reference: Reference { length: length.unwrap_or(0.0), area: 0.0 },
             frame: PreviousGeometry::default(),
             history: [0.0; HISTORY],
@@ -107,7 +110,7 @@ impl Record {
         buffer.extend([
             f64::from(self.tags[0]),
             f64::from(self.tags[1]),
-            f64::from(self.flags) + kind,
+            f64::from(self.flags) + kind + 512.0 * f64::from(self.row),
             self.reference.length,
             self.reference.area,
             self.frame.normal.x,
@@ -128,8 +131,9 @@ impl Record {
         history[..width].copy_from_slice(&reals[HEAD..HEAD + width]);
         Some(Self {
             tags: [reals[0] as i32, reals[1] as i32],
-            kind: if code >= 256 { Kind::Contact } else { Kind::Bond },
+            kind: if code & 256 == 0 { Kind::Bond } else { Kind::Contact },
             flags: (code & 255) as u8,
+            row: (code >> 9) as u16,
             reference: Reference { length: reals[3], area: reals[4] },
             frame: PreviousGeometry { normal: Vec3::new(reals[5], reals[6], reals[7]), length: reals[8] },
             history,
@@ -155,6 +159,7 @@ mod tests {
         let mut record = Record::fresh([3, 2_000_000_011], Some(0.5));
         record.kind = Kind::Contact;
         record.flags = ContactFlags::KEPT_REFERENCE | ContactFlags::ACTIVE;
+        record.row = 65535;
         record.frame = PreviousGeometry { normal: Vec3::new(0.1, -0.2, 0.3), length: 7.0 };
         record.history[..7].copy_from_slice(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, -7.0]);
         let mut buffer = Vec::new();

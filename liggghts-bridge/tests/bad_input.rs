@@ -38,6 +38,14 @@ fn invalid_input_stops_all_processors_with_a_remedy() {
     let cases = [
         (with("linear_bond", "glue"), "unknown bond law `glue`; choose one of cpm, linear_bond, cohesive_beam"),
         (with("shear_stiffness 1e4", ""), "missing field `shear_stiffness`"),
+        (
+            with("thermo 1\n", "pair_style gran model concordem/hertz tangential history rolling_friction cdt\npair_coeff * *\n"),
+            "model concordem/hertz does not support `rolling_friction`",
+        ),
+        (
+            with("thermo 1\n", "pair_style gran model concordem/hertz_mindlin cohesion sjkr\npair_coeff * *\n"),
+            "model concordem/hertz_mindlin does not support `cohesion`",
+        ),
         (with("shear_stiffness 1e4", "shear_stiffness -1"), "shear_stiffness = -1 must be finite and not negative"),
         (with("bond distance 1.2", ""), "add `bond distance FACTOR`"),
         (with("bond distance 1.2", "bond list list.txt"), "contains atom 99, which is not in group all"),

@@ -157,8 +157,7 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
             .fold(0.0, f64::max);
         // Mean stress over the cut through the lower end, from the force that moves it.
         let (mut here, mut there) = (0.0, 0.0);
-        let mut ours = Solver::new(solver.model().clone(), &mut state).unwrap();
-        let forces = ours.record(&mut state).unwrap();
+        let forces = solver.record(&mut state).unwrap();
         for (pair, force) in forces.contacts.pair.iter().zip(&forces.contacts.force) {
             let sides = pair.map(|p| atoms[p as usize].position.z < 0.012);
             if sides[0] != sides[1] {

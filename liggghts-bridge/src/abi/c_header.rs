@@ -6,7 +6,7 @@ use concordem_c_abi::Message;
 use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
 
 use super::atoms::AtomArrays;
-use super::network::Facts;
+use super::network::{BondOfList, Facts, PairLists};
 use super::pair::{PairArrays, PairModel, PairProperties};
 use crate::pair::{PairForce, WallContact};
 
@@ -47,6 +47,8 @@ fn c_header_is_current() {
             Message::type_layout(),
             AtomArrays::type_layout(),
             Facts::type_layout(),
+            PairLists::type_layout(),
+            BondOfList::type_layout(),
             PairForce::type_layout(),
             WallContact::type_layout(),
             PairModel::type_layout(),

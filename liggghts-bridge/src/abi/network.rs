@@ -9,7 +9,7 @@ use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
 use crate::law_names;
-use crate::network::Network;
+use crate::network::{NeighborLists, Network};
 use crate::options::{Creation, Options};
 
 /// Settings and sizes that the shim needs.
@@ -35,12 +35,15 @@ pub struct Facts {
     reach: f64,
 }
 
-/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
+/// Create a network from the `count` script arguments after the style name, on processor `processor` of `processors`. Returns null and a
+/// message if they are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_new(
     words: *const *const c_char,
     count: i32,
     types: i32,
+    processor: i32,
+    processors: i32,
     facts: *mut Facts,
     message: *const Message,
 ) -> *mut Network {
@@ -54,7 +57,8 @@ pub unsafe extern "C" fn concordem_network_new(
             .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
             .collect();
         guarded(message, || {
-            let options = Options::parse(&words, types as usize).map_err(|error| error.to_string())?;
+            let options = Options::parse_share(&words, types as usize, [processor as usize, processors as usize])
+                .map_err(|error| error.to_string())?;
             let network = Network::new(options).map_err(|error| error.to_string())?;
             let options = network.options();
             let (creation, factor) = match &options.creation {
@@ -95,8 +99,8 @@ pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Networ
     unsafe { (*network).initial_memory(slice_mut(memory, (*network).atom_width())) }
 }
 
-/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` in m. Returns 0, or −1 and a
-/// message.
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
+/// Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_rebuild(
     network: *mut Network,
@@ -107,21 +111,124 @@ pub unsafe extern "C" fn concordem_network_rebuild(
     message: *const Message,
 ) -> i64 {
     // SAFETY: valid pointers from the shim.
-    unsafe { guarded(message, || (*network).rebuild(&(*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
+    unsafe { guarded(message, || (*network).rebuild(&mut (*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
 }
 
-/// Queue the bonds of the user's list for the next rebuild.
+/// A bond of the user's list.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct BondOfList {
+    ids: [i32; 2],
+    /// Reference length, m; 0: the current distance.
+    length: f64,
+}
+
+/// Number of bonds of the user's list that this processor keeps. Writes them to `bonds` unless it is null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network) {
+pub unsafe extern "C" fn concordem_network_listed(network: *const Network, bonds: *mut BondOfList) -> i64 {
+    // SAFETY: `bonds` has the size that an earlier call returned.
+    unsafe {
+        let Creation::List(listed) = &(*network).options().creation else { return 0 };
+        for (to, &(ids, length)) in slice_mut(bonds, listed.len()).iter_mut().zip(listed) {
+            *to = BondOfList { ids, length: length.unwrap_or(0.0) };
+        }
+        listed.len() as i64
+    }
+}
+
+/// Queue `count` bonds of the user's list for the next rebuild, and forget those that this processor kept.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network, bonds: *const BondOfList, count: i64) {
+    // SAFETY: `count` bonds.
+    unsafe {
+        let bonds = slice(bonds, count as usize);
+        (*network).make_listed(bonds.iter().map(|bond| (bond.ids, (bond.length > 0.0).then_some(bond.length))));
+    }
+}
+
+/// Queue `count` bonds for the next rebuild: two ids and the bond type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, bonds: *const [i32; 3], count: i64) {
+    // SAFETY: `count` bonds.
+    unsafe { (*network).make_given(slice(bonds, count as usize)) }
+}
+
+/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms: owned atom, partner,
+/// bond type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_follow(network: *mut Network, ends: *const [i32; 3], count: i64) {
+    // SAFETY: `count` ends.
+    unsafe { (*network).follow(slice(ends, count as usize)) }
+}
+
+/// Queue the bonds that another command added to the atoms' lists for the next rebuild. Returns their number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_added(network: *mut Network) -> i64 {
     // SAFETY: valid pointers from the shim.
-    unsafe { (*network).make_listed() }
+    unsafe { (*network).make_added() as i64 }
 }
 
-/// Queue bonds between `count` pairs of ids for the next rebuild.
+/// Number of atoms with a queued bond. Writes their ids in ascending order to `ids` unless it is null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, pairs: *const [i32; 2], count: i64) {
-    // SAFETY: `count` pairs.
-    unsafe { (*network).make_given(slice(pairs, count as usize)) }
+pub unsafe extern "C" fn concordem_network_queued_atoms(network: *const Network, ids: *mut i32) -> i64 {
+    // SAFETY: `ids` has the size that an earlier call returned.
+    unsafe {
+        let queued = (*network).queued_atoms();
+        if !ids.is_null() {
+            slice_mut(ids, queued.len()).copy_from_slice(&queued);
+        }
+        queued.len() as i64
+    }
+}
+
+/// A number that increases whenever the bonds or the numbers of atoms change.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_generation(network: *const Network) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).generation() }
+}
+
+/// Neighbor lists of a pair style: `list` holds the indices of the `atoms` atoms that have one.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct PairLists {
+    atoms: i32,
+    /// Bits of an entry that are the neighbor's index.
+    index_bits: i32,
+    list: *const i32,
+    numbers: *const i32,
+    neighbors: *const *const i32,
+    /// Factors on the forces of a pair by the two upper bits of its entry.
+    weights: [f64; 4],
+}
+
+/// Find the pairs of a pair style whose forces the network computes: with a contact law all pairs of the group, else the bonded ones.
+/// Sets their `marks` (one per entry, in order, at least `capacity`) to 1 unless it is null. Sets `first` to the ids of the first
+/// pair; returns the number of pairs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_own_pairs(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    lists: *const PairLists,
+    marks: *mut u8,
+    capacity: i64,
+    first: *mut i32,
+) -> i64 {
+    // SAFETY: the host's neighbor lists; `capacity` marks; two ids.
+    unsafe {
+        let l = &*lists;
+        let lists = slice(l.list, l.atoms as usize)
+            .iter()
+            .map(|&i| (i as usize, slice(*l.neighbors.add(i as usize), *l.numbers.add(i as usize) as usize)))
+            .collect();
+        let lists = NeighborLists { lists, index_bits: l.index_bits, weights: l.weights };
+        let marks = if marks.is_null() { &mut [] } else { slice_mut(marks, capacity as usize) };
+        let (count, pair) = (*network).own_pairs(&(*atoms).view(), &lists, marks);
+        slice_mut(first, 2).copy_from_slice(&pair);
+        count as i64
+    }
 }
 
 /// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
@@ -132,54 +239,6 @@ pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, p
         let broken = (*network).broken_now();
         *pairs = broken.as_ptr();
         broken.len() as i64
-    }
-}
-
-/// Number of atoms in the user's list of bonds. Writes their ids in ascending order to `ids` unless it is null.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_listed_atoms(network: *const Network, ids: *mut i32) -> i64 {
-    // SAFETY: `ids` has the size that an earlier call returned.
-    unsafe {
-        let Creation::List(bonds) = &(*network).options().creation else { return 0 };
-        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
-        listed.sort_unstable();
-        listed.dedup();
-        if !ids.is_null() {
-            slice_mut(ids, listed.len()).copy_from_slice(&listed);
-        }
-        listed.len() as i64
-    }
-}
-
-/// Longest current or reference length of the listed bonds, m. `positions`: three reals per listed atom, in the order of
-/// [`concordem_network_listed_atoms`]. `edges`: three edge lengths of the box, 0 where it is not periodic.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_longest_listed(
-    network: *const Network,
-    positions: *const f64,
-    edges: *const f64,
-) -> f64 {
-    // SAFETY: three reals per listed atom, three edges.
-    unsafe {
-        let Creation::List(bonds) = &(*network).options().creation else { return 0.0 };
-        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
-        listed.sort_unstable();
-        listed.dedup();
-        let positions = slice(positions, 3 * listed.len());
-        let edges = slice(edges, 3);
-        let mut longest = 0.0_f64;
-        for (tags, length) in bonds {
-            let [a, b] = tags.map(|tag| listed.partition_point(|&t| t < tag));
-            let squared: f64 = (0..3)
-                .map(|k| {
-                    let d = positions[3 * b + k] - positions[3 * a + k];
-                    let d = if edges[k] > 0.0 { d - edges[k] * (d / edges[k]).round() } else { d };
-                    d * d
-                })
-                .sum();
-            longest = longest.max(squared.sqrt()).max(length.unwrap_or(0.0));
-        }
-        longest
     }
 }
 

@@ -171,6 +171,8 @@ pub struct PairArrays {
     mask: *const i32,
     force: *mut [f64; 3],
     torque: *mut [f64; 3],
+    /// 1 for each entry of the lists, in order, that is left out; null: none.
+    skip: *const u8,
     dt: f64,
 }
 
@@ -207,16 +209,20 @@ pub unsafe extern "C" fn concordem_pair_compute(
             if let Some(record) = &mut record {
                 record.0.clear();
             }
+            let mut entry = 0;
             for &i in slice(a.list, a.atoms as usize) {
                 let i = i as usize;
                 let number = *a.numbers.add(i) as usize;
                 let stride = a.stride as usize;
+                let skip = if a.skip.is_null() { &[] } else { slice(a.skip.add(entry), number) };
+                entry += number;
                 let neighbors = Neighbors {
                     i,
                     list: slice(*a.neighbors.add(i), number),
                     flags: slice_mut(*a.flags.add(i), number),
                     history: slice_mut(*a.history.add(i), number * stride),
                     stride,
+                    skip,
                 };
                 (*law).0.compute(&pass, neighbors, force, torque, record.as_deref_mut().map(|record| &mut record.0));
             }

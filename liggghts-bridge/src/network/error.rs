@@ -95,6 +95,17 @@ pub enum NetworkError {
         /// Atom.
         tag: i32,
     },
+    /// An atom has another id than at the last rebuild.
+    #[error(
+        "the atom with id {tag} had id {before} before: a command renumbered the atoms (`delete_atoms` without `compress no`, \
+         `reset_atoms id`), and bonds are known by the old ids. Add `compress no`, or renumber before the first run with bonds"
+    )]
+    Renumbered {
+        /// Its id.
+        tag: i32,
+        /// Its id at the last rebuild.
+        before: i64,
+    },
     /// An atom id is not positive or not unique.
     #[error(
         "atom ids must be positive and unique, but {tag} is not; use the defaults of `atom_modify`, or `reset_ids`"

@@ -113,6 +113,7 @@ pub(super) fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Op
         tags: [tags[view.pair.a as usize], tags[view.pair.b as usize]],
         kind,
         flags: view.flags.bits & !ContactFlags::NOT_OWNED,
+        row: view.flags.row,
         reference: view.reference,
         frame: previous,
         history,
@@ -120,7 +121,7 @@ pub(super) fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Op
 }
 
 /// The contacts of each particle that have a history to keep.
-fn adjacency(state: &State) -> Adjacency {
+pub(super) fn adjacency(state: &State) -> Adjacency {
     let mut start = vec![0u32; state.particles.len() + 1];
     let each = |visit: &mut dyn FnMut(Pair, Kind, u32)| {
         for (kind, block) in blocks(state) {

@@ -8,6 +8,8 @@ use crate::atoms::{Atoms, add, vector};
 
 /// Number of reals for the net force and torque of the last step.
 const NET: usize = 6;
+/// Place of the atom's id at the last rebuild; 0 for a new atom.
+const ID: usize = NET;
 
 /// Offsets in the data of an atom. Data for the owner only come first, then data that ghosts also need.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +31,7 @@ impl Layout {
     }
 
     pub(super) fn new(oriented: bool, deformable: bool) -> Self {
-        let others = NET;
+        let others = ID + 1;
         let orientation = others + if deformable { 12 } else { 0 };
         let virials = orientation + if oriented { 4 } else { 0 };
         Self { others, orientation, virials, width: virials + if deformable { 12 } else { 0 } }
@@ -37,7 +39,7 @@ impl Layout {
 }
 
 impl Network {
-    /// Reals stored per atom: net force and torque of the last step, the orientation (x, y, z, w) if the law reads it, and four
+    /// Reals stored per atom: net force and torque of the last step, the id at the last rebuild, the orientation (x, y, z, w) if the law reads it, and four
     /// virials if the particle is deformable.
     pub fn atom_width(&self) -> usize {
         self.layout.width
@@ -54,6 +56,22 @@ impl Network {
         if self.needs_orientation() {
             memory[self.layout.orientation + 3] = 1.0;
         }
+    }
+
+    /// Compare the ids of owned atoms with those of the last rebuild, and store them. Bonds are known by ids, so they would join other
+    /// atoms after a renumbering.
+    ///
+    /// # Errors
+    /// An atom with another id.
+    pub(super) fn check_ids(&self, atoms: &mut Atoms<'_>) -> Result<(), NetworkError> {
+        for (&tag, memory) in atoms.tag[..atoms.owned].iter().zip(atoms.memory.chunks_mut(self.layout.width)) {
+            let id = f64::from(tag);
+            if memory[ID] != 0.0 && memory[ID] != id {
+                return Err(NetworkError::Renumbered { tag, before: memory[ID] as i64 });
+            }
+            memory[ID] = id;
+        }
+        Ok(())
     }
 
     /// Rotate owned atoms by the angular velocity of the step. The caller must then update the ghosts.

@@ -7,6 +7,7 @@
 //!
 //! | module | contains |
 //! |---|---|
+//! | `lists` | bonds of the host's lists; pairs of the host's neighbor lists that belong to the network |
 //! | `memory` | data stored per atom in the host's arrays |
 //! | `exchange` | records of bonds and contacts for migration and restart |
 //! | `rebuild` | the state after migration |
@@ -14,6 +15,7 @@
 
 mod error;
 mod exchange;
+mod lists;
 mod memory;
 mod rebuild;
 mod results;
@@ -32,6 +34,7 @@ use concordem_solver::{Model, PairCoefficients, Solver};
 
 pub use error::NetworkError;
 use exchange::Adjacency;
+pub use lists::NeighborLists;
 use memory::Layout;
 pub use results::{Sums, TOTALS};
 
@@ -44,7 +47,7 @@ pub struct Network {
     options: Options,
     model: Model,
     layout: Layout,
-    /// Parameters of bonds by pairs of types.
+    /// Parameters of bonds by pairs of atom types; or by bond types, each as a pair with itself.
     bond_coefficients: PairCoefficients,
     /// Reals in the history of a bond or contact.
     width: usize,
@@ -62,6 +65,14 @@ pub struct Network {
     fresh: Vec<Record>,
     /// Contacts with the history of a broken bond whose other atom is out of range.
     dormant: Vec<Record>,
+    /// Bond ends in the host's lists: owned atom, partner, bond type; compared with the bonds at the next rebuild.
+    listed: Option<Vec<[i32; 3]>>,
+    /// Bonds that another command added to the host's lists, until they are created.
+    added: Vec<[i32; 3]>,
+    /// Particle of each of the host's atoms, `u32::MAX` for atoms outside the group; computed on demand.
+    particle_of: Vec<u32>,
+    /// Increases whenever the bonds or the numbers of atoms change.
+    generation: i64,
     /// Contacts of each particle, computed on demand.
     adjacency: Option<Adjacency>,
     /// Forces of all contacts at the step `recorded_at`.
@@ -85,7 +96,11 @@ impl Network {
     pub fn new(options: Options) -> Result<Self, NetworkError> {
         // Without bonds the block stays empty, but its law still determines the record size in restart files.
         let law = options.law.unwrap_or(LawName::LinearBond);
-        let (block, bond_coefficients) = laws::block(law, &options.materials, &options.interfaces)?;
+        let (block, bond_coefficients) = if options.bond_types.is_empty() {
+            laws::block(law, &options.materials, &options.interfaces)?
+        } else {
+            laws::block(law, &options.bond_types, &[])?
+        };
         let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
         let width = |block: &dyn EvaluatedContacts| {
             block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()
@@ -120,6 +135,10 @@ impl Network {
             incoming: HashMap::new(),
             fresh: Vec::new(),
             dormant: Vec::new(),
+            listed: None,
+            added: Vec::new(),
+            particle_of: Vec::new(),
+            generation: 0,
             adjacency: None,
             recorded: ContactForces::default(),
             recorded_at: None,
@@ -185,6 +204,7 @@ impl Network {
             self.broken += f64::from(u8::from(self.owned[a as usize]));
             self.broken_now.push([self.tags[a as usize], self.tags[b as usize]]);
         }
+        self.generation += i64::from(!self.broken_now.is_empty());
         self.write_atoms(atoms)
     }
 }

@@ -10,33 +10,57 @@ use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::{Network, NetworkError};
 use crate::atoms::{Atoms, vector};
-use crate::options::Creation;
+use crate::options::{Creation, Listed};
 use crate::records::{Kind, Record};
 
+/// Stands for the particle of an atom that is neither owned nor a ghost.
+pub(super) const ABSENT: u32 = u32::MAX;
+
 impl Network {
-    /// Queue the bonds of the user's list for the next rebuild. Every processor must call this.
-    pub fn make_listed(&mut self) {
-        if let Creation::List(bonds) = &self.options.creation {
-            for &(tags, length) in bonds {
-                self.fresh.push(Record::fresh(tags, length));
-            }
+    /// Queue bonds of the user's list for the next rebuild, and forget those that this processor kept. Every processor must call this.
+    pub fn make_listed(&mut self, bonds: impl Iterator<Item = Listed>) {
+        self.fresh.extend(bonds.map(|(tags, length)| Record::fresh(tags, length)));
+        if let Creation::List(kept) = &mut self.options.creation {
+            *kept = Vec::new();
         }
     }
 
-    /// Queue bonds from the host's lists for the next rebuild. A bond may be given on any processor, also on several.
-    pub fn make_given(&mut self, bonds: &[[i32; 2]]) {
-        self.fresh.extend(bonds.iter().map(|&[a, b]| Record::fresh([a.min(b), a.max(b)], None)));
+    /// Queue bonds from the host's lists (two ids and the bond type) for the next rebuild. A bond may be given on any processor, also on
+    /// several.
+    pub fn make_given(&mut self, bonds: &[[i32; 3]]) {
+        for &[a, b, bond_type] in bonds {
+            let mut record = Record::fresh([a.min(b), a.max(b)], None);
+            if !self.options.bond_types.is_empty() {
+                let kind = (bond_type - 1) as u16;
+                // A type without parameters does not exist: the bond style requires them for all.
+                record.row = self.bond_coefficients.get(kind, kind).unwrap_or_default();
+            }
+            self.fresh.push(record);
+        }
     }
 
     /// Rebuild the state for the current distribution of atoms. `skin` (m): skin of the host's neighbor lists. `cutoff` (m): distance
-    /// up to which ghosts exist. `mean_radius` (m): mean radius of all atoms in the group.
+    /// up to which ghosts exist. `mean_radius` (m): mean radius of the bonded atoms; only new bonds need it.
     ///
     /// # Errors
     /// An atom without parameters, a bond to an atom that does not exist here, a periodic box that is too small, or invalid ids.
-    pub fn rebuild(&mut self, atoms: &Atoms<'_>, skin: f64, cutoff: f64, mean_radius: f64) -> Result<(), NetworkError> {
-        let records = self.records()?;
+    pub fn rebuild(
+        &mut self,
+        atoms: &mut Atoms<'_>,
+        skin: f64,
+        cutoff: f64,
+        mean_radius: f64,
+    ) -> Result<(), NetworkError> {
+        self.check_ids(atoms)?;
+        let mut records = self.records()?;
         self.place_particles(atoms)?;
         self.adjacency = None;
+        self.particle_of.clear();
+        self.generation += 1;
+        let mut ends = self.ends_of(&records);
+        if self.follow_lists(&mut records, &ends) {
+            ends = self.ends_of(&records);
+        }
         let largest = self.state.particles.radius.iter().copied().fold(0.0, f64::max);
         let smallest = self.state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
         // Same range as the host's lists.
@@ -45,8 +69,8 @@ impl Network {
         for block in self.state.bonds.iter_mut().chain(&mut self.state.contacts) {
             block.contacts_mut().retain_where(&|_| false);
         }
-        for record in records {
-            let ends = record.tags.map(|tag| self.tags.binary_search(&tag).ok());
+        for (record, ends) in records.into_iter().zip(ends) {
+            let ends = ends.map(|p| (p != ABSENT).then_some(p as usize));
             if !ends.iter().flatten().any(|&p| self.owned[p]) {
                 continue;
             }
@@ -72,6 +96,12 @@ impl Network {
         Ok(())
     }
 
+    /// Particles of both ends of each record, [`ABSENT`] if this processor does not know the atom.
+    fn ends_of(&self, records: &[Record]) -> Vec<[u32; 2]> {
+        let particle = |tag: i32| self.tags.binary_search(&tag).map_or(ABSENT, |p| p as u32);
+        records.iter().map(|record| record.tags.map(particle)).collect()
+    }
+
     /// Append the bond or contact of `record` between particles `a` and `b` to its block; returns the larger of its reference and
     /// current length (m).
     fn place_record(
@@ -87,7 +117,9 @@ impl Network {
         let image = image_of(&between, edge);
         let is_bond = record.kind == Kind::Bond;
         let coefficients = if is_bond { &self.bond_coefficients } else { &self.model.contact_rows };
-        let Some(row) = coefficients.get(particles.material[a], particles.material[b]) else {
+        let by_bond_type = is_bond && !self.options.bond_types.is_empty();
+        let by_atoms = || coefficients.get(particles.material[a], particles.material[b]);
+        let Some(row) = (if by_bond_type { Some(record.row) } else { by_atoms() }) else {
             let types = [a, b].map(|p| i32::from(particles.material[p]) + 1);
             let law = if is_bond { self.options.law } else { self.options.contact.law() };
             return Err(NetworkError::NoRow {

@@ -53,13 +53,12 @@ impl TileMap {
         let mut halo_start = Vec::with_capacity(tiles + 1);
         let mut target_count = vec![0u32; particle_count + 1];
         let mut targets = Vec::new();
-        let (mut k, count) = (0, block.len());
+        let (mut k, pairs) = (0, block.pairs());
         for tile in 0..tiles {
             contact_start.push(k as u32);
             halo_start.push(targets.len() as u32);
             let end = (tile + 1) * tile_length;
-            while k < count {
-                let pair = block.view(k).pair;
+            while let Some(pair) = pairs.get(k) {
                 if pair.a as usize >= end {
                     break;
                 }

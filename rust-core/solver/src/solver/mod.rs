@@ -233,7 +233,7 @@ impl Solver {
         if wrapped {
             self.rebuild_neighbor_list(state, strain)?;
         } else if report.bonds_broke() {
-            self.release_broken_bonds(state, &report, strain)?;
+            self.free_broken_pairs(state);
         }
         self.finish_heat(state);
         Ok(report)
@@ -255,9 +255,9 @@ impl Solver {
             return Err(SolverError::Heat { problem: "needs a solver that integrates the motion itself" });
         }
         let mut report = StepReport::default();
-        let (_, strain) = self.compute_forces(state, sample, &mut report)?;
+        self.compute_forces(state, sample, &mut report)?;
         if report.bonds_broke() {
-            self.release_broken_bonds(state, &report, strain)?;
+            self.free_broken_pairs(state);
         }
         Ok(report)
     }

@@ -8,25 +8,16 @@ use rayon::prelude::*;
 use super::Solver;
 use crate::forces::TileMap;
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
-use crate::state::contacts::{BrokenBond, ContactFlags, ContactView, Contacts, Pair};
+use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair};
 use crate::state::{Cell, Particles, State, Wall};
 use crate::walls::element_table;
-use crate::{Model, SolverError, StepReport, deformation};
+use crate::{Model, SolverError};
 
 /// A contact: its particles and the image of B.
 type Key = (Pair, [i8; 3]);
 
-/// Largest number of bonds that break in a step without a new search. Each moves the contacts behind it in memory.
-const FEW_BROKEN: usize = 32;
-
-/// Bonds as needed for the rebuild of the unbonded contacts.
-#[derive(Default)]
-struct BondedPairs {
-    /// Pairs of intact bonds, which do not interact otherwise; sorted.
-    intact: Vec<Key>,
-    /// Broken bonds whose reference the unbonded contact keeps; sorted.
-    kept: Vec<(Key, Reference, PreviousGeometry)>,
-}
+/// A broken bond: its contact, the reference that the unbonded contact keeps, if any, and its last geometry.
+type Freed = (Key, Option<Reference>, PreviousGeometry);
 
 impl Solver {
     /// Rebuild the neighbor list: remove broken bonds, begin unbonded contacts that keep a bond's reference, renew the
@@ -43,12 +34,9 @@ impl Solver {
         self.strain_margin = if self.model.deformable.is_some() { (2.0 * strain).max(1e-4) } else { 0.0 };
         let widest = 1.0 + self.strain_margin;
         let neighbor = |source| SolverError::Neighbor { step, source };
-        let bonds = self.remove_broken_bonds(state);
-        if let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) {
-            pass.cut(model, &state.particles, &state.broken);
-        }
+        let freed = self.remove_broken_bonds(state);
         if state.contacts.is_some() {
-            self.renew_contacts(state, bonds, skin).map_err(neighbor)?;
+            self.renew_contacts(state, freed, skin).map_err(neighbor)?;
         }
         if let Some(block) = &mut state.wall_contacts {
             let wall_skin = skin + self.strain_margin * largest;
@@ -65,105 +53,96 @@ impl Solver {
         Ok(())
     }
 
-    /// Let the pairs of the bonds that broke in `report` continue as unbonded contacts. The rest of the neighbor list stays; it is
-    /// complete as long as before.
-    pub(super) fn release_broken_bonds(
-        &mut self,
-        state: &mut State,
-        report: &StepReport,
-        strain: f64,
-    ) -> Result<(), SolverError> {
-        let broke = || report.bond_events.iter().filter(|(_, event)| event.broke);
-        // Many changes cost more than one search, and strains that are iterated may break bonds without an event.
-        let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();
-        if iterated || broke().count() > FEW_BROKEN {
-            return self.rebuild_neighbor_list(state, strain);
-        }
+    /// After bonds broke: their pairs continue as unbonded contacts. The candidates of all other contacts stay, so no search is needed.
+    pub(super) fn free_broken_pairs(&mut self, state: &mut State) {
         let n = state.particles.len();
-        let mut freed = Vec::new();
-        for &(index, event) in broke() {
-            let block = state.bonds[index].contacts_mut();
-            let range = block.broken_between(event.pair);
-            for k in range.clone() {
-                let view = block.view(k);
-                if self.owned.is_empty() {
-                    let ContactView { pair, reference, previous, flags } = view;
-                    state.broken.push(BrokenBond {
-                        block: index as u16,
-                        pair,
-                        image: flags.image,
-                        reference,
-                        previous,
-                    });
+        let before: Vec<usize> = state.bonds.iter().map(|block| block.len()).collect();
+        let freed = self.remove_broken_bonds(state);
+        for ((block, map), before) in state.bonds.iter().zip(&mut self.bond_maps).zip(before) {
+            if block.len() != before {
+                *map = TileMap::new(block.contacts(), n, self.tile);
+            }
+        }
+        let State { bonds, contacts: Some(block), particles, cell, .. } = state else { return };
+        let block = block.contacts_mut();
+        let mut new = Vec::with_capacity(freed.len());
+        for ((pair, image), reference, previous) in freed {
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            let bonded_otherwise = bonds.iter().any(|block| has(block.contacts(), &(pair, image)));
+            let row = self.model.contact_rows.get(particles.material[a], particles.material[b]);
+            let Some(row) = row.filter(|_| !bonded_otherwise && !has(block, &(pair, image))) else { continue };
+            let (bits, reference, previous) = match reference {
+                Some(reference) => (ContactFlags::KEPT_REFERENCE, reference, previous),
+                None if in_one_clump(particles, a, b) => continue,
+                None => {
+                    let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(image));
+                    let (a, b) = (&particles.position[a], &particles.position[b]);
+                    (0, Reference::default(), sphere_sphere::initial_geometry(a, b, &shift))
                 }
-                let [a, b] = [view.pair.a, view.pair.b].map(|p| state.particles.material[p as usize]);
-                if let (Some(contacts), Some(row)) = (&state.contacts, self.model.contact_rows.get(a, b)) {
-                    let kept = reference_after(block, k, contacts.contacts(), row, &state.particles);
-                    freed.push((view, row, kept));
+            };
+            let flags = ContactFlags { row, bits: bits | self.ownership(pair), image, padding: 0 };
+            new.push((pair, flags, reference, previous));
+        }
+        if new.is_empty() {
+            return;
+        }
+        let few = new.len() <= 8;
+        for (pair, flags, reference, previous) in new {
+            if few {
+                block.insert(pair, flags, reference, previous);
+            } else {
+                block.push(pair, flags, reference, previous);
+            }
+        }
+        if !few {
+            block.sort();
+        }
+        self.contact_map = TileMap::new(block, n, self.tile);
+    }
+
+    /// Move broken bonds from their blocks to [`State::broken`]. Returns them, sorted.
+    fn remove_broken_bonds(&mut self, state: &mut State) -> Vec<Freed> {
+        let mut freed = Vec::new();
+        let State { bonds, contacts, particles, broken, .. } = state;
+        for (index, block) in bonds.iter_mut().enumerate() {
+            let block = block.contacts_mut();
+            let is_broken = |(k, flags): (usize, &ContactFlags)| flags.has(ContactFlags::BROKEN).then_some(k);
+            let gone: Vec<usize> = block.flags().iter().enumerate().filter_map(is_broken).collect();
+            for &k in &gone {
+                let view = block.view(k);
+                let (pair, image) = (view.pair, view.flags.image);
+                // The host of a subdomain keeps its own list for all subdomains.
+                if self.owned.is_empty() {
+                    let (reference, previous) = (view.reference, view.previous);
+                    broken.push(BrokenBond { block: index as u16, pair, image, reference, previous });
+                }
+                let [a, b] = [pair.a, pair.b].map(|p| particles.material[p as usize]);
+                if let (Some(contacts), Some(row)) = (contacts.as_ref(), self.model.contact_rows.get(a, b)) {
+                    let reference = reference_after(block, k, contacts.contacts(), row, particles);
+                    freed.push(((pair, image), reference, view.previous));
                 }
             }
-            block.remove(range);
+            if !gone.is_empty() {
+                block.retain_where(&|flags| !flags.has(ContactFlags::BROKEN));
+            }
         }
         if let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) {
             pass.cut(model, &state.particles, &state.broken);
         }
-        self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
-        if let Some(block) = &mut state.contacts {
-            let (block, particles) = (block.contacts_mut(), &state.particles);
-            for (view, row, kept) in freed {
-                let ContactView { pair, flags, previous, .. } = view;
-                let bits = self.ownership(pair) | if kept.is_some() { ContactFlags::KEPT_REFERENCE } else { 0 };
-                let flags = ContactFlags { row, bits, image: flags.image, padding: 0 };
-                if kept.is_some() || !self.never_touch(particles, pair) {
-                    block.insert(pair, flags, kept.unwrap_or_default(), previous);
-                }
-            }
-            self.contact_map = TileMap::new(block, n, self.tile);
-        }
-        Ok(())
-    }
-
-    /// Move broken bonds from their blocks to [`State::broken`].
-    fn remove_broken_bonds(&self, state: &mut State) -> BondedPairs {
-        let mut pairs = BondedPairs::default();
-        let State { bonds, contacts, particles, broken, .. } = state;
-        for (index, block) in bonds.iter_mut().enumerate() {
-            let block = block.contacts_mut();
-            let mut any_broken = false;
-            for k in 0..block.len() {
-                let view = block.view(k);
-                let key = (view.pair, view.flags.image);
-                if view.flags.has(ContactFlags::BROKEN) {
-                    any_broken = true;
-                    // The host of a subdomain keeps its own list for all subdomains.
-                    if self.owned.is_empty() {
-                        let (pair, image) = key;
-                        let (reference, previous) = (view.reference, view.previous);
-                        broken.push(BrokenBond { block: index as u16, pair, image, reference, previous });
-                    }
-                    let [a, b] = [view.pair.a, view.pair.b].map(|p| particles.material[p as usize]);
-                    if let (Some(contacts), Some(row)) = (contacts.as_ref(), self.model.contact_rows.get(a, b))
-                        && let Some(reference) = reference_after(block, k, contacts.contacts(), row, particles)
-                    {
-                        pairs.kept.push((key, reference, view.previous));
-                    }
-                } else if contacts.is_some() {
-                    pairs.intact.push(key);
-                }
-            }
-            if any_broken {
-                block.retain_where(&|flags| !flags.has(ContactFlags::BROKEN));
-            }
-        }
-        pairs.intact.sort_unstable();
-        pairs.kept.sort_unstable_by_key(|k| k.0);
-        pairs
+        freed.sort_unstable_by_key(|freed| freed.0);
+        freed
     }
 
     /// Renew the unbonded contacts: keep those with history, and those with a kept reference, which may touch again.
-    fn renew_contacts(&mut self, state: &mut State, bonds: BondedPairs, skin: f64) -> Result<(), NeighborError> {
+    fn renew_contacts(&mut self, state: &mut State, freed: Vec<Freed>, skin: f64) -> Result<(), NeighborError> {
         let Some(block) = &mut state.contacts else { return Ok(()) };
         let (block, particles) = (block.contacts_mut(), &state.particles);
+        // Pairs of intact bonds, which do not interact otherwise.
+        let mut excluded: Vec<Key> = Vec::with_capacity(state.bonds.iter().map(|bonds| bonds.len()).sum());
+        for bonds in &state.bonds {
+            let bonds = bonds.contacts();
+            excluded.extend((0..bonds.len()).map(|k| key_of(bonds, k)));
+        }
         let widest = 1.0 + self.strain_margin;
         let reach: Vec<f64> = particles.radius.iter().map(|r| r * widest + 0.5 * skin).collect();
         let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref())?;
@@ -178,9 +157,9 @@ impl Solver {
                 (view.pair, view.flags.image)
             })
             .collect();
-        let mut excluded = bonds.intact;
-        for ((pair, image), reference, previous) in bonds.kept {
-            if present.binary_search(&(pair, image)).is_err()
+        for ((pair, image), reference, previous) in freed {
+            if let Some(reference) = reference
+                && present.binary_search(&(pair, image)).is_err()
                 && let Some(row) = row_of(pair)
             {
                 let bits = ContactFlags::KEPT_REFERENCE | self.ownership(pair);
@@ -193,10 +172,9 @@ impl Solver {
             let pair = Pair { a: candidate.a, b: candidate.b };
             let (a, b) = (pair.a as usize, pair.b as usize);
             let key = (pair, candidate.image);
-            if self.never_touch(particles, pair)
-                || excluded.binary_search(&key).is_ok()
-                || present.binary_search(&key).is_ok()
-            {
+            let same_clump = in_one_clump(particles, a, b);
+            let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
+            if same_clump || foreign || excluded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
                 continue;
             }
             let Some(row) = row_of(pair) else { continue };
@@ -208,14 +186,6 @@ impl Solver {
         block.sort();
         self.contact_map = TileMap::new(block, particles.len(), self.tile);
         Ok(())
-    }
-
-    /// Whether a pair has no unbonded contact here: particles of one clump, or of other subdomains.
-    fn never_touch(&self, particles: &Particles, pair: Pair) -> bool {
-        let (a, b) = (pair.a as usize, pair.b as usize);
-        let same_clump = particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX;
-        let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
-        same_clump || foreign
     }
 
     /// [`ContactFlags::NOT_OWNED`] for a new contact whose energies another subdomain counts, otherwise 0.
@@ -249,6 +219,23 @@ impl Solver {
         let within = |(now, then): (&Vec3, &Vec3)| (now - then).norm_squared() < allowed * allowed;
         allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(within)
     }
+}
+
+/// Whether two particles belong to one clump, whose members do not interact.
+fn in_one_clump(particles: &Particles, a: usize, b: usize) -> bool {
+    particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX
+}
+
+/// Contact `k` of a block.
+fn key_of(block: &dyn Contacts, k: usize) -> Key {
+    let view = block.view(k);
+    (view.pair, view.flags.image)
+}
+
+/// Whether a sorted block has this contact.
+fn has(block: &dyn Contacts, key: &Key) -> bool {
+    let first = block.pairs().partition_point(|pair| *pair < key.0);
+    (first..block.len()).take_while(|&k| block.pairs()[k] == key.0).any(|k| key_of(block, k) == *key)
 }
 
 /// Largest relative difference of overlaps that is rounding: then the reference of the bond stays to the last bit.

@@ -159,14 +159,6 @@ impl<L: ContactLaw> ContactBlock<L> {
         }
     }
 
-    /// Place of a contact in the sorted block, or where it belongs.
-    fn place(&self, pair: Pair, image: [i8; 3]) -> Result<usize, usize> {
-        let start = self.pair.partition_point(|other| *other < pair);
-        let same = self.pair[start..].iter().take_while(|other| **other == pair).count();
-        let images = &self.flags[start..start + same];
-        images.binary_search_by_key(&image, |flags| flags.image).map(|k| start + k).map_err(|k| start + k)
-    }
-
     /// Sort by (a, b, image).
     pub fn sort(&mut self) {
         let mut order: Vec<u32> = (0..self.len() as u32).collect();
@@ -176,11 +168,48 @@ impl<L: ContactLaw> ContactBlock<L> {
         }
     }
 
-    /// Keep the contacts for which `keep` holds.
+    /// Keep the contacts for which `keep` holds. Moves the rest in place, because usually few of many are removed.
     pub fn retain(&mut self, keep: impl Fn(&ContactFlags) -> bool) {
-        let order: Vec<u32> = (0..self.len() as u32).filter(|&k| keep(&self.flags[k as usize])).collect();
-        if order.len() != self.len() {
-            self.permute(&order);
+        fn close<T: Copy>(values: &mut Vec<T>, removed: &[u32]) {
+            let count = values.len();
+            let mut to = removed[0] as usize;
+            for (n, &gap) in removed.iter().enumerate() {
+                let from = gap as usize + 1;
+                let end = removed.get(n + 1).map_or(count, |&next| next as usize);
+                values.copy_within(from..end, to);
+                to += end - from;
+            }
+            values.truncate(to);
+        }
+        let removed: Vec<u32> = (0..self.len() as u32).filter(|&k| !keep(&self.flags[k as usize])).collect();
+        if removed.is_empty() {
+            return;
+        }
+        close(&mut self.pair, &removed);
+        close(&mut self.flags, &removed);
+        close(&mut self.reference, &removed);
+        close(&mut self.previous, &removed);
+        close(&mut self.history, &removed);
+        if !self.rest_length.is_empty() {
+            close(&mut self.rest_length, &removed);
+        }
+    }
+
+    /// Insert a contact without history into a sorted block.
+    fn insert(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry) {
+        let key = |k: usize| (self.pair[k], self.flags[k].image);
+        let (mut low, mut high) = (0, self.len());
+        while low < high {
+            let middle = low.midpoint(high);
+            if key(middle) < (pair, flags.image) { low = middle + 1 } else { high = middle }
+        }
+        self.pair.insert(low, pair);
+        self.flags.insert(low, flags);
+        self.reference.insert(low, reference);
+        self.previous.insert(low, previous);
+        self.history.insert(low, L::State::default());
+        if !self.rest_length.is_empty() {
+            self.rest_length.insert(low, reference.length);
         }
     }
 
@@ -247,12 +276,12 @@ pub trait Contacts: Send + Sync {
     );
     /// Sort by particles and image.
     fn sort(&mut self);
-    /// The broken contacts between two particles of a sorted block.
-    fn broken_between(&self, pair: Pair) -> std::ops::Range<usize>;
-    /// Remove contacts of a sorted block; the others keep their order.
-    fn remove(&mut self, range: std::ops::Range<usize>);
-    /// Insert a contact without history into a sorted block, unless it is there.
+    /// Insert a contact without history into a sorted block.
     fn insert(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry);
+    /// Particles of all contacts.
+    fn pairs(&self) -> &[Pair];
+    /// Flags of all contacts.
+    fn flags(&self) -> &[ContactFlags];
     /// Replace the image of every contact by `image` of its particles and image.
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
     /// Keep only the contacts for whose flags `keep` holds.
@@ -408,34 +437,14 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn sort(&mut self) {
         Self::sort(self);
     }
-    fn broken_between(&self, pair: Pair) -> std::ops::Range<usize> {
-        let start = self.pair.partition_point(|other| *other < pair);
-        let end = start + self.pair[start..].iter().take_while(|other| **other == pair).count();
-        let broken = |k: &usize| self.flags[*k].has(ContactFlags::BROKEN);
-        // Two bonds of a pair are rare: across a cell that is two particles wide.
-        let first = (start..end).find(broken).unwrap_or(end);
-        first..(first..end).find(|k| !broken(k)).unwrap_or(end)
-    }
-    fn remove(&mut self, range: std::ops::Range<usize>) {
-        self.pair.drain(range.clone());
-        self.flags.drain(range.clone());
-        self.reference.drain(range.clone());
-        self.previous.drain(range.clone());
-        self.history.drain(range.clone());
-        if !self.rest_length.is_empty() {
-            self.rest_length.drain(range);
-        }
-    }
     fn insert(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry) {
-        let Err(k) = self.place(pair, flags.image) else { return };
-        self.pair.insert(k, pair);
-        self.flags.insert(k, flags);
-        self.reference.insert(k, reference);
-        self.previous.insert(k, previous);
-        self.history.insert(k, L::State::default());
-        if !self.rest_length.is_empty() {
-            self.rest_length.insert(k, reference.length);
-        }
+        Self::insert(self, pair, flags, reference, previous);
+    }
+    fn pairs(&self) -> &[Pair] {
+        &self.pair
+    }
+    fn flags(&self) -> &[ContactFlags] {
+        &self.flags
     }
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]) {
         for (pair, flags) in self.pair.iter().zip(&mut self.flags) {

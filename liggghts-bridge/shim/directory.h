@@ -1,0 +1,93 @@
+/* Where atoms are and which processor owns them, distributed over all processors: no processor holds more than its share.
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#ifndef CONCORDEM_DIRECTORY_H
+#define CONCORDEM_DIRECTORY_H
+
+#include <mpi.h>
+#include <stdint.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "atom.h"
+
+namespace LAMMPS_NS {
+
+// Send items to processors: `to[p]` goes to processor p. Returns what arrives, ordered by sender, and the number from each sender in
+// `from`. Collective.
+template <typename T>
+std::vector<T> concordem_send(const std::vector<std::vector<T> > &to, MPI_Comm world, std::vector<int> *from = NULL)
+{
+  const int processors = to.size();
+  std::vector<int> sent(processors), received(processors), start(processors + 1, 0), end(processors + 1, 0);
+  for (int p = 0; p < processors; p++) sent[p] = to[p].size();
+  MPI_Alltoall(&sent[0], 1, MPI_INT, &received[0], 1, MPI_INT, world);
+  for (int p = 0; p < processors; p++) {
+    start[p + 1] = start[p] + sent[p];
+    end[p + 1] = end[p] + received[p];
+  }
+  std::vector<T> outgoing, incoming(end[processors]);
+  outgoing.reserve(start[processors]);
+  for (int p = 0; p < processors; p++) outgoing.insert(outgoing.end(), to[p].begin(), to[p].end());
+  MPI_Datatype item;
+  MPI_Type_contiguous(sizeof(T), MPI_BYTE, &item);
+  MPI_Type_commit(&item);
+  MPI_Alltoallv(outgoing.data(), &sent[0], &start[0], item, incoming.data(), &received[0], &end[0], item, world);
+  MPI_Type_free(&item);
+  if (from) *from = received;
+  return incoming;
+}
+
+struct ConcordemPlace {
+  int32_t tag;
+  int32_t owner;   // processor, −1 if there is no such atom
+  double x[3];
+};
+
+inline bool operator<(const ConcordemPlace &a, const ConcordemPlace &b)
+{
+  return a.tag < b.tag;
+}
+
+// Places of the atoms `wanted` (ids, in any order) among the owned atoms of all processors in the group; in the order of `wanted`.
+// Processor `id mod processors` keeps the place of an atom. Collective.
+inline std::vector<ConcordemPlace> concordem_places(const std::vector<int32_t> &wanted, const Atom *atom, int groupbit, MPI_Comm world)
+{
+  int me, processors;
+  MPI_Comm_rank(world, &me);
+  MPI_Comm_size(world, &processors);
+  std::vector<std::vector<ConcordemPlace> > known(processors);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    const ConcordemPlace place = {static_cast<int32_t>(atom->tag[i]), me, {atom->x[i][0], atom->x[i][1], atom->x[i][2]}};
+    known[place.tag % processors].push_back(place);
+  }
+  std::vector<ConcordemPlace> kept = concordem_send(known, world);
+  std::sort(kept.begin(), kept.end());
+  std::vector<std::vector<int32_t> > questions(processors);
+  for (size_t k = 0; k < wanted.size(); k++) questions[wanted[k] % processors].push_back(wanted[k]);
+  std::vector<int> from;
+  const std::vector<int32_t> asked = concordem_send(questions, world, &from);
+  std::vector<std::vector<ConcordemPlace> > answers(processors);
+  size_t at = 0;
+  for (int p = 0; p < processors; p++)
+    for (int n = 0; n < from[p]; n++, at++) {
+      ConcordemPlace place = {asked[at], -1, {0.0, 0.0, 0.0}};
+      const std::vector<ConcordemPlace>::const_iterator found = std::lower_bound(kept.begin(), kept.end(), place);
+      if (found != kept.end() && found->tag == place.tag) place = *found;
+      answers[p].push_back(place);
+    }
+  const std::vector<ConcordemPlace> answered = concordem_send(answers, world, &from);
+  // Answers arrive by processor, in the order of the questions to it.
+  std::vector<size_t> next(processors, 0);
+  for (int p = 1; p < processors; p++) next[p] = next[p - 1] + from[p - 1];
+  std::vector<ConcordemPlace> places;
+  places.reserve(wanted.size());
+  for (size_t k = 0; k < wanted.size(); k++) places.push_back(answered[next[wanted[k] % processors]++]);
+  return places;
+}
+
+}
+
+#endif
