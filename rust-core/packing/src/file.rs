@@ -1,7 +1,8 @@
 //! Sphere packings as text: one line `x y z r` (m) per sphere; text after `#` is a comment.
 //!
 //! A periodic packing stores its cell in a comment: `# cell` with the nine components of the three edge vectors, one
-//! vector after the other. The reader also accepts YADE's `##PERIODIC:: x y z` (edges of a box).
+//! vector after the other. The reader also accepts YADE's `##PERIODIC:: x y z` (edges of a box) and more columns, if YADE's
+//! comment `#format x_y_z_r_matId` names them. Other formats: [`import`](super::import()).
 
 use std::io::{BufRead, Write};
 
@@ -16,6 +17,8 @@ use concordem_solver::state::particles::Sphere;
 /// Lines that are not four finite numbers with a positive radius, each with its number; errors of the reader.
 pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
     let mut packing = Packing::default();
+    // Whether a comment of YADE names columns after x y z r, which are skipped.
+    let mut further = false;
     for (index, line) in reader.lines().enumerate() {
         let number = index + 1;
         let line = line.map_err(|source| PackingError::Io { action: format!("cannot read line {number}"), source })?;
@@ -50,8 +53,19 @@ pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
             packing.cell = Some(cell);
             continue;
         }
+        if let Some(format) = line.trim_start().strip_prefix("#format ") {
+            let Some(rest) = format.trim().strip_prefix("x_y_z_r") else {
+                return Err(bad("the columns must begin with x_y_z_r".into()));
+            };
+            further = !rest.is_empty();
+            continue;
+        }
         let content = line.split('#').next().unwrap_or("");
-        let values = numbers(content)?;
+        let values = if further {
+            numbers(&content.split_whitespace().take(4).collect::<Vec<_>>().join(" "))?
+        } else {
+            numbers(content)?
+        };
         match values[..] {
             [] => {}
             [x, y, z, radius] if radius > 0.0 => {
@@ -122,6 +136,7 @@ mod tests {
             ("0 0 NaN 1", "line 1: NaN is not finite: \"0 0 NaN 1\""),
             ("0 0 0 1 5", "line 1: expected the four numbers x y z r, found 5: \"0 0 0 1 5\""),
             ("##PERIODIC:: 1 2", "line 1: a periodic cell needs three positive edges: \"##PERIODIC:: 1 2\""),
+            ("#format x_y_z\n0 0 0", "line 1: the columns must begin with x_y_z_r: \"#format x_y_z\""),
             ("# cell 1 0 0 2 0 0 0 0 1", "line 1: the cell has no volume: \"# cell 1 0 0 2 0 0 0 0 1\""),
         ];
         for (text, message) in cases {

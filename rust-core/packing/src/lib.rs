@@ -11,6 +11,7 @@ pub mod cooker;
 pub mod discs;
 pub mod file;
 pub mod growth;
+pub mod import;
 pub mod isotropy;
 pub mod lattice;
 pub mod memory;
@@ -26,6 +27,7 @@ pub use cooker::{Cooked, Cooker, CookerProgress, CookerStage, Correction, Target
 pub use discs::random_discs;
 pub use file::{export_text, import_text};
 pub use growth::{Grown, GrownBox, grown_box};
+pub use import::import;
 pub use isotropy::{DirectionHistogram, link_vectors};
 pub use lattice::Lattice;
 pub use random::Random;
@@ -85,6 +87,12 @@ pub enum PackingError {
     #[error("size distribution: {reason}")]
     BadSizes {
         /// What is wrong with it.
+        reason: String,
+    },
+    /// A file that holds no packing in a known format.
+    #[error("{reason}")]
+    Foreign {
+        /// What it is, and the remedy.
         reason: String,
     },
     /// A shape without interior.

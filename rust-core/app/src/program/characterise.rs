@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::check::count;
-use super::drive::Meter;
+use super::drive::{Meter, check_page_name};
 use super::{Console, Facts, Failure, Work};
 use crate::characterise::{Body, CharacteriseError, Characteristics, Choice, characterise};
 use crate::output::{OutputError, sealed};
@@ -76,6 +76,9 @@ impl From<CharacteriseError> for Failure {
 }
 
 pub(super) fn run(arguments: &CharacteriseArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    if let Some(path) = &arguments.output {
+        check_page_name(path)?;
+    }
     let page = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension("structure.html"));
     let page = sealed::target(&page)?;
     let json = page.with_extension("json");

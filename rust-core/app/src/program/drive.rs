@@ -378,3 +378,35 @@ pub(super) fn check_result_name(path: &Path) -> Result<(), Failure> {
         ))),
     }
 }
+
+/// Refuses names of web pages without an HTML extension: browsers would not show the file.
+pub(super) fn check_page_name(path: &Path) -> Result<(), Failure> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("html" | "htm") => Ok(()),
+        _ => Err(Failure::Usage(format!(
+            "--output {}: the page is HTML and needs the extension .html; use {}. Browsers print it to PDF.",
+            path.display(),
+            path.with_extension("html").display()
+        ))),
+    }
+}
+
+/// Opens a result; says what to do if the file is a scenario.
+pub(super) fn open_result(path: &Path) -> Result<ResultFile, Failure> {
+    scenario_instead(path)?;
+    Ok(ResultFile::open(path)?)
+}
+
+/// An error if the file is a scenario where a result is needed.
+pub(super) fn scenario_instead(path: &Path) -> Result<(), Failure> {
+    if path.extension().is_none_or(|extension| extension != "toml") || !path.is_file() {
+        return Ok(());
+    }
+    let result = Scenario::read(path).map_or_else(|_| path.with_extension("h5"), |scenario| result_path(&scenario));
+    let remedy = if result.is_file() {
+        format!("its result is {}", result.display())
+    } else {
+        format!("run it first: concordem run {}", path.display())
+    };
+    Err(Failure::NotText(format!("{} is a scenario, not a result; {remedy}", path.display())))
+}

@@ -11,7 +11,7 @@ use crate::sweep::journal::JournalError;
 use concordem_operator::OperatorError;
 use concordem_scenario::assembly::AssemblyError;
 use concordem_scenario::schedule::simulation::RunError;
-use concordem_scenario::schema::{ProblemKind, ReadError, Scenario, ScenarioError};
+use concordem_scenario::schema::{Location, ProblemKind, ReadError, Scenario, ScenarioError};
 use concordem_solver::SolverError;
 use concordem_statics::StaticsError;
 
@@ -78,6 +78,7 @@ impl From<ReadError> for Failure {
         match error {
             ReadError::Scenario(error) => Self::Scenario(error),
             ReadError::Io { path, error } => Self::File { path, action: "read", error },
+            ReadError::Setting(message) => Self::Usage(message),
             other => Self::NotText(other.to_string()),
         }
     }
@@ -176,25 +177,27 @@ fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
         .width(110)
         .build();
     let mut text = String::new();
-    for problem in &error.problems {
-        let one = One { error, problem };
+    let (shown, further) = error.shown();
+    for problem in shown {
+        let one = One { place: error.locate(problem), problem };
         // Writing to a string cannot fail. If the graphical message fails, print the plain text, which has the same content.
         if write!(text, "{}", Picture { handler: &handler, one: &one }).is_err() {
-            let (line, _) = error.source_text.position(problem.span.start);
-            let _ = write!(text, "{}:{line}: {problem}\n  help: {}", error.source_text.name, problem.help);
+            let (line, _) = one.place.source.position(problem.span.start);
+            let _ = write!(text, "{}:{line}: {problem}\n  help: {}", one.place.source.name, problem.help);
         }
         text.push('\n');
     }
     let count = error.problems.len();
     let plural = if count == 1 { "problem" } else { "problems" };
-    let _ = writeln!(text, "{}: {count} {plural}", error.source_text.name);
+    let hidden = if further > 0 { format!("; {further} of them are not shown") } else { String::new() };
+    let _ = writeln!(text, "{}: {count} {plural}{hidden}", error.source_text.name);
     text
 }
 
 /// One problem with its source text.
 #[derive(Debug)]
 struct One<'a> {
-    error: &'a ScenarioError,
+    place: Location,
     problem: &'a concordem_scenario::schema::Problem,
 }
 
@@ -217,7 +220,7 @@ impl miette::Diagnostic for One<'_> {
         self.problem.labels()
     }
     fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-        Some(&self.error.source_text)
+        Some(&self.place.source)
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::check::count;
+use super::drive::scenario_instead;
 use super::{Console, Facts, Failure};
 use crate::output::{OutputError, ResultFile, checkpoint, csv};
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
@@ -24,6 +25,7 @@ pub(super) struct InfoArguments {
 }
 
 pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    scenario_instead(&arguments.file)?;
     let result = match ResultFile::open(&arguments.file) {
         Err(OutputError::Kind { .. }) if !arguments.csv => return info_of_checkpoint(arguments, console),
         other => other?,

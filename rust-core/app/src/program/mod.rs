@@ -6,8 +6,10 @@
 mod calibrate;
 mod characterise;
 mod check;
+mod completions;
 mod drive;
 mod elastic;
+mod explain;
 mod failure;
 mod info;
 mod init;
@@ -18,6 +20,7 @@ mod restart;
 mod resume;
 mod run;
 mod schema;
+mod settings;
 mod sweep;
 mod tables;
 
@@ -54,6 +57,8 @@ Examples:
   concordem init --template cpm-small          write cpm-small.toml, a commented scenario
   concordem check cpm-small.toml               particles, memory, time step, and estimated run time
   concordem run cpm-small.toml                 run it; the result is cpm-small.h5
+  concordem run cpm-small.toml --set loading.strain_rate='10 1/s' -o slow.h5
+                                               the same with another value of a key
   concordem resume cpm-small.h5                continue after Ctrl-C, a kill, or a power failure
   concordem run further.toml --from cpm-small.h5
                                                extend a finished run, or load the specimen further
@@ -64,7 +69,7 @@ Examples:
   concordem info cpm-small.h5 --hash           hash of the final state, to compare runs
 
 A scenario is a TOML file in SI units; quantities may have other units: young = \"30 GPa\". Tension is positive.
-`concordem init` lists the templates; `concordem schema` writes the JSON Schema for editors.
+`concordem init` lists the templates; `concordem explain KEY` explains a key; `concordem schema` writes the JSON Schema for editors.
 
 Exit codes:
   0    done
@@ -116,8 +121,12 @@ enum Command {
     Pack(pack::PackArguments),
     /// Find bond parameters for target material properties, and write a scenario with them
     Calibrate(calibrate::CalibrateArguments),
+    /// Explain a key of a scenario: meaning, unit, default, allowed words
+    Explain(explain::ExplainArguments),
     /// Write the JSON Schema of scenarios, or of sweeps, for editors with completion
     Schema(schema::SchemaArguments),
+    /// Write a script that completes commands and options in a shell
+    Completions(completions::CompletionsArguments),
 }
 
 /// Options of commands that compute.
@@ -225,7 +234,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Sweep(arguments) => sweep::sweep(arguments, console),
         Command::Pack(arguments) => pack::pack(arguments, console),
         Command::Calibrate(arguments) => calibrate::calibrate(arguments, console),
+        Command::Explain(arguments) => explain::explain(arguments, console),
         Command::Schema(arguments) => schema::schema(arguments, console),
+        Command::Completions(arguments) => completions::completions(arguments, console),
     };
     match outcome {
         Ok(()) => exit::DONE,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::check::count;
 use super::drive::Meter;
+use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
 use crate::output::OutputError;
 use concordem_packing::{DirectionHistogram, PackingError, PackingSummary, export_text, link_vectors};
@@ -15,6 +16,8 @@ use concordem_scenario::schema::{ProblemKind, Scenario};
 pub(super) struct PackArguments {
     /// Scenario file
     scenario: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
     /// File to write: text with the columns x y z r in meters, or HDF5 if it ends in .h5; by default
     /// SCENARIO.spheres.txt
     #[arg(long, short, value_name = "FILE")]
@@ -27,7 +30,7 @@ pub(super) struct PackArguments {
 }
 
 pub(super) fn pack(arguments: &PackArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let scenario = Scenario::read(&arguments.scenario)?;
+    let scenario = arguments.settings.read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.scenario.with_extension("spheres.txt"));
     let path = crate::output::sealed::target(&path)?;
     if path.exists() && !arguments.force {

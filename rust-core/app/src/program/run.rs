@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::drive::{Meter, Outcome, Run, build, check_result_name, csv_path, result_path};
 use super::restart::Origin;
+use super::settings::Settings;
 use super::{Console, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
@@ -20,6 +21,8 @@ use concordem_solver::state::columns::WriteColumns;
 pub(super) struct RunArguments {
     /// Scenario file
     scenario: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
     /// Result file; by default the file named in the scenario, or the name of the scenario with .h5
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -36,7 +39,7 @@ pub(super) struct RunArguments {
 }
 
 pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let scenario = Scenario::read(&arguments.scenario)?;
+    let scenario = arguments.settings.read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
     check_result_name(&path)?;
     let path = target(&path)?;
@@ -63,6 +66,7 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
             console.warn(&scenario, &assembly.summary.warnings);
         }
         let mut header = header(&scenario, &assembly.state, &assembly.schedule.operators, &assembly.summary)?;
+        header.provenance.extend(arguments.settings.entries(&Settings::default()));
         let initial_positions = assembly.state.particles.position.clone();
         if let Some(origin) = origin {
             header.provenance.extend(origin.provenance());

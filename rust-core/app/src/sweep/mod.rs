@@ -88,7 +88,7 @@ impl Sweep {
     /// A file cannot be read, or the sweep has problems; all are reported with position and remedy.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let text = read_text(path)?;
-        let source = Source { name: path.display().to_string().into(), text: text.into() };
+        let source = Source::new(&path.display().to_string(), &text);
         let mut sweep = Self::parse(source, &|scenario| {
             let path = path.parent().unwrap_or(Path::new("")).join(scenario);
             read_text(&path).map(|text| (path, text))

@@ -7,6 +7,7 @@ mod aggregates;
 mod bodies;
 pub mod checked_hdf5;
 mod cuts;
+mod doubts;
 mod error;
 pub mod flat_hdf5;
 pub mod hdf5_groups;
@@ -49,6 +50,7 @@ use concordem_solver::time_step::TimeStepBounds;
 
 pub use aggregates::{Phase, Phases};
 pub use bodies::apply_loads;
+pub use doubts::most_steps;
 pub use error::{AssemblyError, unfit};
 pub use model::deformable;
 pub use place::{Cooking, Placed, Walled, place, solid};
@@ -182,6 +184,10 @@ pub fn assemble_placed(
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;
     schedule.servos = walls::servos(scenario, &step, &mut state);
+    let p_wave = time_step::p_wave(scenario, &state.particles);
+    warnings.extend(doubts::sizes(scenario, &state));
+    warnings.extend(doubts::empty_regions(scenario, &schedule.operators, &state));
+    warnings.extend(doubts::rates(scenario, &schedule, &state, p_wave));
     let particles = state.particles.len();
     let summary = Summary {
         particles,
@@ -196,7 +202,7 @@ pub fn assemble_placed(
         collision: step.collision,
         stable_step: step.limit,
         convergence: step.convergence,
-        p_wave: time_step::p_wave(scenario, &state.particles),
+        p_wave,
         heat_step: step.heat,
         unstable: step.unstable,
         memory: step.memory,

@@ -13,7 +13,7 @@ use concordem_packing::cooker::Measured;
 use concordem_packing::random_dense::{self, Protocol, RandomDense};
 use concordem_packing::shape::Mesh;
 use concordem_packing::{
-    Crop, Lattice, Packing, Random, Shape, SizeDistribution, import_text, random_discs, tile, tile_and_crop,
+    Crop, Lattice, Packing, Random, Shape, SizeDistribution, import, random_discs, tile, tile_and_crop,
 };
 use concordem_solver::neighbor::NeighborError;
 use concordem_solver::state::{Cell, Sphere};
@@ -162,8 +162,8 @@ fn make(
                 }
             }
         }
-        schema::Packing::File { path, cell, shape } => {
-            let mut packing = read_file(&folder.join(path), read_hdf5)?;
+        schema::Packing::File { path, unit, cell, shape } => {
+            let mut packing = read_file(&folder.join(path), unit.map(Quantity::si), read_hdf5)?;
             if let Some(edges) = cell {
                 packing.cell = Some(Cell::new(Mat3::from_diagonal(&vector(edges))));
             }
@@ -214,12 +214,13 @@ fn cannot_read(file: &Path, message: &dyn ToString) -> AssemblyError {
     AssemblyError::File { path: file.display().to_string(), message: message.to_string() }
 }
 
-/// A sphere pack in HDF5, or a text file with the columns x y z r.
-fn read_file(file: &Path, read_hdf5: PackReader) -> Result<Packing, AssemblyError> {
+/// A sphere pack in HDF5, or a text file; `unit`: length of one unit of a text file, m.
+fn read_file(file: &Path, unit: Option<f64>, read_hdf5: PackReader) -> Result<Packing, AssemblyError> {
     if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
         return read_hdf5(file).map_err(|message| cannot_read(file, &message));
     }
-    Ok(import_text(BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?))?)
+    let reader = BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?);
+    import(reader, unit).map_err(|error| unfit("packing.path", format!("{}: {error}", file.display())))
 }
 
 /// A closed mesh from an STL file; `unit`: length of one unit of the file, m.

@@ -4,6 +4,7 @@
 //! would know neither positions in the text nor units.
 
 mod json_schema;
+pub(super) mod keys;
 mod value;
 pub(super) mod wording;
 
