@@ -6,6 +6,7 @@ mod contents;
 mod elastic;
 mod interruption;
 mod measure;
+mod mistakes;
 mod results;
 mod sweep;
 

@@ -82,7 +82,19 @@ pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn export_text(packing: &Packing, mut writer: impl Write) -> Result<(), PackingError> {
+pub fn export_text(packing: &Packing, writer: impl Write) -> Result<(), PackingError> {
+    export(packing, writer, "# x y z r (m)", " ")
+}
+
+/// Write spheres as a comma-separated table that [`import`](super::import()) reads back bit for bit.
+///
+/// # Errors
+/// Errors of the writer.
+pub fn export_csv(packing: &Packing, writer: impl Write) -> Result<(), PackingError> {
+    export(packing, writer, "x [m],y [m],z [m],radius [m]", ",")
+}
+
+fn export(packing: &Packing, mut writer: impl Write, head: &str, separator: &str) -> Result<(), PackingError> {
     let mut write = || -> std::io::Result<()> {
         if let Some(cell) = &packing.cell {
             write!(writer, "# cell")?;
@@ -91,11 +103,11 @@ pub fn export_text(packing: &Packing, mut writer: impl Write) -> Result<(), Pack
             }
             writeln!(writer)?;
         }
-        writeln!(writer, "# x y z r (m)")?;
+        writeln!(writer, "{head}")?;
         for sphere in &packing.spheres {
             let p = sphere.position;
             // `{:?}` prints the shortest text that reads back as the same number.
-            writeln!(writer, "{:?} {:?} {:?} {:?}", p.x, p.y, p.z, sphere.radius)?;
+            writeln!(writer, "{:?}{separator}{:?}{separator}{:?}{separator}{:?}", p.x, p.y, p.z, sphere.radius)?;
         }
         writer.flush()
     };
@@ -116,6 +128,9 @@ mod tests {
         let mut text = Vec::new();
         export_text(&packing, &mut text).unwrap();
         assert_eq!(import_text(&text[..]).unwrap(), packing);
+        let mut table = Vec::new();
+        export_csv(&packing, &mut table).unwrap();
+        assert_eq!(crate::import(&table[..], None).unwrap(), packing);
     }
 
     #[test]

@@ -40,9 +40,15 @@ pub fn import(mut reader: impl BufRead, unit: Option<f64>) -> Result<Packing, Pa
     } else if text.lines().take(HEADER).any(|line| counted_atoms(line).is_some()) {
         lammps_data(&text)?
     } else if first.contains([',', ';']) {
-        let (packing, given) = table(&text)?;
+        let (mut packing, given) = table(&text)?;
+        // The cell of our own tables is a comment.
+        for line in text.lines().filter(|line| line.starts_with("# cell ")) {
+            packing.cell = import_text(line.as_bytes())?.cell;
+        }
         match (given, unit) {
-            (Some(_), Some(_)) => return foreign("its header gives the unit of lengths, and so does `unit`; remove one"),
+            (Some(_), Some(_)) => {
+                return foreign("its header gives the unit of lengths, and so does `unit`; remove one");
+            }
             (Some(given), None) => scale = given,
             _ => {}
         }
@@ -145,7 +151,8 @@ fn table(text: &str) -> Result<(Packing, Option<f64>), PackingError> {
             packing.spheres.push(first.sphere(number, line, &words)?);
             columns = Some(first);
         } else {
-            let reason = format!("expected the four numbers x, y, z, r, found {}; name other columns in a header", words.len());
+            let reason =
+                format!("expected the four numbers x, y, z, r, found {}; name other columns in a header", words.len());
             return Err(bad(number, reason, line));
         }
     }
@@ -171,7 +178,8 @@ fn counted_atoms(line: &str) -> Option<usize> {
 fn lammps_data(text: &str) -> Result<Packing, PackingError> {
     let mut lines = text.lines().enumerate();
     let mut packing = Packing::default();
-    let Some((number, head)) = lines.find(|(_, line)| line.split('#').next().is_some_and(|line| line.trim() == "Atoms"))
+    let Some((number, head)) =
+        lines.find(|(_, line)| line.split('#').next().is_some_and(|line| line.trim() == "Atoms"))
     else {
         return Err(PackingError::Foreign { reason: "it is a LAMMPS data file without a section `Atoms`".into() });
     };
@@ -182,8 +190,9 @@ fn lammps_data(text: &str) -> Result<Packing, PackingError> {
         "sphere" | "granular" => Some((2, 4)),
         "bpm/sphere" => Some((3, 5)),
         other => {
-            let reason =
-                format!("atoms of the style {other:?} have no radii; write the file with the atom style sphere or bpm/sphere");
+            let reason = format!(
+                "atoms of the style {other:?} have no radii; write the file with the atom style sphere or bpm/sphere"
+            );
             return Err(bad(number + 1, reason, head));
         }
     };

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::meter::Meter;
 use super::check::count;
-use super::drive::{Meter, check_page_name};
+use super::drive::check_page_name;
 use super::{Console, Facts, Failure, Work};
 use crate::characterise::{Body, CharacteriseError, Characteristics, Choice, characterise};
 use crate::output::{OutputError, sealed};
@@ -93,9 +94,9 @@ pub(super) fn run(arguments: &CharacteriseArguments, console: &mut Console<'_>) 
         shape: arguments.shape.as_deref().map(read_shape).transpose()?,
         cell: arguments.cell,
     };
-    let visible = console.interactive && !arguments.work.quiet;
+    let display = console.display(&arguments.work);
     let found = arguments.work.install(|| {
-        let meter = Meter::new(visible);
+        let meter = Meter::new(display);
         let body = Body::read(&arguments.file, &choice, &mut |stage, share| meter.stage(stage, share))
             .map_err(|error| failed(&arguments.file, error))?;
         let found = characterise(&body, arguments.boundary)?;

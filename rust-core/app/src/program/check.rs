@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::drive::{Meter, build};
+use super::meter::Meter;
+use super::drive::build;
 use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
 use concordem_scenario::assembly::{Assembly, Summary, most_steps};
@@ -37,10 +38,11 @@ pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Re
     if arguments.no_build {
         return console.print(&head);
     }
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let facts = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let assembly = build(&scenario, &meter)?;
+        let meter = Meter::new(display);
+        let assembly = build(&scenario, cache.as_ref(), &meter)?;
         meter.finish();
         if !arguments.work.quiet {
             console.warn(&scenario, &assembly.summary.warnings);

@@ -1,19 +1,17 @@
 //! Executes a run from its start or from a checkpoint to its end, with its files.
 
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
 use super::Failure;
 use super::check::{count, seconds};
+use super::meter::Meter;
 use super::tables::{Tables, bond_damage};
 use crate::output::{OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
 use concordem_contact::math::Vec3;
-use concordem_scenario::assembly::{Assembly, assemble};
+use concordem_scenario::assembly::{Assembly, PackingCache, assemble_cached};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::Column;
@@ -31,44 +29,14 @@ pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
     }
 }
 
-/// Progress bar.
-pub(super) struct Meter {
-    bar: ProgressBar,
-    stage: RefCell<String>,
-}
-
-impl Meter {
-    /// A progress bar on the terminal, or an invisible one.
-    pub(super) fn new(visible: bool) -> Self {
-        let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(1000), target);
-        if let Ok(style) = ProgressStyle::with_template("{prefix:>12} {wide_bar} {percent:>3} %  {elapsed}  {msg}") {
-            bar.set_style(style);
-        }
-        Self { bar, stage: RefCell::new(String::new()) }
-    }
-
-    /// Progress of a stage, 0 to 1.
-    pub(super) fn stage(&self, stage: &str, share: f64) {
-        if *self.stage.borrow() != stage {
-            stage.clone_into(&mut self.stage.borrow_mut());
-            self.bar.reset();
-            self.bar.set_prefix(stage.to_owned());
-            self.bar.set_message("");
-            self.bar.enable_steady_tick(Duration::from_millis(200));
-        }
-        self.bar.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);
-    }
-
-    pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
 /// Assembles a scenario.
-pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Failure> {
+pub(super) fn build(
+    scenario: &Scenario,
+    cache: Option<&PackingCache>,
+    meter: &Meter,
+) -> Result<Assembly, Failure> {
     let folder = scenario.directory();
-    let assembly = assemble(scenario, &folder, &mut |stage, share| meter.stage(stage, share));
+    let assembly = assemble_cached(scenario, &folder, cache, &mut |stage, share| meter.stage(stage, share));
     assembly.map_err(|error| {
         meter.finish();
         Failure::of_assembly(scenario, error)
@@ -157,6 +125,9 @@ impl Run {
         let interruption = Interruption::listen();
         let outcome = self.steps(meter, fresh, &interruption.requested);
         drop(interruption);
+        if self.simulation.stopped().is_some() {
+            meter.complete();
+        }
         meter.finish();
         let Some((steps, time)) = outcome? else {
             let step = self.simulation.state.clock.step;
@@ -180,6 +151,7 @@ impl Run {
         }
         let mut last_commit = Instant::now();
         let mut last_look = Instant::now();
+        let share_before = self.simulation.progress();
         while self.simulation.stopped().is_none() {
             let step = self.simulation.state.clock.step;
             let begun = step > first_step;
@@ -206,18 +178,21 @@ impl Run {
                     let done = (self.simulation.state.clock.step - first_step) as f64;
                     let each = start.elapsed().as_secs_f64() / done;
                     let share = self.simulation.progress();
-                    meter.stage("running", share);
                     let rate = if bonds > 0 {
                         format!(", {:.0} ns per bond and step", each * 1e9 / bonds as f64)
                     } else {
                         String::new()
                     };
-                    meter.bar.set_message(format!(
-                        "step {}{rate}, strain {:.3e}, stress {:.3e} Pa",
-                        count(self.simulation.state.clock.step as usize),
-                        sample.strain,
-                        sample.stress
-                    ));
+                    let left = remaining(start.elapsed(), share_before, share);
+                    let left = left.map_or_else(String::new, |left| format!(", at most {} left", seconds(left)));
+                    meter.stage_with("running", share, || {
+                        format!(
+                            "step {}{rate}, strain {:.3e}, stress {:.3e} Pa{left}",
+                            count(self.simulation.state.clock.step as usize),
+                            sample.strain,
+                            sample.stress
+                        )
+                    });
                 }
             }
             if let Some(end) = &advance.stage {
@@ -225,7 +200,7 @@ impl Run {
                 let name = &self.simulation.schedule.stages[end.stage].name;
                 let text =
                     format!("stage `{name}` ended at {:.6e} s, step {}: {}", clock.time(), clock.step, end.reason);
-                meter.bar.println(text);
+                meter.line(&text);
             }
             if let Some(last) = advance.last {
                 self.files.append_sample(&last.to_row())?;
@@ -339,6 +314,13 @@ impl Run {
             format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
         Ok(Outcome::Finished { path, text })
     }
+}
+
+/// Time until the end, s, if the share of the run grows as it did since the process began with it. A drop of the stress may end the run
+/// earlier.
+fn remaining(elapsed: Duration, before: f64, now: f64) -> Option<f64> {
+    let grown = now - before;
+    (grown > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - now) / grown)
 }
 
 /// Removes the CSV table of an older result that the new result replaces: it could be mistaken for that of the new result.

@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use nalgebra::Matrix6;
 
-use super::drive::{Meter, build};
+use super::drive::build;
+use super::meter::Meter;
 use super::settings::Settings;
 use super::{Console, Failure, Work};
 use concordem_scenario::assembly::Assembly;
@@ -60,10 +61,11 @@ pub(super) fn elastic(arguments: &ElasticArguments, console: &mut Console<'_>) -
         return Err(Failure::Usage(message));
     }
     let scenario = arguments.settings.read(&arguments.scenario)?;
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let answers = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let assembly = build(&scenario, &meter)?;
+        let meter = Meter::new(display);
+        let assembly = build(&scenario, cache.as_ref(), &meter)?;
         if !arguments.work.quiet {
             meter.finish();
             console.warn(&scenario, &scenario.warnings());

@@ -42,7 +42,9 @@ fn overview(all: &[KeyInfo]) -> String {
         let meaning = key.description.split(". ").next().unwrap_or_default().trim_end_matches('.');
         facts.add(&key.path, meaning);
     }
-    format!("Keys of a scenario; `concordem explain KEY` explains one, `explain TABLE` lists the keys of a table:\n{facts}")
+    format!(
+        "Keys of a scenario; `concordem explain KEY` explains one, `explain TABLE` lists the keys of a table:\n{facts}"
+    )
 }
 
 /// The description of a key; of a table, also its keys.
@@ -58,7 +60,11 @@ fn page(key: &KeyInfo, all: &[KeyInfo]) -> String {
         text += &wrapped(&line, "    ");
     }
     let inner = |other: &&KeyInfo| {
-        other.path.strip_prefix(&key.path).and_then(|rest| rest.strip_prefix('.')).is_some_and(|rest| !rest.contains('.'))
+        other
+            .path
+            .strip_prefix(&key.path)
+            .and_then(|rest| rest.strip_prefix('.'))
+            .is_some_and(|rest| !rest.contains('.'))
     };
     let mut facts = Facts::default();
     for other in all.iter().filter(inner) {

@@ -9,11 +9,16 @@ use crate::calibration::elastic::ElasticCalibrationError;
 use crate::output::OutputError;
 use crate::sweep::journal::JournalError;
 use concordem_operator::OperatorError;
+use concordem_packing::PackingError;
 use concordem_scenario::assembly::AssemblyError;
 use concordem_scenario::schedule::simulation::RunError;
-use concordem_scenario::schema::{Location, ProblemKind, ReadError, Scenario, ScenarioError};
+use concordem_scenario::schema::{Location, Packing, ProblemKind, ReadError, Scenario, ScenarioError};
 use concordem_solver::SolverError;
 use concordem_statics::StaticsError;
+
+/// Formats of packings.
+const FORMATS: &str = "a packing file has one sphere per line, x y z r; or it is CSV with the columns x, y, z, radius, a LAMMPS data \
+                       file of the atom style sphere, a dump, or an HDF5 sphere pack (.h5)";
 
 /// Failure of a command.
 #[derive(Debug, thiserror::Error)]
@@ -77,7 +82,14 @@ impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {
         match error {
             ReadError::Scenario(error) => Self::Scenario(error),
-            ReadError::Io { path, error } => Self::File { path, action: "read", error },
+            ReadError::Io { path, error } => {
+                let remedy = match error.kind() {
+                    io::ErrorKind::NotFound => "Check the name; `concordem init` lists templates",
+                    io::ErrorKind::IsADirectory => "Name a scenario file in it",
+                    _ => return Self::File { path, action: "read", error },
+                };
+                Self::NotText(format!("cannot read {}: {error}. {remedy}.", path.display()))
+            }
             ReadError::Setting(message) => Self::Usage(message),
             other => Self::NotText(other.to_string()),
         }
@@ -95,7 +107,8 @@ impl Failure {
     pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
         match error {
             AssemblyError::Unfit { key, message } => {
-                Self::Scenario(scenario.problem(ProblemKind::Conflict, &key, message, ""))
+                let help = if key == "packing.path" { FORMATS } else { "" };
+                Self::Scenario(scenario.problem(ProblemKind::Conflict, &key, message, help))
             }
             AssemblyError::Unstable { given, bound, frequency } => Self::Unstable(scenario.problem(
                 ProblemKind::OutOfRange,
@@ -129,6 +142,20 @@ impl Failure {
                 "no particles touch at the start, so \"auto\" has no stiffness for a time step",
                 "give a time step in seconds: time_step = \"1 us\"",
             )),
+            AssemblyError::Packing(error @ (PackingError::Memory { .. } | PackingError::TooMany { .. })) => {
+                let key = match &scenario.packing {
+                    Packing::RandomDense { .. } | Packing::RandomDiscs { .. } | Packing::Growth { .. } => {
+                        "packing.count"
+                    }
+                    Packing::Lattice { repeats: Some(_), .. } => "packing.repeats",
+                    Packing::File { .. } => "packing.path",
+                    other if other.shape().is_some() => "packing.shape",
+                    _ => "packing",
+                };
+                let help =
+                    "use fewer or larger particles, and check the units of sizes and radii; plain numbers are meters";
+                Self::Scenario(scenario.problem(ProblemKind::OutOfRange, key, error.to_string(), help))
+            }
             AssemblyError::Packing(error) => {
                 Self::Scenario(scenario.problem(ProblemKind::Conflict, "packing", error.to_string(), ""))
             }

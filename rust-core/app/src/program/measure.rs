@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use super::tables::{UNBONDED, WALLS};
 use super::drive::open_result;
+use super::tables::{UNBONDED, WALLS};
 use super::{Console, Failure};
 use crate::output::{OutputError, ResultFile};
 use concordem_contact::math::{Mat3, Vec3};

@@ -14,6 +14,7 @@ mod failure;
 mod info;
 mod init;
 mod measure;
+mod meter;
 mod pack;
 mod report;
 mod restart;
@@ -34,7 +35,9 @@ use clap::{Args, Parser, Subcommand};
 pub use calibrate::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
 pub use failure::Failure;
 
+use concordem_scenario::assembly::PackingCache;
 use concordem_scenario::schema::{Problem, Scenario, ScenarioError};
+use meter::Display;
 
 /// Exit codes, documented in the help of the program.
 pub mod exit {
@@ -179,9 +182,40 @@ pub struct Console<'a> {
     pub interactive: bool,
     /// Whether `out` is a terminal.
     pub out_interactive: bool,
+    /// Folder in which packings are stored, so that the next command need not make them again; `None`: nowhere.
+    pub packings: Option<PathBuf>,
+}
+
+/// Folder of stored packings: `CONCORDEM_CACHE`, or `concordem` in the user's cache folder. `CONCORDEM_CACHE=off`: none.
+pub fn packings_folder() -> Option<PathBuf> {
+    match std::env::var_os("CONCORDEM_CACHE") {
+        Some(word) if word == "off" || word.is_empty() => return None,
+        Some(folder) => return Some(PathBuf::from(folder)),
+        None => {}
+    }
+    let absolute = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let folder = absolute("XDG_CACHE_HOME").or_else(|| absolute("HOME").map(|home| home.join(".cache")))?;
+    Some(folder.join("concordem"))
 }
 
 impl Console<'_> {
+    /// The store of packings.
+    fn cache(&self) -> Option<PackingCache> {
+        let folder = self.packings.clone()?;
+        // Another build may make another packing.
+        let program = std::env::current_exe().and_then(std::fs::read).ok()?;
+        Some(PackingCache::new(folder, blake3::hash(&program).to_hex().to_string()))
+    }
+
+    /// How to show the progress of a command: a bar on a terminal, lines from time to time elsewhere.
+    fn display(&self, work: &Work) -> Display {
+        match (work.quiet, self.interactive) {
+            (true, _) => Display::Nothing,
+            (false, true) => Display::Bar,
+            (false, false) => Display::Lines,
+        }
+    }
+
     /// Writes to `out`. A closed pipe (`concordem schema | head`) is not an error.
     fn print(&mut self, text: &str) -> Result<(), Failure> {
         match self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush()) {
@@ -269,7 +303,8 @@ pub fn main() -> ExitCode {
     let code = std::panic::catch_unwind(|| {
         let (mut out, mut err) = (std::io::stdout(), std::io::stderr());
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
-        run(std::env::args_os(), &mut Console { out: &mut out, err: &mut err, interactive, out_interactive })
+        let packings = packings_folder();
+        run(std::env::args_os(), &mut Console { out: &mut out, err: &mut err, interactive, out_interactive, packings })
     });
     ExitCode::from(code.unwrap_or(exit::INTERNAL))
 }

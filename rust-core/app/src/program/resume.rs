@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::drive::{Meter, Run, build, csv_path, result_path, write_csv};
+use super::meter::Meter;
+use super::drive::{Run, build, csv_path, result_path, write_csv};
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
 use super::settings::Settings;
@@ -59,11 +60,12 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
         let notes: Vec<_> = std::iter::once(note).chain(settings.entries(&recorded)).collect();
         files.change_scenario(&scenario.source.text, &notes)?;
     }
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let outcome = arguments.work.install(|| {
-        let meter = Meter::new(visible);
+        let meter = Meter::new(display);
         // Assemble model and schedule again; read the state from the checkpoint.
-        let mut assembly = build(&scenario, &meter)?;
+        let mut assembly = build(&scenario, cache.as_ref(), &meter)?;
         if initial_hash.is_some_and(|hash| state_hash(&assembly.state).is_ok_and(|now| now != hash)) {
             return Err(Failure::Usage(format!(
                 "{} cannot be resumed: its scenario builds another initial state than at the start (a packing or mesh \

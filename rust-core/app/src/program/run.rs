@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::drive::{Meter, Outcome, Run, build, check_result_name, csv_path, result_path};
+use super::meter::Meter;
+use super::drive::{Outcome, Run, build, check_result_name, csv_path, result_path};
 use super::restart::Origin;
 use super::settings::Settings;
 use super::{Console, Failure, Work};
@@ -56,10 +57,11 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
         }
     }
     let origin = arguments.from.as_deref().map(|from| Origin::read(from, &scenario)).transpose()?;
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let outcome = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let mut assembly = build(&scenario, &meter)?;
+        let meter = Meter::new(display);
+        let mut assembly = build(&scenario, cache.as_ref(), &meter)?;
         if !arguments.work.quiet {
             meter.finish();
             console.warn(&scenario, &scenario.warnings());

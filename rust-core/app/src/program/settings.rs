@@ -36,7 +36,11 @@ impl Settings {
     /// Entries of the provenance; `before`: settings recorded earlier.
     pub(super) fn entries(&self, before: &Self) -> Vec<(String, String)> {
         let first = before.list.len() + 1;
-        self.list.iter().enumerate().map(|(k, setting)| (format!("{ENTRY}{}", first + k), setting.given.clone())).collect()
+        self.list
+            .iter()
+            .enumerate()
+            .map(|(k, setting)| (format!("{ENTRY}{}", first + k), setting.given.clone()))
+            .collect()
     }
 
     /// The settings recorded in a provenance.

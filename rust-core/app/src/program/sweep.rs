@@ -7,7 +7,8 @@ use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
-use super::drive::{Interruption, Meter, check_result_name};
+use super::drive::{Interruption, check_result_name};
+use super::meter::Meter;
 use super::{Console, Failure, Work};
 use crate::characterise::structure;
 use crate::output::sealed::{target, write_text};
@@ -76,8 +77,8 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
         let rest = if known > 0 { format!(", {known} of them known") } else { String::new() };
         console.tell(&format!("{points} points{rest}; {} packings to generate", groups.len()));
     }
-    let visible = console.interactive && !arguments.work.quiet;
-    let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(visible), failure: None });
+    let display = console.display(&arguments.work);
+    let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(display), failure: None });
     let interruption = Interruption::listen();
     let stopped = || interruption.requested.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
     arguments.work.install(|| {

@@ -101,6 +101,11 @@ impl Sweep {
         let wrong = |problems: Vec<Problem>| ReadError::Scenario(ScenarioError::new(&source, problems));
         let document = Document::parse(&source).map_err(wrong)?;
         let written: Written = document.deserialize().map_err(|problem| {
+            if Scenario::parse(&source.name, &source.text).is_ok() {
+                let message = "this is a scenario, not a sweep".to_owned();
+                let help = format!("write a sweep with scenario = \"{}\"; `concordem init --template elastic-sweep` shows one", source.name);
+                return wrong(vec![Problem { value: None, message, help, ..problem }]);
+            }
             let help = "a sweep has version, title, scenario, study, dynamics, residual, and [[axis]] tables with name, key or \
                         keys, values or linear or logarithmic, and average";
             wrong(vec![Problem { help: help.to_owned(), ..problem }])

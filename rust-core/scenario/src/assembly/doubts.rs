@@ -1,6 +1,7 @@
 //! Warnings about an assembled scenario that is valid but probably not what its author expects: spheres of meters, regions without
 //! particles, a loading that is too fast or never ends.
 
+use crate::checks::length;
 use crate::sampling::{SampledRegion, ScheduledOperator};
 use crate::schedule::Schedule;
 use crate::schema::{Loading, Packing, Problem, Scenario};
@@ -13,6 +14,10 @@ const RADII: [f64; 2] = [1e-7, 0.2];
 /// Strain of the specimen while a wave crosses it, above which its ends are loaded long before its middle. Concrete and rock break at
 /// 1e-4 to 1e-2.
 const FAST: f64 = 1e-2;
+/// Strain below which no material breaks.
+const BREAKING: f64 = 1e-5;
+/// A run ends early below this part of the strain at which it should end.
+const EARLY: f64 = 1e-2;
 /// Duration of a run, s, that is probably a mistake: a month.
 const MONTH: f64 = 30.0 * 86_400.0;
 /// Times of a step per bond and per particle on one core, s: CPM takes some 50 ns per bond, the integration 20 ns per particle.
@@ -66,8 +71,12 @@ pub(super) fn sizes(scenario: &Scenario, state: &State) -> Option<Problem> {
     if (RADII[0]..=RADII[1]).contains(&mean) {
         return None;
     }
-    let message = format!("the mean radius is {mean:.3e} m; numbers in a file without a unit are meters");
-    Some(scenario.warning("packing.path", message, "write unit = \"1 mm\" in [packing], or unit = \"1 m\" if meters are meant"))
+    let message = format!("the mean radius is {}; numbers in a file without a unit are meters", length(mean));
+    Some(scenario.warning(
+        "packing.path",
+        message,
+        "write unit = \"1 mm\" in [packing], or unit = \"1 m\" if meters are meant",
+    ))
 }
 
 /// Warns about operators whose region contains no center of a particle at the start.
@@ -116,12 +125,19 @@ pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_w
             steps * step / 86_400.0
         );
         let (place, help) = match (key, key_of_rate(&scenario.loading)) {
-            ("strain", Some(rate)) => (rate, "load faster: discrete element runs use rates of 0.1 to 100 1/s, or check the unit"),
-            _ => (if key == "time" { "stop.time" } else { "stop.steps" }, "end the run earlier, or use fewer particles"),
+            ("strain", Some(rate)) => {
+                (rate, "load faster: discrete element runs use rates of 0.1 to 100 1/s, or check the unit")
+            }
+            _ => {
+                (if key == "time" { "stop.time" } else { "stop.steps" }, "end the run earlier, or use fewer particles")
+            }
         };
         warnings.push(scenario.warning(place, message, help));
     }
-    let Some((rate, key)) = strain_rate(scenario, schedule).zip(key_of_rate(&scenario.loading)) else { return warnings };
+    let Some((rate, key)) = strain_rate(scenario, schedule).zip(key_of_rate(&scenario.loading)) else {
+        return warnings;
+    };
+    warnings.extend(ends_early(scenario, rate, key, dt));
     let Some(((_, length), p_wave)) = schedule.loading.dimensions().zip(p_wave) else { return warnings };
     let smallest = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
     let crossing = length * p_wave / smallest;
@@ -135,6 +151,28 @@ pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_w
         warnings.push(scenario.warning(key, message, help));
     }
     warnings
+}
+
+/// Warns about a run that ends long before the strain or the failure at which it should end.
+fn ends_early(scenario: &Scenario, rate: f64, key: &str, dt: f64) -> Option<Problem> {
+    let stop = &scenario.stop;
+    if !scenario.stages.is_empty() {
+        return None;
+    }
+    let by_time = stop.time.map(|time| (time.si(), "stop.time"));
+    let by_steps = stop.steps.map(|steps| (steps as f64 * dt, "stop.steps"));
+    let (time, end) = [by_time, by_steps].into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a })?;
+    let (wanted, what) = match (stop.strain, stop.drop_to) {
+        (Some(strain), _) => (strain.si(), format!("`stop.strain` ({})", strain.si())),
+        (None, Some(_)) => (BREAKING, "failure (`stop.drop_to`)".to_owned()),
+        (None, None) => return None,
+    };
+    if rate * time >= EARLY * wanted {
+        return None;
+    }
+    let message = format!("`{end}` ends the run at a strain of {:.1e}, long before {what}", rate * time);
+    let help = format!("raise `{key}` or `{end}`, or remove the other end");
+    Some(scenario.warning(key, message, help))
 }
 
 /// Key of the rate of a loading.

@@ -5,6 +5,7 @@
 
 mod aggregates;
 mod bodies;
+mod cache;
 pub mod checked_hdf5;
 mod cuts;
 mod doubts;
@@ -50,10 +51,11 @@ use concordem_solver::time_step::TimeStepBounds;
 
 pub use aggregates::{Phase, Phases};
 pub use bodies::apply_loads;
+pub use cache::PackingCache;
 pub use doubts::most_steps;
 pub use error::{AssemblyError, unfit};
 pub use model::deformable;
-pub use place::{Cooking, Placed, Walled, place, solid};
+pub use place::{Cooking, Placed, Walled, place, place_cached, solid};
 pub use time_step::settles;
 
 /// A built scenario.
@@ -133,6 +135,20 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     assemble_placed(scenario, folder, &placed, progress)
 }
 
+/// Builds a scenario as [`assemble`] does; packings that take long to make are read from the cache, and stored there.
+///
+/// # Errors
+/// Those of [`assemble`].
+pub fn assemble_cached(
+    scenario: &Scenario,
+    folder: &Path,
+    cache: Option<&PackingCache>,
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
+    let placed = place_cached(scenario, folder, cache, progress)?;
+    assemble_placed(scenario, folder, &placed, progress)
+}
+
 /// Builds a scenario as [`assemble`] does, but refuses sphere packs in HDF5. A library that calls only this one can be linked
 /// without HDF5.
 ///
@@ -143,7 +159,7 @@ pub fn assemble_without_hdf5(
     folder: &Path,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
-    let placed = place::place_with(scenario, folder, place::without_hdf5, progress)?;
+    let placed = place::place_with(scenario, folder, place::without_hdf5, None, progress)?;
     assemble_placed(scenario, folder, &placed, progress)
 }
 

@@ -67,7 +67,8 @@ impl Checker<'_> {
             if let Some(young) = self.plain_number(&key)
                 && (1.0..SOFT).contains(&young)
             {
-                let help = format!("write \"{young} GPa\", or \"{young} Pa\" if pascals are meant; plain numbers are Pa");
+                let help =
+                    format!("write \"{young} GPa\", or \"{young} Pa\" if pascals are meant; plain numbers are Pa");
                 self.warn(&key, format!("{young} Pa is softer than any solid"), help);
             }
         }

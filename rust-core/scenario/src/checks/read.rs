@@ -45,6 +45,9 @@ impl Scenario {
     pub fn read_with(path: &Path, settings: &[Setting]) -> Result<Self, ReadError> {
         let name = path.display().to_string();
         let bytes = crate::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+        if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+            return Err(ReadError::Hdf5 { path: path.to_owned() });
+        }
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
             let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();

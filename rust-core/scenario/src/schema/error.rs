@@ -204,6 +204,16 @@ pub enum ReadError {
         #[source]
         error: std::io::Error,
     },
+    /// The file is HDF5, probably a result.
+    #[error(
+        "{0} is an HDF5 file, not a scenario. If it is a result, use `concordem report {0}`, `info`, or `resume`; `info --scenario` \
+         prints its scenario",
+        path.display()
+    )]
+    Hdf5 {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file is not UTF-8 text.
     #[error("{} is not a text file: line {line} has bytes that are not UTF-8", path.display())]
     NotText {

@@ -113,7 +113,8 @@ impl Given {
         // The last one wins, as in the text.
         let same = self.settings.iter().rev().find(|setting| setting.causes(key));
         // A table that only the setting has made.
-        let made = || self.settings.iter().rev().find(|s| missing && !key.is_empty() && s.key.starts_with(&format!("{key}.")));
+        let made =
+            || self.settings.iter().rev().find(|s| missing && !key.is_empty() && s.key.starts_with(&format!("{key}.")));
         same.or_else(made)
     }
 }
@@ -153,7 +154,11 @@ impl<'a> Place<'a> {
             Place::List(list) => list.len(),
             _ => return Ok(self),
         };
-        if count == 1 { self.pick("0") } else { Err(format!("there are {count} items; write [0] or the name before `.{key}`")) }
+        if count == 1 {
+            self.pick("0")
+        } else {
+            Err(format!("there are {count} items; write [0] or the name before `.{key}`"))
+        }
     }
 
     /// An item of a list, by number or by its key `name`.

@@ -169,7 +169,7 @@ impl RunFiles {
         if !parts.is_dir() {
             return match sealed::verify(path) {
                 Ok(()) => Ok(Resumed::Finished),
-                Err(OutputError::Missing { .. }) => Err(OutputError::Missing { path: parts }),
+                Err(OutputError::Missing { .. }) => Err(OutputError::NoRun { path: path.clone(), parts }),
                 Err(other) => Err(other),
             };
         }

@@ -50,10 +50,8 @@ pub fn find<'a>(keys: &'a [KeyInfo], word: &str) -> (Vec<&'a KeyInfo>, bool) {
     let last = |path: &'a str| path.rsplit('.').next().unwrap_or(path);
     let by_path = nearest(&word, keys.iter().map(|key| key.path.as_str()));
     let by_name = nearest(last_part(&word), keys.iter().map(|key| last(&key.path)));
-    let mut similar: Vec<&KeyInfo> = keys
-        .iter()
-        .filter(|key| Some(key.path.as_str()) == by_path || Some(last(&key.path)) == by_name)
-        .collect();
+    let mut similar: Vec<&KeyInfo> =
+        keys.iter().filter(|key| Some(key.path.as_str()) == by_path || Some(last(&key.path)) == by_name).collect();
     similar.dedup_by(|a, b| a.path == b.path);
     (similar, false)
 }
@@ -112,9 +110,8 @@ fn walk(root: &Value, schema: &Value, path: &str, kind: Option<&str>, depth: usi
 
 /// What a value of this schema is.
 fn value(root: &Value, schema: &Value) -> String {
-    let list = |name: &str| -> Vec<&str> {
-        schema[name].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
-    };
+    let list =
+        |name: &str| -> Vec<&str> { schema[name].as_array().into_iter().flatten().filter_map(Value::as_str).collect() };
     if let Some(dimension) = schema["x-dimension"].as_str() {
         let words: Vec<String> = list("x-words").iter().map(|word| format!(", or \"{word}\"")).collect();
         return match list("x-units").join(", ") {

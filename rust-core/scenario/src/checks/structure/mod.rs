@@ -175,6 +175,9 @@ impl Checker<'_> {
         if let Some(other) = nearest(name, free) {
             return (Some(other), format!("did you mean `{other}`? {}", about_key(other)));
         }
+        if let Some(other) = nearest(name, properties.keys().map(String::as_str)) {
+            return (None, format!("did you mean `{other}`, which is given, too? {}", about_key(other)));
+        }
         let mut keys: Vec<String> = properties.keys().map(|key| format!("`{key}`")).collect();
         keys.sort();
         let tables = self.tables_with_key(name);
