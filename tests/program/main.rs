@@ -4,10 +4,12 @@ mod characterise;
 mod command_line;
 mod contents;
 mod elastic;
+mod export;
 mod interruption;
 mod measure;
 mod mistakes;
 mod results;
+mod settings;
 mod sweep;
 
 use std::path::{Path, PathBuf};
@@ -75,6 +77,7 @@ steps = STEPS
 [output]
 sample_interval = 7
 snapshot_interval = 100
+bond_snapshots = true
 checkpoint_interval = 50
 events_damage = 0.5
 [[sample]]

@@ -166,7 +166,8 @@ const MISTAKES: &[Mistake] = &[
         "keep one of the two",
     ),
     scenario("word without quotes", ("lattice = \"fcc\"", "lattice = fcc"), &["lattice = fcc"], "put words in quotes"),
-    scenario("missing key", ("radius = \"1 mm\"\n", ""), &["packing.radius: missing key"], "add `radius = ...`").at("m.toml:2:"),
+    scenario("missing key", ("radius = \"1 mm\"\n", ""), &["packing.radius: missing key"], "add `radius = ...`")
+        .at("m.toml:2:"),
     scenario(
         "name of YADE",
         ("crack_onset_strain", "epsCrackOnset"),

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::meter::Meter;
 use super::drive::build;
+use super::meter::Meter;
 use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
 use concordem_scenario::assembly::{Assembly, Summary, most_steps};

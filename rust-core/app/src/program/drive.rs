@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 use super::Failure;
 use super::check::{count, seconds};
 use super::meter::Meter;
-use super::tables::{Tables, bond_damage};
-use crate::output::{OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
+use super::tables::{BondRows, Tables, bond_damage};
+use crate::output::{BondSnapshot, OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
 use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{Assembly, PackingCache, assemble_cached};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
+use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::state::columns::Column;
 
 /// Longest time between checkpoints. The result does not depend on it.
@@ -30,11 +31,7 @@ pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
 }
 
 /// Assembles a scenario.
-pub(super) fn build(
-    scenario: &Scenario,
-    cache: Option<&PackingCache>,
-    meter: &Meter,
-) -> Result<Assembly, Failure> {
+pub(super) fn build(scenario: &Scenario, cache: Option<&PackingCache>, meter: &Meter) -> Result<Assembly, Failure> {
     let folder = scenario.directory();
     let assembly = assemble_cached(scenario, &folder, cache, &mut |stage, share| meter.stage(stage, share));
     assembly.map_err(|error| {
@@ -101,6 +98,8 @@ pub(super) struct Run {
     /// Initial positions, m, in the order of the state, which does not change during a run.
     initial_positions: Vec<Vec3>,
     csv: bool,
+    /// Whether snapshots contain the bonds.
+    with_bonds: bool,
     pending_bytes: usize,
 }
 
@@ -116,6 +115,7 @@ impl Run {
             files,
             initial_positions: initial_positions.to_vec(),
             csv: scenario.output.csv,
+            with_bonds: scenario.output.bond_snapshots && scenario.bonds.is_some(),
             pending_bytes: 0,
         }
     }
@@ -230,10 +230,14 @@ impl Run {
     }
 
     fn snapshot(&mut self) -> Result<(), Failure> {
+        if self.with_bonds {
+            self.snapshot_of_bonds()?;
+        }
         let state = &self.simulation.state;
         let particles = &state.particles;
         let displacement = self.displacement();
         let position = state.unwrapped_positions();
+        let fragments = fragments(state);
         let damage = bond_damage(state);
         let reals = |data| Column::f64(data, 1, "m");
         let mut fields = vec![
@@ -264,6 +268,14 @@ impl Run {
                 column: Column::u16(&particles.material),
             },
         ];
+        if !state.bonds.is_empty() {
+            fields.push(SnapshotField {
+                name: "fragment",
+                description: "Smallest id of the particles that intact bonds connect",
+                column: Column::u32(&fragments),
+            });
+            self.pending_bytes += particles.len() * 4;
+        }
         if let Some(heat) = &state.heat {
             let column = Column::f64(&heat.temperature, 1, "K");
             fields.push(SnapshotField { name: "temperature", description: "Temperature", column });
@@ -287,6 +299,51 @@ impl Run {
         // Radius, damage; position, displacement, two velocities; id, material; aggregate.
         self.pending_bytes +=
             particles.len() * (2 * 8 + 4 * 24 + 6 + if particles.aggregate.is_empty() { 0 } else { 4 });
+        Ok(())
+    }
+
+    /// Stores the bonds, with their forces at the present positions.
+    fn snapshot_of_bonds(&mut self) -> Result<(), Failure> {
+        let forces = self.simulation.solver.record(&mut self.simulation.state)?;
+        let state = &self.simulation.state;
+        let rows = BondRows::of(state, &forces);
+        let mut fields = vec![
+            SnapshotField {
+                name: "damage",
+                description: "Damage, 0 intact, 1 without strength",
+                column: Column::f64(&rows.damage, 1, "1"),
+            },
+            SnapshotField {
+                name: "normal_force",
+                description: "Force along the bond, positive in tension",
+                column: Column::f64(&rows.normal_force, 1, "N"),
+            },
+            SnapshotField {
+                name: "shear_force",
+                description: "Magnitude of the force across the bond",
+                column: Column::f64(&rows.shear_force, 1, "N"),
+            },
+            SnapshotField {
+                name: "opening",
+                description: "Length less the length without strain",
+                column: Column::f64(&rows.opening, 1, "m"),
+            },
+            SnapshotField {
+                name: "broken",
+                description: "1 if the bond has broken, otherwise 0",
+                column: Column::u8(&rows.broken),
+            },
+        ];
+        if state.cell.is_some() {
+            fields.push(SnapshotField {
+                name: "branch",
+                description: "From the center of the first particle to that of the second or its periodic image",
+                column: Column::f64(bytemuck::cast_slice(&rows.branch), 3, "m"),
+            });
+        }
+        let snapshot = BondSnapshot { time: state.clock.time(), step: state.clock.step, ids: &rows.ids, fields };
+        self.files.append_bonds(&snapshot)?;
+        self.pending_bytes += rows.ids.len() * if state.cell.is_some() { 65 } else { 41 };
         Ok(())
     }
 

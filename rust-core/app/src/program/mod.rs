@@ -10,6 +10,7 @@ mod completions;
 mod drive;
 mod elastic;
 mod explain;
+mod export;
 mod failure;
 mod info;
 mod init;
@@ -113,6 +114,8 @@ enum Command {
     Measure(measure::MeasureArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
+    /// Write particles and bonds at all snapshots for ParaView, OVITO, or LAMMPS
+    Export(export::ExportArguments),
     /// Measure the structure of a packing: coordination, density, sizes, directions, order; write a web page and JSON
     Characterise(characterise::CharacteriseArguments),
     /// Compute the elastic constants of a bonded periodic packing by four methods
@@ -263,6 +266,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Measure(arguments) => measure::measure(arguments, console),
         Command::Info(arguments) => info::info(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
+        Command::Export(arguments) => export::export(arguments, console),
         Command::Characterise(arguments) => characterise::run(arguments, console),
         Command::Elastic(arguments) => elastic::elastic(arguments, console),
         Command::Sweep(arguments) => sweep::sweep(arguments, console),

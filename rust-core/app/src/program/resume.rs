@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::meter::Meter;
 use super::drive::{Run, build, csv_path, result_path, write_csv};
+use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
 use super::settings::Settings;

@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use super::meter::Meter;
 use super::drive::{Outcome, Run, build, check_result_name, csv_path, result_path};
+use super::meter::Meter;
 use super::restart::Origin;
 use super::settings::Settings;
-use super::{Console, Failure, Work};
+use super::{Console, Facts, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::sealed::target;
-use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
+use crate::output::{OperatorTable, OutputError, ResultFile, RunFiles, RunHeader, SeriesColumn};
+use crate::report::{SPECIMEN_LENGTH, summary};
 use concordem_scenario::sampling::{SampledQuantity, ScheduledOperator};
 use concordem_scenario::schedule::{Record, Simulation};
 use concordem_scenario::schema::Scenario;
@@ -68,6 +69,9 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
             console.warn(&scenario, &assembly.summary.warnings);
         }
         let mut header = header(&scenario, &assembly.state, &assembly.schedule.operators, &assembly.summary)?;
+        if let Some((_, length)) = assembly.summary.specimen {
+            header.provenance.push((SPECIMEN_LENGTH.to_owned(), format!("{length:e}")));
+        }
         header.provenance.extend(arguments.settings.entries(&Settings::default()));
         let initial_positions = assembly.state.particles.position.clone();
         if let Some(origin) = origin {
@@ -87,6 +91,13 @@ pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>)
         Outcome::Finished { path, text } => {
             if !quiet {
                 console.tell(&text);
+                let mut facts = Facts::default();
+                for property in summary(&ResultFile::open(&path)?)? {
+                    facts.add(&property.symbol, property.value);
+                }
+                if !facts.0.is_empty() {
+                    console.tell(facts.to_string().trim_end());
+                }
             }
             console.print(&format!("{}\n", path.display()))
         }

@@ -14,7 +14,9 @@ mod phases;
 mod properties;
 mod provenance;
 mod rose;
+mod samples;
 pub mod structure;
+mod summary;
 pub mod sweep;
 #[cfg(test)]
 mod tests;
@@ -27,6 +29,10 @@ use concordem_scenario::schema::Scenario;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
 use laboratory::Test;
+pub use summary::{Property, summary};
+
+/// Name of the provenance entry with the length that strains refer to, m.
+pub(crate) const SPECIMEN_LENGTH: &str = "specimen_length_m";
 
 /// Colors of the runs, distinguishable with red-green color blindness.
 const RUN_COLORS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560"];
@@ -41,6 +47,8 @@ struct Run<'a> {
     figures: Option<CurveFigures>,
     /// Standard test of the scenario; `None` for other loadings and unreadable scenarios.
     test: Option<Test>,
+    /// Length that strains refer to, m, if the result has it.
+    length: Option<f64>,
     color: &'static str,
 }
 
@@ -66,6 +74,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         properties::section(&runs, reference),
         laboratory::section(&runs),
         curves::section(&runs, reference),
+        samples::section(&runs)?,
         phases::section(&runs)?,
         cracks::section(&runs)?,
         energy::section(&runs)?,
@@ -90,7 +99,10 @@ impl<'a> Run<'a> {
         } else {
             CurveFigures::of(&strain, &stress)
         };
-        Ok(Self { file, name, title, figures, test, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
+        let provenance = file.provenance()?;
+        let length =
+            provenance.iter().find(|(name, _)| name == SPECIMEN_LENGTH).and_then(|(_, value)| value.parse().ok());
+        Ok(Self { file, name, title, figures, test, length, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
     }
 
     /// The last value of a series; `None` if the series is missing or empty.

@@ -9,7 +9,12 @@ use concordem_solver::state::{Particles, Sphere};
 
 /// Indices of the spheres in the selection of the set `name`, the table with this `number`. Centers on the border count as inside, up to the
 /// relative tolerance [`TIE`].
-pub(super) fn select(selection: &Selection, spheres: &[Sphere], number: usize, name: &str) -> Result<Vec<usize>, AssemblyError> {
+pub(super) fn select(
+    selection: &Selection,
+    spheres: &[Sphere],
+    number: usize,
+    name: &str,
+) -> Result<Vec<usize>, AssemblyError> {
     let chosen: Vec<usize> = match selection {
         Selection::All => (0..spheres.len()).collect(),
         Selection::Box { minimum, maximum } => {

@@ -133,6 +133,9 @@ impl Checker<'_> {
             let help = "remove the key";
             self.warn("kinematics", "has no effect: the law measures relative motion from orientations", help);
         }
+        if scenario.bonds.is_none() && scenario.output.bond_snapshots {
+            self.warn("output.bond_snapshots", "has no effect without bonds", "add [bonds], or remove the key");
+        }
         if scenario.bonds.is_none() && self.gives("output.events_damage") {
             self.warn("output.events_damage", "has no effect without bonds", "add [bonds], or remove the key");
         }
