@@ -1,7 +1,8 @@
 // Draws damaged bonds as points: a front view, and a view that rotates by pointer and arrow keys.
 // data: {size: [x, y, z], points: base 64 of x, y, z as 16-bit numbers and a shade of 8 bits for each point}; coordinates
 // are 0 to 10000 of the longest edge. A plane run adds discs: base 64 of x, y, and radius as 16-bit numbers for each particle.
-function drawCracks(frontId, turnId, data) {
+// The slider with the id leastId hides bonds below a shade.
+function drawCracks(frontId, turnId, leastId, data) {
   const bytes = Uint8Array.from(atob(data.points), c => c.charCodeAt(0));
   const count = bytes.length / 7, half = data.size.map(s => s / 2);
   const plane = data.discs !== undefined, discs = Uint8Array.from(atob(data.discs || ""), c => c.charCodeAt(0));
@@ -15,6 +16,7 @@ function drawCracks(frontId, turnId, data) {
   const corners = [...Array(8).keys()].map(k => [k & 1, k >> 1 & 1, k >> 2 & 1].map((b, c) => (b * 2 - 1) * half[c]));
   const edges = [[0,1],[2,3],[4,5],[6,7],[0,2],[1,3],[4,6],[5,7],[0,4],[1,5],[2,6],[3,7]];
   const reach = Math.hypot(...half);
+  let least = 0;
 
   function view(canvas, turn, tilt, zoom) {
     const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
@@ -46,6 +48,7 @@ function drawCracks(frontId, turnId, data) {
     // Points come from the most to the least damaged; the most damaged are drawn last, on top.
     const size = Math.max(1.6, Math.min(5, 90 / Math.cbrt(count + 1)));
     for (let k = count - 1; k >= 0; k--) {
+      if (bytes[7 * k + 6] < least) continue;
       const [x, y] = project(...half.map((h, c) => coordinate(k, c) - h));
       pen.fillStyle = colors[bytes[7 * k + 6]];
       pen.fillRect(x - size / 2, y - size / 2, size, size);
@@ -95,6 +98,22 @@ function drawCracks(frontId, turnId, data) {
     const end = () => turning.removeEventListener("pointermove", move);
     ["pointerup", "pointercancel"].forEach(name => turning.addEventListener(name, end, {once: true}));
   });
+  const slider = document.getElementById(leastId), shown = slider.parentElement.querySelector("output");
+  const choose = () => {
+    least = Number(slider.value);
+    // The scale of the shades: 0.5 to 0.999, every factor of ten in 1 − damage a step of equal length.
+    const damage = 1 - 0.5 * 10 ** (-least / 255 * Math.log10(500));
+    let visible = 0;
+    for (let k = 0; k < count; k++) visible += bytes[7 * k + 6] >= least;
+    const text = `${damage.toPrecision(3)}: ${visible} of ${count} bonds`;
+    shown.textContent = text;
+    slider.setAttribute("aria-valuetext", text);
+    all();
+  };
+  slider.addEventListener("input", choose);
+  choose();
   window.addEventListener("resize", all);
+  // The canvas of a printed page has another width.
+  window.addEventListener("beforeprint", all);
   all();
 }

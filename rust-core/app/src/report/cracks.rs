@@ -52,7 +52,9 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
              {alternative}</canvas><p class=\"quiet\">Front view.</p></div>\n\
              <div><canvas class=\"turns\" id=\"turn-{k}\" tabindex=\"0\" role=\"img\" aria-label=\"Rotatable view: \
              {alternative}\">{alternative}</canvas><p class=\"quiet\">Drag, or press the arrow keys, to rotate.</p></div>\n\
-             </div>\n<script>drawCracks(\"front-{k}\", \"turn-{k}\", {});</script>\n",
+             </div>\n<p class=\"controls\"><label>Show bonds with a damage of at least <input type=\"range\" id=\"least-{k}\" min=\"0\" \
+             max=\"255\" value=\"0\"> <output for=\"least-{k}\"></output></label></p>\n\
+             <script>drawCracks(\"front-{k}\", \"turn-{k}\", \"least-{k}\", {});</script>\n",
             points_as_json(run.file, &bonds)?
         );
     }
@@ -101,7 +103,7 @@ pub(super) fn share_of_scale(damage: f64) -> f64 {
 }
 
 /// The color scale with its marks.
-fn ramp() -> String {
+pub(super) fn ramp() -> String {
     let mut html = String::from("<div class=\"ramp\">");
     for (damage, text) in [(SHOWN_DAMAGE, "0.5"), (0.9, "0.9"), (0.99, "0.99"), (DARKEST_DAMAGE, "0.999 to 1")] {
         let _ = write!(html, "<span style=\"left: {:.0}%\">{text}</span>", 100.0 * share_of_scale(damage));

@@ -15,6 +15,7 @@ mod properties;
 mod provenance;
 mod rose;
 mod samples;
+mod slices;
 pub mod structure;
 mod summary;
 pub mod sweep;
@@ -29,6 +30,7 @@ use concordem_scenario::schema::Scenario;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
 use laboratory::Test;
+pub(crate) use summary::properties_of_run;
 pub use summary::{Property, summary};
 
 /// Name of the provenance entry with the length that strains refer to, m.
@@ -76,6 +78,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         curves::section(&runs, reference),
         samples::section(&runs)?,
         phases::section(&runs)?,
+        slices::section(&runs)?,
         cracks::section(&runs)?,
         energy::section(&runs)?,
         provenance::section(&runs)?,

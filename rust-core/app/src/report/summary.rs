@@ -1,9 +1,10 @@
 //! The properties of a specimen as text, for the end of a run and `concordem info`.
 
-use super::figures::Sense;
+use super::figures::{CurveFigures, Sense};
 use super::html::{number, percent};
 use super::laboratory::Test;
 use super::{OutputError, ResultFile, Run};
+use concordem_scenario::schema::Scenario;
 
 /// A property of the specimen.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +54,29 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
         }
     }
     Ok(properties)
+}
+
+/// Properties of a run with this scenario, by symbol, in SI units. `curves`: strain, strain of the middle half (may be empty), and stress
+/// (Pa) of all records; `length`: the length that strains refer to, m.
+pub(crate) fn properties_of_run(
+    scenario: &Scenario,
+    [strain, gauge, stress]: [&[f64]; 3],
+    length: Option<f64>,
+) -> Vec<(String, f64)> {
+    let mut found = Vec::new();
+    let Some(test) = Test::of(scenario) else { return found };
+    if let Some(figures) = CurveFigures::with_gauge(strain, gauge, stress).filter(|_| test.is_axial()) {
+        found.extend(figures.modulus.map(|modulus| ("E".to_owned(), modulus)));
+        found.extend(figures.gauge_modulus.map(|modulus| ("E_gauge".to_owned(), modulus)));
+        let symbol = if figures.sense == Sense::Tension { "f_t" } else { "f_c" };
+        found.push((symbol.to_owned(), figures.peak_stress.abs()));
+        found.push(("strain_at_peak".to_owned(), figures.peak_strain));
+    }
+    for (symbol, _, unit, value) in test.rows(strain, stress, length) {
+        let scale = if unit.starts_with("MPa") { 1e6 } else { 1.0 };
+        found.push((symbol.replace("<sub>", "_").replace("</sub>", ""), value * scale));
+    }
+    found
 }
 
 /// Share of the peak at the end of the run, above which the peak is the end.

@@ -49,7 +49,8 @@ pub fn look(path: &Path) -> Result<Option<Unfinished>, OutputError> {
     let width = header.series.len().max(1);
     let (mut last, mut samples) = (None, 0);
     for segment in list_numbered(&parts, "segment")?.values() {
-        let values: Vec<f64> = hdf::read_array(&sealed::open(segment)?, "samples", segment)?;
+        let file = sealed::open(segment)?;
+        let values: Vec<f64> = hdf::read_array(&file, "samples", segment)?;
         samples += values.len() / width;
         if let Some(row) = values.chunks_exact(width).next_back() {
             last = Some(row.to_vec());
