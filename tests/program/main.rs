@@ -11,6 +11,8 @@ mod mistakes;
 mod results;
 mod settings;
 mod sweep;
+mod sweep_runs;
+mod watch;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

@@ -166,7 +166,10 @@ fn a_run_ends_with_the_properties_of_the_specimen() {
     let scenario = write(
         folder.path(),
         "prism.toml",
-        &crate::PRISM.replace("steps = STEPS", "strain = 5e-3\ndrop_to = 0.1").replace("20 1/s", "60 1/s"),
+        &crate::PRISM
+            .replace("steps = STEPS", "strain = 5e-3\ndrop_to = 0.1")
+            .replace("sample_interval = 7", "sample_interval = 2")
+            .replace("20 1/s", "4 1/s"),
     );
     let given = concordem(["run", text(&scenario)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);

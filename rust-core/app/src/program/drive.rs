@@ -9,9 +9,11 @@ use super::Failure;
 use super::check::{count, seconds};
 use super::meter::Meter;
 use super::tables::{BondRows, Tables, bond_damage};
+use super::watch::Live;
 use crate::output::{BondSnapshot, OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
 use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{Assembly, PackingCache, assemble_cached};
+use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::fracture::fragments::fragments;
@@ -101,6 +103,8 @@ pub(super) struct Run {
     /// Whether snapshots contain the bonds.
     with_bonds: bool,
     pending_bytes: usize,
+    /// The page that shows the run.
+    live: Option<Live>,
 }
 
 impl Run {
@@ -117,7 +121,33 @@ impl Run {
             csv: scenario.output.csv,
             with_bonds: scenario.output.bond_snapshots && scenario.bonds.is_some(),
             pending_bytes: 0,
+            live: None,
         }
+    }
+
+    /// The run with a page that shows it.
+    pub(super) fn watched(self, live: Option<Live>) -> Self {
+        Self { live, ..self }
+    }
+
+    /// Shows the present state on the page, if it is due or at the `end`.
+    fn show(&mut self, record: &Record, start: Instant, end: bool) {
+        let Some(mut live) = self.live.take() else { return };
+        live.record(record);
+        if end || live.is_due() {
+            let begun = Instant::now();
+            let state = &self.simulation.state;
+            let status = format!(
+                "step {}, {:.4e} s, strain {:.3e}, stress {:.3e} Pa, running for {}",
+                count(state.clock.step as usize),
+                state.clock.time(),
+                record.strain,
+                record.stress,
+                seconds(start.elapsed().as_secs_f64())
+            );
+            live.publish(&self.simulation, &self.displacement(), &bond_damage(state), &status, begun);
+        }
+        self.live = Some(live);
     }
 
     /// Runs to the end. A `fresh` run first writes a checkpoint of its initial state.
@@ -173,6 +203,7 @@ impl Run {
             let advance = self.simulation.advance()?;
             if let Some(sample) = advance.sample {
                 self.files.append_sample(&sample.to_row())?;
+                self.show(&sample, start, false);
                 if last_look.elapsed() > Duration::from_millis(100) {
                     last_look = Instant::now();
                     let done = (self.simulation.state.clock.step - first_step) as f64;
@@ -204,6 +235,7 @@ impl Run {
             }
             if let Some(last) = advance.last {
                 self.files.append_sample(&last.to_row())?;
+                self.show(&last, start, true);
             }
             for row in &advance.operators {
                 self.files.append_operator(row.operator, row.time, row.step, &row.values)?;

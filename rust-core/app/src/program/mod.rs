@@ -25,6 +25,7 @@ mod schema;
 mod settings;
 mod sweep;
 mod tables;
+mod watch;
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};

@@ -6,6 +6,7 @@ use super::drive::{Outcome, Run, build, check_result_name, csv_path, result_path
 use super::meter::Meter;
 use super::restart::Origin;
 use super::settings::Settings;
+use super::watch::Live;
 use super::{Console, Facts, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
@@ -33,6 +34,9 @@ pub(super) struct RunArguments {
     /// in the tables of laws
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
+    /// Show the running specimen on a web page that only this computer can open; PORT 0, the default, takes any free port
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
+    watch: Option<u16>,
     /// Overwrite an existing result, or discard an unfinished run
     #[arg(long, short)]
     force: bool,
@@ -78,9 +82,14 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
             header.provenance.extend(origin.provenance());
             origin.apply(&mut assembly, &scenario)?;
         }
+        let live = arguments.watch.map(|port| Live::start(port, &scenario.title, &initial_positions, &assembly.state));
+        let live = live.transpose()?;
+        if let Some(live) = &live {
+            console.tell(&format!("watch the run at {}", live.address()));
+        }
         let files = RunFiles::create(&path, header, arguments.force)?;
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
-        Run::new(simulation, files, &initial_positions, &scenario).drive(&meter, true)
+        Run::new(simulation, files, &initial_positions, &scenario).watched(live).drive(&meter, true)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }

@@ -197,10 +197,15 @@ pub(super) fn section(runs: &[Run]) -> String {
     if html.is_empty() {
         return html;
     }
-    format!(
-        "<h2>Results of the test</h2>\n<div class=\"scroll\"><table>\n<tr><th>run</th><th></th><th></th><th></th></tr>\n{html}</table></div>\n\
-         <p class=\"quiet\">F is the force of all rollers, or of a plate; a the distance of support and roller, b and h width and height of the \
+    let symbols = if runs.iter().any(|run| run.test.is_some_and(|test| !test.is_axial())) {
+        "<p class=\"quiet\">F is the force of all rollers, or of a plate; a the distance of support and roller, b and h width and height of the \
          beam; D and L diameter and length of the cylinder.</p>\n"
+    } else {
+        ""
+    };
+    format!(
+        "<h2>Results of the test</h2>\n<div class=\"scroll\"><table>\n<tr><th>run</th><th>symbol</th><th>meaning</th>\
+         <th class=\"number\">value</th></tr>\n{html}</table></div>\n{symbols}"
     )
 }
 

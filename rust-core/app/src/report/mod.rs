@@ -27,6 +27,7 @@ use std::path::Path;
 use crate::output::{OutputError, ResultFile, sealed};
 use crate::provenance::PROGRAM;
 use concordem_scenario::schema::Scenario;
+pub(crate) use cracks::base64;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
 use laboratory::Test;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::Run;
-use super::cracks::{base64, ramp, share_of_scale};
+use super::cracks::base64;
 use super::html::escape;
 use crate::output::{OutputError, SliceFrame};
 
@@ -31,7 +31,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
         );
         let _ = write!(
             body,
-            "<h3>{}</h3>\n<p>{}. The color is the mean damage of the bonds of a particle, gray below 0.5:</p>\n{}<div class=\"pair\"><div>\
+            "<h3>{}</h3>\n<p>{}. The color is the mean damage of the bonds of a particle, 0 to 1:</p>\n{}<div class=\"pair\"><div>\
              <canvas class=\"slice\" id=\"slice-{k}\" role=\"img\" aria-label=\"{text}\">{text}</canvas></div></div>\n\
              <p class=\"controls\"><label>Time <input type=\"range\" id=\"time-{k}\" min=\"0\" max=\"{}\" value=\"{}\"> \
              <output for=\"time-{k}\"></output></label>\n<label>Displacements times <input type=\"range\" id=\"scale-{k}\" min=\"0\" \
@@ -68,7 +68,7 @@ fn data(slice: &SliceFrame, run: &Run) -> String {
             for component in d {
                 bytes.extend(((component / largest * 32_767.0).round() as i16).to_le_bytes());
             }
-            bytes.push((255.0 * share_of_scale(*damage)).round() as u8);
+            bytes.push((255.0 * damage.clamp(0.0, 1.0)).round() as u8);
         }
         let strain = strain_at(run, frame.time);
         let strain = strain.map_or_else(String::new, |strain| format!(", strain {:.4} ‰", strain * 1e3));
@@ -93,4 +93,10 @@ fn strain_at(run: &Run, time: f64) -> Option<f64> {
     let times = run.file.samples("time").ok()?;
     let at = times.partition_point(|other| *other < time).min(times.len().checked_sub(1)?);
     run.strain.get(at).copied()
+}
+
+/// The color scale, linear in the damage.
+fn ramp() -> String {
+    let mark = |share: f64| format!("<span style=\"left: {:.0}%\">{share}</span>", 100.0 * share);
+    format!("<div class=\"ramp linear\">{}</div>\n", [0.0, 0.25, 0.5, 0.75, 1.0].map(mark).concat())
 }

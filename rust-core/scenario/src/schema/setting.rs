@@ -224,8 +224,18 @@ impl<'a> Place<'a> {
                 *old = table;
             }
             Place::Item(item @ Item::None) => *item = Item::Value(new),
-            Place::Table(_) | Place::Item(_) => {
-                return Err("the key is a table; set one of its keys".to_owned());
+            Place::Table(old) => {
+                let Value::InlineTable(table) = new else {
+                    return Err("the key is a table; write { ... }, or set one of its keys".to_owned());
+                };
+                old.clear();
+                table.into_iter().for_each(|(key, value)| drop(old.insert(&key, Item::Value(value))));
+            }
+            Place::Item(item) => {
+                if !new.is_array() {
+                    return Err("the key is a list of tables; write [{ ... }], or set a key of one".to_owned());
+                }
+                *item = Item::Value(new);
             }
         }
         Ok(())
@@ -262,6 +272,21 @@ mod tests {
         assert_eq!(text, expected);
     }
 
+    /// A table is replaced as a whole, and so is a list of tables.
+    #[test]
+    fn tables_are_replaced_as_a_whole() {
+        let text = changed(&[
+            "packing={kind=\"file\", path=\"a b.txt\", shape={kind=\"periodic\"}}",
+            "material=[{name=\"c\", density=3}]",
+            "stop={steps=1}",
+        ])
+        .unwrap();
+        let table: toml::Table = toml::from_str(&text).unwrap();
+        let expected = "version = 1\nmaterial = [{ name = \"c\", density = 3 }]\n[packing]\nkind = \"file\"\npath = \"a b.txt\"\n\
+                        shape = { kind = \"periodic\" }\n[stop]\nsteps = 1\n";
+        assert_eq!(table, toml::from_str::<toml::Table>(expected).unwrap(), "{text}");
+    }
+
     #[test]
     fn wrong_keys_are_refused_with_the_setting() {
         for (setting, message) in [
@@ -270,6 +295,7 @@ mod tests {
             ("material[c].density=1", "there is no item `c`"),
             ("version.a=1", "not a table"),
             ("packing=1", "set one of its keys"),
+            ("material=1", "list of tables"),
         ] {
             let error = changed(&[setting]).expect_err(setting);
             assert!(error.starts_with(&format!("--set {setting}: ")) && error.contains(message), "{error}");
