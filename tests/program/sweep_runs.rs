@@ -12,10 +12,10 @@ use crate::PRISM;
 const SWEEP: &str = "version = 1\nscenario = \"prism.toml\"\nstudy = \"run\"\n\
     results = [\"E\", \"max stress\", \"last broken\", \"mean region-stress stress_zz\", \"boundary_work\"]\n\
     [[axis]]\nkey = \"material[0].cpm.young\"\nvalues = [\"25 GPa\", \"30 GPa\"]\n\
-    [[axis]]\nkey = \"loading.strain_rate\"\nvalues = [8, -8]\n";
+    [[axis]]\nkey = \"loading.strain_rate\"\nvalues = [2, -2]\n";
 
 fn files(folder: &Path) {
-    write(folder, "prism.toml", &PRISM.replace("STEPS", "250"));
+    write(folder, "prism.toml", &PRISM.replace("STEPS", "900"));
     write(folder, "s.toml", SWEEP);
 }
 

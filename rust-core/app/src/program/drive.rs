@@ -19,8 +19,12 @@ use concordem_scenario::schema::Scenario;
 use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::state::columns::Column;
 
-/// Longest time between checkpoints. The result does not depend on it.
+/// Longest and shortest time between checkpoints; early in a run they are more frequent, so that `info` has something to show. The
+/// result does not depend on them.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+const CHECKPOINT_AT_MOST_EVERY: Duration = Duration::from_secs(5);
+/// Except for the longest time, checkpoints take at most this part of a run.
+const CHECKPOINT_SHARE: f64 = 0.01;
 /// Snapshots stay in memory until the next checkpoint; more bytes than this trigger a checkpoint.
 const MOST_SNAPSHOT_BYTES: usize = 256 << 20;
 
@@ -180,6 +184,7 @@ impl Run {
             self.commit()?;
         }
         let mut last_commit = Instant::now();
+        let mut pause = CHECKPOINT_AT_MOST_EVERY;
         let mut last_look = Instant::now();
         let share_before = self.simulation.progress();
         while self.simulation.stopped().is_none() {
@@ -187,11 +192,13 @@ impl Run {
             let begun = step > first_step;
             let due =
                 self.simulation.schedule.checkpoint_interval.is_some_and(|interval| step.is_multiple_of(interval));
-            let late = last_commit.elapsed() >= CHECKPOINT_EVERY || self.pending_bytes > MOST_SNAPSHOT_BYTES;
+            let late = last_commit.elapsed() >= pause || self.pending_bytes > MOST_SNAPSHOT_BYTES;
             let stop = interrupted.load(Ordering::Relaxed);
             if stop || (begun && (due || late)) {
+                let before = Instant::now();
                 self.commit()?;
                 last_commit = Instant::now();
+                pause = pause_after(before.elapsed(), start.elapsed());
             }
             if stop {
                 return Ok(None);
@@ -405,6 +412,12 @@ impl Run {
     }
 }
 
+/// Time until the next checkpoint, after one that took `cost`, in a run that has gone on for `elapsed`.
+fn pause_after(cost: Duration, elapsed: Duration) -> Duration {
+    let early = (elapsed / 4).max(CHECKPOINT_AT_MOST_EVERY).max(cost.div_f64(CHECKPOINT_SHARE));
+    early.min(CHECKPOINT_EVERY)
+}
+
 /// Time until the end, s, if the share of the run grows as it did since the process began with it. A drop of the stress may end the run
 /// earlier.
 fn remaining(elapsed: Duration, before: f64, now: f64) -> Option<f64> {
@@ -480,4 +493,18 @@ pub(super) fn scenario_instead(path: &Path) -> Result<(), Failure> {
         format!("run it first: concordem run {}", path.display())
     };
     Err(Failure::NotText(format!("{} is a scenario, not a result; {remedy}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checkpoints_are_frequent_at_first_unless_they_are_slow() {
+        let seconds = Duration::from_secs;
+        assert_eq!(pause_after(Duration::from_millis(10), seconds(5)), seconds(5));
+        assert_eq!(pause_after(Duration::from_millis(10), seconds(100)), seconds(25));
+        assert_eq!(pause_after(Duration::from_millis(10), seconds(1000)), seconds(60));
+        assert_eq!(pause_after(seconds(2), seconds(5)), seconds(60));
+    }
 }

@@ -135,7 +135,10 @@ fn info_of_unfinished(arguments: &InfoArguments, run: &Unfinished, console: &mut
         facts.add("begun", format!("{} ago", seconds(age)));
     }
     if let Some(age) = age(run.times[1]) {
-        facts.add("last written", format!("{} ago; a run writes every minute, and at its checkpoints", seconds(age)));
+        facts.add(
+            "last written",
+            format!("{} ago; a run writes every few seconds at first, later every minute", seconds(age)),
+        );
     }
     for (series, unit) in [("step", ""), ("time", " s"), ("strain", ""), ("stress", " Pa")] {
         if let Some(value) = run.value(series) {

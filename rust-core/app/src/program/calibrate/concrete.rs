@@ -469,7 +469,9 @@ mod tests {
         let scenario = scenario("");
         let text = scenario.source.text.replace("steps = 20_000", "unbalanced = 1e6");
         let scenario = Scenario::parse("specimen.toml", &text).unwrap();
-        let Ok(specimen) = specimen(&scenario, 1.0, None, &Meter::new(Display::Nothing)) else { panic!("no specimen") };
+        let Ok(specimen) = specimen(&scenario, 1.0, None, &Meter::new(crate::program::meter::Display::Nothing)) else {
+            panic!("no specimen")
+        };
         let parameters = law_of(&specimen.state).unwrap();
         let strength = specimen.load(&parameters, 0.3).unwrap().expect("the stress falls before the run ends");
         assert!(strength.stress > 1e6, "{strength:?}");
