@@ -124,7 +124,11 @@ mod tests {
         assert!(get(address, "/etc/passwd", &host).starts_with("HTTP/1.1 404"));
         assert!(get(address, "/state", "evil.example").starts_with("HTTP/1.1 403"));
         drop(server);
-        // The port is free again.
-        TcpListener::bind(address).unwrap();
+        // The port is free again, as soon as the thread has ended.
+        let start = std::time::Instant::now();
+        while TcpListener::bind(address).is_err() {
+            assert!(start.elapsed() < PATIENCE, "the port stays open");
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 }
