@@ -17,9 +17,17 @@ pub struct Given {
 
 /// Runs a command within this process.
 pub fn concordem<S: Into<OsString>>(arguments: impl IntoIterator<Item = S>) -> Given {
+    concordem_storing(None, arguments)
+}
+
+/// Runs a command within this process, which stores packings in a folder.
+pub fn concordem_storing<S: Into<OsString>>(
+    packings: Option<PathBuf>,
+    arguments: impl IntoIterator<Item = S>,
+) -> Given {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let arguments = std::iter::once(OsString::from("concordem")).chain(arguments.into_iter().map(Into::into));
-    let mut console = Console { out: &mut out, err: &mut err, interactive: false, out_interactive: false };
+    let mut console = Console { out: &mut out, err: &mut err, interactive: false, out_interactive: false, packings };
     let code = run(arguments, &mut console);
     let text = |bytes| String::from_utf8(bytes).expect("the program writes UTF-8");
     Given { code, out: text(out), err: text(err) }

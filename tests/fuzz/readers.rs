@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use concordem::assembly::restart::{Continuation, apply, check};
 use concordem::assembly::{assemble, sphere_pack};
 use concordem::output::{ResultFile, RunFiles, RunHeader, SeriesColumn, checkpoint, csv};
-use concordem::packing::import_text;
+use concordem::packing::import;
 use concordem::packing::shape::Mesh;
 use concordem::sampling::Record;
 use concordem::scenario::{Scenario, TEMPLATES};
@@ -148,7 +148,17 @@ impl Samples {
         let inputs = BTreeMap::from([
             ("scenario", scenarios.chain([SCENARIO.into()]).collect()),
             ("sweep", vec![SWEEP.into()]),
-            ("spheres", vec![text, b"##PERIODIC:: 1 2 3\n0 0 0 1\n".to_vec()]),
+            (
+                "spheres",
+                vec![
+                    text,
+                    b"##PERIODIC:: 1 2 3\n0 0 0 1\n".to_vec(),
+                    b"x [mm],y,z,radius\n0,1,2,0.5\n3,4,5,1e-1\n".to_vec(),
+                    b"#format x_y_z_r_matId\n0 1 2 0.5 1\n".to_vec(),
+                    b"data\n\n1 atoms\n\nAtoms # sphere\n\n1 1 1.0 2500 0 1 2 0 0 0\n".to_vec(),
+                    b"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id x y z radius\n1 0 1 2 0.5\n".to_vec(),
+                ],
+            ),
             ("surface", vec![SURFACE.into(), binary]),
             ("pack", vec![bytes(&file("pack.h5")), bytes(&file("periodic.h5"))]),
             ("result", vec![bytes(&file("cell.h5"))]),
@@ -218,7 +228,7 @@ fn journal(samples: &Samples, bytes: &[u8]) {
 }
 
 fn spheres(_: &Samples, bytes: &[u8]) {
-    let _ = import_text(bytes);
+    let _ = import(bytes, None);
 }
 
 fn surface(_: &Samples, bytes: &[u8]) {

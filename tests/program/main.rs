@@ -4,10 +4,15 @@ mod characterise;
 mod command_line;
 mod contents;
 mod elastic;
+mod export;
 mod interruption;
 mod measure;
+mod mistakes;
 mod results;
+mod settings;
 mod sweep;
+mod sweep_runs;
+mod watch;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -74,6 +79,7 @@ steps = STEPS
 [output]
 sample_interval = 7
 snapshot_interval = 100
+bond_snapshots = true
 checkpoint_interval = 50
 events_damage = 0.5
 [[sample]]

@@ -37,7 +37,8 @@ fn run_program(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
     errors::detach(py, || {
         let (mut out, mut err) = (std::io::stdout(), std::io::stderr());
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
-        let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive };
+        let packings = concordem::program::packings_folder();
+        let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive, packings };
         concordem::program::run(std::iter::once("concordem".to_owned()).chain(arguments).map(Into::into), &mut console)
     })
 }

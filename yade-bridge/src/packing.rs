@@ -102,11 +102,13 @@ fn lattice<'py>(py: Python<'py>, kind: &str, radius: f64, repeats: [u32; 3]) -> 
     packing_of(py, &lattice.periodic(radius, repeats).or_raise()?)
 }
 
-/// Read a packing from a text file. Returns Packing. Raises PackingError if the file is invalid.
+/// Read a packing from a text file: x y z r per line, a comma-separated table, a data or dump file of LAMMPS, or text of YADE. unit:
+/// length of one unit of the file, m; by default 1. Returns Packing. Raises PackingError if the file is invalid.
 #[pyfunction]
-fn read_packing(py: Python<'_>, path: PathBuf) -> Any<'_> {
+#[pyo3(signature = (path, unit=None))]
+fn read_packing(py: Python<'_>, path: PathBuf, unit: Option<f64>) -> Any<'_> {
     let reader = BufReader::new(std::fs::File::open(&path)?);
-    packing_of(py, &file::import_text(reader).or_raise()?)
+    packing_of(py, &concordem::packing::import(reader, unit).or_raise()?)
 }
 
 /// Write a packing to a text file: positions (n, 3) and radii (n,) in m, edges of the periodic cell (3, 3) as columns.

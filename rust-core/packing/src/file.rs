@@ -1,7 +1,8 @@
 //! Sphere packings as text: one line `x y z r` (m) per sphere; text after `#` is a comment.
 //!
 //! A periodic packing stores its cell in a comment: `# cell` with the nine components of the three edge vectors, one
-//! vector after the other. The reader also accepts YADE's `##PERIODIC:: x y z` (edges of a box).
+//! vector after the other. The reader also accepts YADE's `##PERIODIC:: x y z` (edges of a box) and more columns, if YADE's
+//! comment `#format x_y_z_r_matId` names them. Other formats: [`import`](super::import()).
 
 use std::io::{BufRead, Write};
 
@@ -16,6 +17,8 @@ use concordem_solver::state::particles::Sphere;
 /// Lines that are not four finite numbers with a positive radius, each with its number; errors of the reader.
 pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
     let mut packing = Packing::default();
+    // Whether a comment of YADE names columns after x y z r, which are skipped.
+    let mut further = false;
     for (index, line) in reader.lines().enumerate() {
         let number = index + 1;
         let line = line.map_err(|source| PackingError::Io { action: format!("cannot read line {number}"), source })?;
@@ -50,8 +53,19 @@ pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
             packing.cell = Some(cell);
             continue;
         }
+        if let Some(format) = line.trim_start().strip_prefix("#format ") {
+            let Some(rest) = format.trim().strip_prefix("x_y_z_r") else {
+                return Err(bad("the columns must begin with x_y_z_r".into()));
+            };
+            further = !rest.is_empty();
+            continue;
+        }
         let content = line.split('#').next().unwrap_or("");
-        let values = numbers(content)?;
+        let values = if further {
+            numbers(&content.split_whitespace().take(4).collect::<Vec<_>>().join(" "))?
+        } else {
+            numbers(content)?
+        };
         match values[..] {
             [] => {}
             [x, y, z, radius] if radius > 0.0 => {
@@ -68,7 +82,19 @@ pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn export_text(packing: &Packing, mut writer: impl Write) -> Result<(), PackingError> {
+pub fn export_text(packing: &Packing, writer: impl Write) -> Result<(), PackingError> {
+    export(packing, writer, "# x y z r (m)", " ")
+}
+
+/// Write spheres as a comma-separated table that [`import`](super::import()) reads back bit for bit.
+///
+/// # Errors
+/// Errors of the writer.
+pub fn export_csv(packing: &Packing, writer: impl Write) -> Result<(), PackingError> {
+    export(packing, writer, "x [m],y [m],z [m],radius [m]", ",")
+}
+
+fn export(packing: &Packing, mut writer: impl Write, head: &str, separator: &str) -> Result<(), PackingError> {
     let mut write = || -> std::io::Result<()> {
         if let Some(cell) = &packing.cell {
             write!(writer, "# cell")?;
@@ -77,11 +103,11 @@ pub fn export_text(packing: &Packing, mut writer: impl Write) -> Result<(), Pack
             }
             writeln!(writer)?;
         }
-        writeln!(writer, "# x y z r (m)")?;
+        writeln!(writer, "{head}")?;
         for sphere in &packing.spheres {
             let p = sphere.position;
             // `{:?}` prints the shortest text that reads back as the same number.
-            writeln!(writer, "{:?} {:?} {:?} {:?}", p.x, p.y, p.z, sphere.radius)?;
+            writeln!(writer, "{:?}{separator}{:?}{separator}{:?}{separator}{:?}", p.x, p.y, p.z, sphere.radius)?;
         }
         writer.flush()
     };
@@ -102,6 +128,9 @@ mod tests {
         let mut text = Vec::new();
         export_text(&packing, &mut text).unwrap();
         assert_eq!(import_text(&text[..]).unwrap(), packing);
+        let mut table = Vec::new();
+        export_csv(&packing, &mut table).unwrap();
+        assert_eq!(crate::import(&table[..], None).unwrap(), packing);
     }
 
     #[test]
@@ -122,6 +151,7 @@ mod tests {
             ("0 0 NaN 1", "line 1: NaN is not finite: \"0 0 NaN 1\""),
             ("0 0 0 1 5", "line 1: expected the four numbers x y z r, found 5: \"0 0 0 1 5\""),
             ("##PERIODIC:: 1 2", "line 1: a periodic cell needs three positive edges: \"##PERIODIC:: 1 2\""),
+            ("#format x_y_z\n0 0 0", "line 1: the columns must begin with x_y_z_r: \"#format x_y_z\""),
             ("# cell 1 0 0 2 0 0 0 0 1", "line 1: the cell has no volume: \"# cell 1 0 0 2 0 0 0 0 1\""),
         ];
         for (text, message) in cases {

@@ -11,6 +11,7 @@ pub mod cooker;
 pub mod discs;
 pub mod file;
 pub mod growth;
+pub mod import;
 pub mod isotropy;
 pub mod lattice;
 pub mod memory;
@@ -24,8 +25,9 @@ pub mod tile_crop;
 
 pub use cooker::{Cooked, Cooker, CookerProgress, CookerStage, Correction, Target, cook};
 pub use discs::random_discs;
-pub use file::{export_text, import_text};
+pub use file::{export_csv, export_text, import_text};
 pub use growth::{Grown, GrownBox, grown_box};
+pub use import::import;
 pub use isotropy::{DirectionHistogram, link_vectors};
 pub use lattice::Lattice;
 pub use random::Random;
@@ -87,6 +89,12 @@ pub enum PackingError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A file that holds no packing in a known format.
+    #[error("{reason}")]
+    Foreign {
+        /// What it is, and the remedy.
+        reason: String,
+    },
     /// A shape without interior.
     #[error("shape: {reason}")]
     BadShape {
@@ -119,7 +127,7 @@ pub enum PackingError {
         limit: f64,
     },
     /// More memory than the machine has.
-    #[error("this needs about {:.3e} GB of memory for {what}; this machine has {:.3e} GB", bytes / 1e9, total / 1e9)]
+    #[error("this needs about {:.1} GB of memory for {what}; this machine has {:.1} GB", bytes / 1e9, total / 1e9)]
     Memory {
         /// What needs the memory.
         what: String,

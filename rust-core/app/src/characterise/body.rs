@@ -7,7 +7,7 @@ use crate::output::ResultFile;
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
 use concordem_packing::cooker::boundary;
-use concordem_packing::{Packing, Shape, TIE, import_text};
+use concordem_packing::{Packing, Shape, TIE, import};
 use concordem_scenario::assembly::{Placed, place, sphere_pack};
 use concordem_scenario::schema::{Quantity, Scenario};
 use concordem_solver::neighbor::candidate_pairs;
@@ -94,7 +94,7 @@ impl Body {
                 let reader = std::fs::File::open(path).map_err(|error| file(error.to_string()))?;
                 // The message of a bad line names the line; here it gets the file.
                 let mut packing =
-                    import_text(std::io::BufReader::new(reader)).map_err(|error| file(error.to_string()))?;
+                    import(std::io::BufReader::new(reader), None).map_err(|error| file(error.to_string()))?;
                 packing.cell = choice.cell.map(|edges| Cell::new(Mat3::from_diagonal(&Vec3::from(edges))));
                 Self::of_packing(name, packing, choice)
             }

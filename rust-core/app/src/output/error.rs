@@ -80,6 +80,18 @@ pub enum OutputError {
         /// The file.
         path: PathBuf,
     },
+    /// There is neither a result nor the working folder of an unfinished run.
+    #[error(
+        "there is no run {}: neither the result nor the folder {} of an unfinished run exists. Check the name.",
+        path.display(),
+        parts.display()
+    )]
+    NoRun {
+        /// The result.
+        path: PathBuf,
+        /// The working folder.
+        parts: PathBuf,
+    },
     /// The file was not written by this program, or is incomplete.
     #[error(
         "{} is not a complete file of this program: its seal is missing. Another program wrote or changed it, \

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use hdf5::types::FixedAscii;
-use hdf5::{Dataset, Group, H5Type};
-use ndarray::{ArrayView1, ArrayView2, s};
+use hdf5::{Group, H5Type};
 
 use super::checkpoint;
 use super::error::{At, OutputError};
 use super::hdf::{self, GroupSink, kind};
-use super::run_files::{OperatorTable, POSITION, RunHeader, SnapshotBatch, StoredField, batches_of, stage};
+use super::run_files::{
+    OperatorTable, POSITION, RunHeader, SnapshotBatch, StoredField, batches_of, bond_batches_of, stage,
+};
 use super::sealed;
+use super::stream::FieldStream;
+use super::vtk::{Cells, VtkWriter};
 use concordem_contact::math::Vec3;
 use concordem_solver::fracture::Event;
 use concordem_solver::state::columns::{ColumnData, WriteColumns};
@@ -38,7 +40,8 @@ impl Merge<'_> {
             let mut samples = Vec::new();
             let mut operators = vec![Vec::new(); self.header.operators.len()];
             let mut events = Vec::new();
-            let mut snapshots = None;
+            let mut snapshots: Option<VtkWriter<'_>> = None;
+            let mut bonds: Option<BondWriter<'_>> = None;
             for segment_path in self.segments {
                 let segment = sealed::open(segment_path)?;
                 samples.extend(hdf::read_array::<f64>(&segment, "samples", segment_path)?);
@@ -49,12 +52,19 @@ impl Merge<'_> {
                 let (group, names) = batches_of(&segment, segment_path)?;
                 for name in names {
                     let batch = SnapshotBatch::read(&group.group(&name).at(segment_path)?, segment_path)?;
-                    if snapshots.is_none() {
-                        snapshots = Some(VtkWriter::new(file, path)?);
-                    }
-                    if let Some(writer) = &mut snapshots {
-                        writer.append(&batch)?;
-                    }
+                    let writer = match &mut snapshots {
+                        Some(writer) => writer,
+                        none => none.insert(VtkWriter::new(file, Cells::Vertices, "Centers of the particles.", path)?),
+                    };
+                    append_particles(writer, &batch, path)?;
+                }
+                for name in bond_batches_of(&segment, segment_path)? {
+                    let batch = SnapshotBatch::read(&segment.group(&name).at(segment_path)?, segment_path)?;
+                    let writer = match &mut bonds {
+                        Some(writer) => writer,
+                        none => none.insert(BondWriter::new(file, path)?),
+                    };
+                    writer.append(&batch)?;
                 }
                 stage("within merge");
             }
@@ -64,6 +74,9 @@ impl Merge<'_> {
             }
             write_events(file, &events, path)?;
             if let Some(writer) = snapshots {
+                writer.finish()?;
+            }
+            if let Some(writer) = bonds {
                 writer.finish()?;
             }
             checkpoint::write_state(file, state, path)?;
@@ -188,215 +201,65 @@ pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, Outpu
     Ok((0..count).map(event).collect())
 }
 
-/// Writes `/VTKHDF`: an unstructured grid of vertex cells, one per particle, with time steps.
-///
-/// Format: VTK, "VTKHDF file format", version 2.0. Arrays of all time steps follow each other in one dataset;
-/// `Steps` holds the offset of each step. A field that is equal to that of the previous step is not written again; the
-/// cells (vertex k at point k) are written once for each number of particles, as a VTK part.
-struct VtkWriter<'a> {
+/// Appends snapshots of particles.
+fn append_particles(writer: &mut VtkWriter<'_>, batch: &SnapshotBatch, path: &Path) -> Result<(), OutputError> {
+    let position = batch.fields.iter().find(|field| field.name == POSITION);
+    let Some(ColumnData::F64(position)) = position.map(|field| &field.column.data) else {
+        let problem = "its snapshots have no positions".to_owned();
+        return Err(OutputError::Damaged { path: path.to_owned(), problem });
+    };
+    let others: Vec<&StoredField> = batch.fields.iter().filter(|field| field.name != POSITION).collect();
+    writer.append(&batch.time, &batch.step, position, &others)
+}
+
+/// Writes the bonds of all snapshots below `/bonds`: one dataset per field, and in `Steps` times, steps, numbers of bonds, and the offset
+/// of every field.
+struct BondWriter<'a> {
     path: &'a Path,
-    group: Group,
-    steps: Vec<Step>,
-    points: Appended,
-    fields: Vec<(String, Appended)>,
+    steps: Group,
+    fields: FieldStream<'a>,
+    time: Vec<f64>,
+    step: Vec<u64>,
+    count: Vec<u64>,
+    offsets: Vec<Vec<i64>>,
 }
 
-struct Step {
-    time: f64,
-    count: u64,
-    points: i64,
-    point_offset: i64,
-    field_offsets: Vec<i64>,
-}
-
-/// A growing dataset, and the bytes and the offset of the part appended last.
-struct Appended {
-    dataset: Dataset,
-    rows: usize,
-    last: Option<(Vec<u8>, i64)>,
-}
-
-impl<'a> VtkWriter<'a> {
+impl<'a> BondWriter<'a> {
     fn new(file: &Group, path: &'a Path) -> Result<Self, OutputError> {
-        let group = file.create_group("VTKHDF").at(path)?;
-        // Readers expect a string of fixed length.
-        let kind = FixedAscii::<16>::from_ascii(b"UnstructuredGrid").unwrap_or_default();
-        hdf::write_attribute(&group, "Type", &kind, path)?;
-        let version = group.new_attr::<i64>().shape([2]).create("Version").at(path)?;
-        version.write_raw(&[2_i64, 0]).at(path)?;
-        let points = Appended::new::<f64>(&group, "Points", 3, 1 << 14, path)?;
-        hdf::describe(&points.dataset, "m", "Centers of the particles.", path)?;
-        group.create_group("PointData").at(path)?;
-        Ok(Self { path, group, steps: Vec::new(), points, fields: Vec::new() })
+        let group = file.create_group("bonds").at(path)?;
+        let steps = group.create_group("Steps").at(path)?;
+        let fields = FieldStream::new(group, path);
+        let (time, step, count, offsets) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { path, steps, fields, time, step, count, offsets })
     }
 
     fn append(&mut self, batch: &SnapshotBatch) -> Result<(), OutputError> {
-        let path = self.path;
-        let damaged = |problem: &str| OutputError::Damaged {
-            path: path.to_owned(),
-            problem: format!("snapshots from step {} on: {problem}", batch.step.first().copied().unwrap_or_default()),
-        };
-        let position = batch.fields.iter().find(|field| field.name == POSITION);
-        let Some(ColumnData::F64(position)) = position.map(|field| &field.column.data) else {
-            return Err(damaged("they have no positions"));
-        };
         let count = batch.time.len();
-        if count == 0 || batch.step.len() != count || position.len() % (3 * count) != 0 {
-            return Err(damaged("their lengths differ"));
+        let rows = batch.fields.first().map_or(0, |field| field.column.borrow().len() / field.column.components.max(1));
+        let fields: Vec<&StoredField> = batch.fields.iter().collect();
+        let offsets = self.fields.append(&fields, rows / count.max(1), count)?;
+        self.offsets.resize(offsets.len(), Vec::new());
+        for (all, new) in self.offsets.iter_mut().zip(offsets) {
+            all.extend(new);
         }
-        let rows = position.len() / (3 * count);
-        let others: Vec<&StoredField> = batch.fields.iter().filter(|field| field.name != POSITION).collect();
-        if self.steps.is_empty() {
-            let data = self.group.group("PointData").at(path)?;
-            for field in &others {
-                let appended = Appended::of_kind(&data, field, rows.clamp(1 << 8, 1 << 16), path)?;
-                hdf::describe(&appended.dataset, &field.unit, &field.description, path)?;
-                self.fields.push((field.name.clone(), appended));
-            }
-        }
-        if !others.iter().map(|field| &field.name).eq(self.fields.iter().map(|(name, _)| name)) {
-            return Err(damaged("their fields are not those of the first one"));
-        }
-        let first_point = self.points.rows;
-        self.points.append(position, 3, path)?;
-        let mut offsets = Vec::new();
-        for ((_, appended), field) in self.fields.iter_mut().zip(&others) {
-            let components = field.column.components;
-            if field.column.borrow().rows(&field.name).at(path)? != rows * count {
-                return Err(damaged("their lengths differ"));
-            }
-            offsets.push(match &field.column.data {
-                ColumnData::F64(data) => appended.append_changed(data, components, count, path),
-                ColumnData::U64(data) => appended.append_changed(data, components, count, path),
-                ColumnData::U32(data) => appended.append_changed(data, components, count, path),
-                ColumnData::U16(data) => appended.append_changed(data, components, count, path),
-                ColumnData::U8(data) => appended.append_changed(data, components, count, path),
-                ColumnData::I8(data) => appended.append_changed(data, components, count, path),
-            }?);
-        }
-        self.steps.extend((0..count).map(|k| Step {
-            time: batch.time[k],
-            count: batch.step[k],
-            points: rows as i64,
-            point_offset: (first_point + k * rows) as i64,
-            field_offsets: offsets.iter().map(|offsets| offsets[k]).collect(),
-        }));
+        self.time.extend(&batch.time);
+        self.step.extend(&batch.step);
+        self.count.extend(std::iter::repeat_n((rows / count.max(1)) as u64, count));
         Ok(())
     }
 
     fn finish(self) -> Result<(), OutputError> {
-        let (path, group) = (self.path, &self.group);
-        let mut parts: Vec<i64> = Vec::new();
-        for step in &self.steps {
-            if !parts.contains(&step.points) {
-                parts.push(step.points);
-            }
+        let (path, steps) = (self.path, &self.steps);
+        let dataset = hdf::write_array(steps, "time", &self.time, 1, path)?;
+        hdf::describe(&dataset, "s", "Times of the snapshots.", path)?;
+        let dataset = hdf::write_array(steps, "step", &self.step, 1, path)?;
+        hdf::describe(&dataset, "1", "Numbers of solver steps done.", path)?;
+        let dataset = hdf::write_array(steps, "count", &self.count, 1, path)?;
+        hdf::describe(&dataset, "1", "Numbers of bonds, with broken ones.", path)?;
+        for (name, offsets) in self.fields.names().zip(&self.offsets) {
+            let dataset = hdf::write_array(steps, &format!("offset_{name}"), offsets, 1, path)?;
+            hdf::describe(&dataset, "1", "First row of each snapshot.", path)?;
         }
-        let part = |step: &Step| parts.iter().position(|&count| count == step.points).unwrap_or_default();
-        let cells_before = |step: &Step| parts[..part(step)].iter().sum::<i64>();
-        for name in ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"] {
-            hdf::write_array(group, name, &parts, 1, path)?;
-        }
-        let connectivity: Vec<i64> = parts.iter().flat_map(|&count| 0..count).collect();
-        hdf::write_array(group, "Connectivity", &connectivity, 1, path)?;
-        let offsets: Vec<i64> = parts.iter().flat_map(|&count| 0..=count).collect();
-        hdf::write_array(group, "Offsets", &offsets, 1, path)?;
-        // Type 1 is a vertex.
-        hdf::write_array(group, "Types", &vec![1_u8; connectivity.len()], 1, path)?;
-        let steps = group.create_group("Steps").at(path)?;
-        hdf::write_attribute(&steps, "NSteps", &(self.steps.len() as i64), path)?;
-        let of_steps = |value: &dyn Fn(&Step) -> i64| -> Vec<i64> { self.steps.iter().map(value).collect() };
-        let times: Vec<f64> = self.steps.iter().map(|step| step.time).collect();
-        hdf::describe(&hdf::write_array(&steps, "Values", &times, 1, path)?, "s", "Times of the steps.", path)?;
-        hdf::write_array(&steps, "PartOffsets", &of_steps(&|step| part(step) as i64), 1, path)?;
-        hdf::write_array(&steps, "NumberOfParts", &of_steps(&|_| 1), 1, path)?;
-        hdf::write_array(&steps, "PointOffsets", &of_steps(&|step| step.point_offset), 1, path)?;
-        hdf::write_array(&steps, "CellOffsets", &of_steps(&cells_before), 1, path)?;
-        hdf::write_array(&steps, "ConnectivityIdOffsets", &of_steps(&cells_before), 1, path)?;
-        let offsets = steps.create_group("PointDataOffsets").at(path)?;
-        for (k, (name, _)) in self.fields.iter().enumerate() {
-            hdf::write_array(&offsets, name, &of_steps(&|step| step.field_offsets[k]), 1, path)?;
-        }
-        let counts: Vec<u64> = self.steps.iter().map(|step| step.count).collect();
-        let dataset = hdf::write_array(&steps, "step", &counts, 1, path)?;
-        hdf::describe(&dataset, "1", "Numbers of solver steps done.", path)
-    }
-}
-
-impl Appended {
-    fn new<T: H5Type>(
-        group: &Group,
-        name: &str,
-        components: usize,
-        chunk: usize,
-        path: &Path,
-    ) -> Result<Self, OutputError> {
-        let builder = group.new_dataset::<T>().obj_track_times(false);
-        let dataset = if components == 1 {
-            builder.chunk([chunk]).shape((0..,)).create(name)
-        } else {
-            builder.chunk([chunk, components]).shape((0.., components)).create(name)
-        };
-        Ok(Self { dataset: dataset.at(path)?, rows: 0, last: None })
-    }
-
-    fn of_kind(group: &Group, field: &StoredField, chunk: usize, path: &Path) -> Result<Self, OutputError> {
-        let (name, components) = (&field.name, field.column.components);
-        match field.column.data {
-            ColumnData::F64(_) => Self::new::<f64>(group, name, components, chunk, path),
-            ColumnData::U64(_) => Self::new::<u64>(group, name, components, chunk, path),
-            ColumnData::U32(_) => Self::new::<u32>(group, name, components, chunk, path),
-            ColumnData::U16(_) => Self::new::<u16>(group, name, components, chunk, path),
-            ColumnData::U8(_) => Self::new::<u8>(group, name, components, chunk, path),
-            ColumnData::I8(_) => Self::new::<i8>(group, name, components, chunk, path),
-        }
-    }
-
-    /// Appends those of `count` equally long parts whose bits differ from the part before; returns the offset of each part.
-    fn append_changed<T: H5Type + bytemuck::Pod>(
-        &mut self,
-        data: &[T],
-        components: usize,
-        count: usize,
-        path: &Path,
-    ) -> Result<Vec<i64>, OutputError> {
-        let length = data.len() / count;
-        let (mut changed, mut offsets) = (Vec::new(), Vec::with_capacity(count));
-        for k in 0..count {
-            let part = &data[k * length..(k + 1) * length];
-            // Bytes distinguish -0 from 0, and NaN equals itself.
-            let bytes: &[u8] = bytemuck::cast_slice(part);
-            let offset = match &self.last {
-                Some((last, offset)) if last == bytes => *offset,
-                _ => {
-                    let offset = (self.rows + changed.len() / components) as i64;
-                    changed.extend_from_slice(part);
-                    self.last = Some((bytes.to_vec(), offset));
-                    offset
-                }
-            };
-            offsets.push(offset);
-        }
-        self.append(&changed, components, path)?;
-        Ok(offsets)
-    }
-
-    fn append<T: H5Type>(&mut self, data: &[T], components: usize, path: &Path) -> Result<(), OutputError> {
-        let (start, added) = (self.rows, data.len() / components);
-        if added == 0 {
-            return Ok(());
-        }
-        let end = start + added;
-        if components == 1 {
-            self.dataset.resize([end]).at(path)?;
-            self.dataset.write_slice(ArrayView1::from(data), s![start..end]).at(path)?;
-        } else {
-            self.dataset.resize([end, components]).at(path)?;
-            let view = ArrayView2::from_shape((added, components), data)
-                .map_err(|error| OutputError::Hdf5 { path: path.to_owned(), message: error.to_string() })?;
-            self.dataset.write_slice(view, s![start..end, ..]).at(path)?;
-        }
-        self.rows = end;
         Ok(())
     }
 }

@@ -11,15 +11,21 @@
 pub mod checkpoint;
 pub mod csv;
 pub mod error;
+pub mod export;
+mod frames;
 pub mod hash;
 mod hdf;
 mod merge;
 pub mod result;
 pub mod run_files;
 pub mod sealed;
+mod slice;
+mod stream;
 pub mod sweep;
+mod vtk;
 
 pub use concordem_scenario::assembly::sphere_pack;
 pub use error::OutputError;
 pub use result::ResultFile;
-pub use run_files::{OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField};
+pub use run_files::{BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField};
+pub use slice::{SliceAt, SliceFrame};

@@ -47,6 +47,11 @@ impl ResultFile {
         &self.path
     }
 
+    /// The root of the file.
+    pub(super) fn root(&self) -> &hdf5::File {
+        &self.file
+    }
+
     /// The sampled series, in the order of the run.
     pub fn series(&self) -> &[SeriesColumn] {
         &self.series

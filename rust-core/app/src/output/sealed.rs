@@ -67,7 +67,8 @@ fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let unfinished = builder.tempfile_in(scratch).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => OutputError::NoFolder { path: scratch.to_owned() },
+        io::ErrorKind::NotFound if !scratch.is_dir() => OutputError::NoFolder { path: scratch.to_owned() },
+        io::ErrorKind::NotFound => OutputError::NotWritable { path: scratch.to_owned(), source: error },
         _ => OutputError::io(path, "create", error),
     })?;
     // Other processes remove unfinished files that are not locked. On network file systems without locks, these files

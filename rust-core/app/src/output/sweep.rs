@@ -15,7 +15,7 @@ use std::path::Path;
 use super::error::{At, OutputError};
 use super::{hdf, sealed};
 use crate::provenance;
-use crate::sweep::point::{Outcome, STIFFNESS, Study, columns, quantities};
+use crate::sweep::point::{Outcome, STIFFNESS, Study, columns};
 use crate::sweep::{Axis, Sweep};
 use concordem_solver::state::columns::Column;
 
@@ -47,13 +47,15 @@ pub fn write(path: &Path, sweep: &Sweep, outcomes: &[Outcome]) -> Result<(), Out
             let description = format!("Value of the axis {}, counted from 0", axis.name);
             hdf::write_column(&points, &format!("axis_{k}"), &Column::u32(&places), "1", &description, path)?;
         }
-        for (k, quantity) in quantities(sweep.study).iter().enumerate() {
+        for (k, quantity) in sweep.quantities().iter().enumerate() {
             let values: Vec<f64> = outcomes.iter().map(|outcome| outcome.values[k]).collect();
-            let column = Column::f64(&values, 1, quantity.unit);
-            hdf::write_column(&points, quantity.name, &column, quantity.unit, quantity.description, path)?;
+            // Results of operators have names of several words.
+            let name = quantity.name.replace(' ', "_");
+            let column = Column::f64(&values, 1, "1");
+            hdf::write_column(&points, &name, &column, &quantity.unit, &quantity.description, path)?;
         }
         if sweep.study == Study::Elastic {
-            let first = quantities(sweep.study).len();
+            let first = sweep.quantities().len();
             let stiffness: Vec<f64> =
                 outcomes.iter().flat_map(|outcome| outcome.values[first..].iter().copied()).collect();
             let description = "Stiffness, 6 by 6, row by row; 11, 22, 33, 23, 31, 12, engineering shear strains";
@@ -77,7 +79,7 @@ pub fn problems(outcomes: &[Outcome]) -> String {
 pub fn csv(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " "));
     let mut heads: Vec<String> = sweep.axes.iter().map(|axis| quoted(&axis.name)).collect();
-    let columns = columns(sweep.study);
+    let columns = columns(sweep);
     let count = columns.len();
     heads.extend(columns);
     heads.push("problem".into());

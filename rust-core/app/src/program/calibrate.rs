@@ -6,7 +6,7 @@ mod elastic_search;
 
 use std::path::PathBuf;
 
-use super::drive::Meter;
+use super::meter::Meter;
 use super::{Console, Facts, Failure, Work};
 use crate::calibration::cohesive_beam::{
     CalibrationError, CylinderLoad, CylinderRecipe, CylinderSpecimen, FractureCriterion, elastic as elastic_response,
@@ -128,16 +128,16 @@ fn calibrate_beam(arguments: &CalibrateBeamArguments, console: &mut Console<'_>)
     if arguments.output.exists() && !arguments.force {
         return Err(OutputError::Exists { path: arguments.output.clone() }.into());
     }
-    let visible = console.interactive && !arguments.work.quiet;
+    let display = console.display(&arguments.work);
+    let meter = Meter::new(display);
     let (facts, text) = arguments
         .work
-        .install(|| cohesive_beam(arguments, visible).map_err(|error| Failure::Calibration(error.to_string())))?;
+        .install(|| cohesive_beam(arguments, &meter).map_err(|error| Failure::Calibration(error.to_string())))?;
     crate::output::sealed::write_text(&arguments.output, &text)?;
     console.print(&format!("{}\n{facts}", arguments.output.display()))
 }
 
-fn cohesive_beam(arguments: &CalibrateBeamArguments, visible: bool) -> Result<(Facts, String), CalibrationError> {
-    let meter = Meter::new(visible);
+fn cohesive_beam(arguments: &CalibrateBeamArguments, meter: &Meter) -> Result<(Facts, String), CalibrationError> {
     let recipe = |count: usize| CylinderRecipe {
         coordination: arguments.coordination,
         dispersion: arguments.dispersion,

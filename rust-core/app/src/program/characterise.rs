@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::check::count;
-use super::drive::Meter;
+use super::drive::check_page_name;
+use super::meter::Meter;
 use super::{Console, Facts, Failure, Work};
 use crate::characterise::{Body, CharacteriseError, Characteristics, Choice, characterise};
 use crate::output::{OutputError, sealed};
@@ -76,6 +77,9 @@ impl From<CharacteriseError> for Failure {
 }
 
 pub(super) fn run(arguments: &CharacteriseArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    if let Some(path) = &arguments.output {
+        check_page_name(path)?;
+    }
     let page = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension("structure.html"));
     let page = sealed::target(&page)?;
     let json = page.with_extension("json");
@@ -90,9 +94,9 @@ pub(super) fn run(arguments: &CharacteriseArguments, console: &mut Console<'_>) 
         shape: arguments.shape.as_deref().map(read_shape).transpose()?,
         cell: arguments.cell,
     };
-    let visible = console.interactive && !arguments.work.quiet;
+    let display = console.display(&arguments.work);
     let found = arguments.work.install(|| {
-        let meter = Meter::new(visible);
+        let meter = Meter::new(display);
         let body = Body::read(&arguments.file, &choice, &mut |stage, share| meter.stage(stage, share))
             .map_err(|error| failed(&arguments.file, error))?;
         let found = characterise(&body, arguments.boundary)?;

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::drive::{Meter, build};
+use super::drive::build;
+use super::meter::Meter;
+use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
-use concordem_scenario::assembly::{Assembly, Summary};
-use concordem_scenario::schedule::{Schedule, Simulation};
-use concordem_scenario::schema::{Loading, Scenario};
+use concordem_scenario::assembly::{Assembly, Summary, most_steps};
+use concordem_scenario::schedule::Simulation;
+use concordem_scenario::schema::Scenario;
 use concordem_solver::heat::HeatModel;
 
 /// Arguments of `concordem check`.
@@ -15,6 +17,8 @@ use concordem_solver::heat::HeatModel;
 pub(super) struct CheckArguments {
     /// Scenario file
     scenario: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
     /// Check the text only, without building the particles
     #[arg(long)]
     no_build: bool,
@@ -26,7 +30,7 @@ pub(super) struct CheckArguments {
 const TIMING: Duration = Duration::from_millis(1500);
 
 pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let scenario = Scenario::read(&arguments.scenario)?;
+    let scenario = arguments.settings.read(&arguments.scenario)?;
     let head = format!("{}: valid scenario\n", arguments.scenario.display());
     if !arguments.work.quiet {
         console.warn(&scenario, &scenario.warnings());
@@ -34,10 +38,11 @@ pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Re
     if arguments.no_build {
         return console.print(&head);
     }
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let facts = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let assembly = build(&scenario, &meter)?;
+        let meter = Meter::new(display);
+        let assembly = build(&scenario, cache.as_ref(), &meter)?;
         meter.finish();
         if !arguments.work.quiet {
             console.warn(&scenario, &assembly.summary.warnings);
@@ -173,37 +178,6 @@ fn add_phases(facts: &mut Facts, summary: &Summary) {
         );
         facts.add("bonds by phase", text);
     }
-}
-
-/// Largest possible number of steps, and the stop condition that sets this limit.
-fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64, &'static str)> {
-    let stop = &scenario.stop;
-    let rate = match &scenario.loading {
-        Loading::Uniaxial { strain_rate, .. } => Some(strain_rate.si().abs()),
-        Loading::CellStrain { velocity_gradient } => {
-            velocity_gradient.iter().flatten().map(|rate| rate.si().abs()).reduce(f64::max)
-        }
-        Loading::Platens { closing_velocity, .. } => {
-            schedule.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
-        }
-        Loading::Flexure { closing_velocity, .. } => match &schedule.loading {
-            crate::schedule::Loading::Flexure(flexure) => Some(closing_velocity.si() * flexure.strain_of_deflection),
-            _ => None,
-        },
-        Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
-            schedule.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
-        }
-        Loading::CellStress { strain_rate, .. } => {
-            strain_rate.iter().filter_map(|rate| rate.si()).map(f64::abs).reduce(f64::max)
-        }
-        Loading::None => None,
-    };
-    let limits = [
-        stop.steps.map(|steps| (steps as f64, "steps")),
-        stop.time.map(|time| ((time.si() / dt).ceil(), "time")),
-        stop.strain.zip(rate).map(|(strain, rate)| ((strain.si() / (rate * dt)).ceil(), "strain")),
-    ];
-    limits.into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a })
 }
 
 /// A number with thousands separators.

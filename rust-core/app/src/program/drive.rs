@@ -1,25 +1,30 @@
 //! Executes a run from its start or from a checkpoint to its end, with its files.
 
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
 use super::Failure;
 use super::check::{count, seconds};
-use super::tables::{Tables, bond_damage};
-use crate::output::{OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
+use super::meter::Meter;
+use super::tables::{BondRows, Tables, bond_damage};
+use super::watch::Live;
+use crate::output::{BondSnapshot, OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
 use concordem_contact::math::Vec3;
-use concordem_scenario::assembly::{Assembly, assemble};
+use concordem_scenario::assembly::{Assembly, PackingCache, assemble_cached};
+use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
+use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::state::columns::Column;
 
-/// Longest time between checkpoints. The result does not depend on it.
+/// Longest and shortest time between checkpoints; early in a run they are more frequent, so that `info` has something to show. The
+/// result does not depend on them.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+const CHECKPOINT_AT_MOST_EVERY: Duration = Duration::from_secs(5);
+/// Except for the longest time, checkpoints take at most this part of a run.
+const CHECKPOINT_SHARE: f64 = 0.01;
 /// Snapshots stay in memory until the next checkpoint; more bytes than this trigger a checkpoint.
 const MOST_SNAPSHOT_BYTES: usize = 256 << 20;
 
@@ -31,44 +36,10 @@ pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
     }
 }
 
-/// Progress bar.
-pub(super) struct Meter {
-    bar: ProgressBar,
-    stage: RefCell<String>,
-}
-
-impl Meter {
-    /// A progress bar on the terminal, or an invisible one.
-    pub(super) fn new(visible: bool) -> Self {
-        let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(1000), target);
-        if let Ok(style) = ProgressStyle::with_template("{prefix:>12} {wide_bar} {percent:>3} %  {elapsed}  {msg}") {
-            bar.set_style(style);
-        }
-        Self { bar, stage: RefCell::new(String::new()) }
-    }
-
-    /// Progress of a stage, 0 to 1.
-    pub(super) fn stage(&self, stage: &str, share: f64) {
-        if *self.stage.borrow() != stage {
-            stage.clone_into(&mut self.stage.borrow_mut());
-            self.bar.reset();
-            self.bar.set_prefix(stage.to_owned());
-            self.bar.set_message("");
-            self.bar.enable_steady_tick(Duration::from_millis(200));
-        }
-        self.bar.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);
-    }
-
-    pub(super) fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-}
-
 /// Assembles a scenario.
-pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Failure> {
+pub(super) fn build(scenario: &Scenario, cache: Option<&PackingCache>, meter: &Meter) -> Result<Assembly, Failure> {
     let folder = scenario.directory();
-    let assembly = assemble(scenario, &folder, &mut |stage, share| meter.stage(stage, share));
+    let assembly = assemble_cached(scenario, &folder, cache, &mut |stage, share| meter.stage(stage, share));
     assembly.map_err(|error| {
         meter.finish();
         Failure::of_assembly(scenario, error)
@@ -133,7 +104,11 @@ pub(super) struct Run {
     /// Initial positions, m, in the order of the state, which does not change during a run.
     initial_positions: Vec<Vec3>,
     csv: bool,
+    /// Whether snapshots contain the bonds.
+    with_bonds: bool,
     pending_bytes: usize,
+    /// The page that shows the run.
+    live: Option<Live>,
 }
 
 impl Run {
@@ -148,8 +123,35 @@ impl Run {
             files,
             initial_positions: initial_positions.to_vec(),
             csv: scenario.output.csv,
+            with_bonds: scenario.output.bond_snapshots && scenario.bonds.is_some(),
             pending_bytes: 0,
+            live: None,
         }
+    }
+
+    /// The run with a page that shows it.
+    pub(super) fn watched(self, live: Option<Live>) -> Self {
+        Self { live, ..self }
+    }
+
+    /// Shows the present state on the page, if it is due or at the `end`.
+    fn show(&mut self, record: &Record, start: Instant, end: bool) {
+        let Some(mut live) = self.live.take() else { return };
+        live.record(record);
+        if end || live.is_due() {
+            let begun = Instant::now();
+            let state = &self.simulation.state;
+            let status = format!(
+                "step {}, {:.4e} s, strain {:.3e}, stress {:.3e} Pa, running for {}",
+                count(state.clock.step as usize),
+                state.clock.time(),
+                record.strain,
+                record.stress,
+                seconds(start.elapsed().as_secs_f64())
+            );
+            live.publish(&self.simulation, &self.displacement(), &bond_damage(state), &status, begun);
+        }
+        self.live = Some(live);
     }
 
     /// Runs to the end. A `fresh` run first writes a checkpoint of its initial state.
@@ -157,6 +159,9 @@ impl Run {
         let interruption = Interruption::listen();
         let outcome = self.steps(meter, fresh, &interruption.requested);
         drop(interruption);
+        if self.simulation.stopped().is_some() {
+            meter.complete();
+        }
         meter.finish();
         let Some((steps, time)) = outcome? else {
             let step = self.simulation.state.clock.step;
@@ -179,17 +184,21 @@ impl Run {
             self.commit()?;
         }
         let mut last_commit = Instant::now();
+        let mut pause = CHECKPOINT_AT_MOST_EVERY;
         let mut last_look = Instant::now();
+        let share_before = self.simulation.progress();
         while self.simulation.stopped().is_none() {
             let step = self.simulation.state.clock.step;
             let begun = step > first_step;
             let due =
                 self.simulation.schedule.checkpoint_interval.is_some_and(|interval| step.is_multiple_of(interval));
-            let late = last_commit.elapsed() >= CHECKPOINT_EVERY || self.pending_bytes > MOST_SNAPSHOT_BYTES;
+            let late = last_commit.elapsed() >= pause || self.pending_bytes > MOST_SNAPSHOT_BYTES;
             let stop = interrupted.load(Ordering::Relaxed);
             if stop || (begun && (due || late)) {
+                let before = Instant::now();
                 self.commit()?;
                 last_commit = Instant::now();
+                pause = pause_after(before.elapsed(), start.elapsed());
             }
             if stop {
                 return Ok(None);
@@ -201,23 +210,27 @@ impl Run {
             let advance = self.simulation.advance()?;
             if let Some(sample) = advance.sample {
                 self.files.append_sample(&sample.to_row())?;
+                self.show(&sample, start, false);
                 if last_look.elapsed() > Duration::from_millis(100) {
                     last_look = Instant::now();
                     let done = (self.simulation.state.clock.step - first_step) as f64;
                     let each = start.elapsed().as_secs_f64() / done;
                     let share = self.simulation.progress();
-                    meter.stage("running", share);
                     let rate = if bonds > 0 {
                         format!(", {:.0} ns per bond and step", each * 1e9 / bonds as f64)
                     } else {
                         String::new()
                     };
-                    meter.bar.set_message(format!(
-                        "step {}{rate}, strain {:.3e}, stress {:.3e} Pa",
-                        count(self.simulation.state.clock.step as usize),
-                        sample.strain,
-                        sample.stress
-                    ));
+                    let left = remaining(start.elapsed(), share_before, share);
+                    let left = left.map_or_else(String::new, |left| format!(", at most {} left", seconds(left)));
+                    meter.stage_with("running", share, || {
+                        format!(
+                            "step {}{rate}, strain {:.3e}, stress {:.3e} Pa{left}",
+                            count(self.simulation.state.clock.step as usize),
+                            sample.strain,
+                            sample.stress
+                        )
+                    });
                 }
             }
             if let Some(end) = &advance.stage {
@@ -225,10 +238,11 @@ impl Run {
                 let name = &self.simulation.schedule.stages[end.stage].name;
                 let text =
                     format!("stage `{name}` ended at {:.6e} s, step {}: {}", clock.time(), clock.step, end.reason);
-                meter.bar.println(text);
+                meter.line(&text);
             }
             if let Some(last) = advance.last {
                 self.files.append_sample(&last.to_row())?;
+                self.show(&last, start, true);
             }
             for row in &advance.operators {
                 self.files.append_operator(row.operator, row.time, row.step, &row.values)?;
@@ -255,10 +269,14 @@ impl Run {
     }
 
     fn snapshot(&mut self) -> Result<(), Failure> {
+        if self.with_bonds {
+            self.snapshot_of_bonds()?;
+        }
         let state = &self.simulation.state;
         let particles = &state.particles;
         let displacement = self.displacement();
         let position = state.unwrapped_positions();
+        let fragments = fragments(state);
         let damage = bond_damage(state);
         let reals = |data| Column::f64(data, 1, "m");
         let mut fields = vec![
@@ -289,6 +307,14 @@ impl Run {
                 column: Column::u16(&particles.material),
             },
         ];
+        if !state.bonds.is_empty() {
+            fields.push(SnapshotField {
+                name: "fragment",
+                description: "Smallest id of the particles that intact bonds connect",
+                column: Column::u32(&fragments),
+            });
+            self.pending_bytes += particles.len() * 4;
+        }
         if let Some(heat) = &state.heat {
             let column = Column::f64(&heat.temperature, 1, "K");
             fields.push(SnapshotField { name: "temperature", description: "Temperature", column });
@@ -312,6 +338,51 @@ impl Run {
         // Radius, damage; position, displacement, two velocities; id, material; aggregate.
         self.pending_bytes +=
             particles.len() * (2 * 8 + 4 * 24 + 6 + if particles.aggregate.is_empty() { 0 } else { 4 });
+        Ok(())
+    }
+
+    /// Stores the bonds, with their forces at the present positions.
+    fn snapshot_of_bonds(&mut self) -> Result<(), Failure> {
+        let forces = self.simulation.solver.record(&mut self.simulation.state)?;
+        let state = &self.simulation.state;
+        let rows = BondRows::of(state, &forces);
+        let mut fields = vec![
+            SnapshotField {
+                name: "damage",
+                description: "Damage, 0 intact, 1 without strength",
+                column: Column::f64(&rows.damage, 1, "1"),
+            },
+            SnapshotField {
+                name: "normal_force",
+                description: "Force along the bond, positive in tension",
+                column: Column::f64(&rows.normal_force, 1, "N"),
+            },
+            SnapshotField {
+                name: "shear_force",
+                description: "Magnitude of the force across the bond",
+                column: Column::f64(&rows.shear_force, 1, "N"),
+            },
+            SnapshotField {
+                name: "opening",
+                description: "Length less the length without strain",
+                column: Column::f64(&rows.opening, 1, "m"),
+            },
+            SnapshotField {
+                name: "broken",
+                description: "1 if the bond has broken, otherwise 0",
+                column: Column::u8(&rows.broken),
+            },
+        ];
+        if state.cell.is_some() {
+            fields.push(SnapshotField {
+                name: "branch",
+                description: "From the center of the first particle to that of the second or its periodic image",
+                column: Column::f64(bytemuck::cast_slice(&rows.branch), 3, "m"),
+            });
+        }
+        let snapshot = BondSnapshot { time: state.clock.time(), step: state.clock.step, ids: &rows.ids, fields };
+        self.files.append_bonds(&snapshot)?;
+        self.pending_bytes += rows.ids.len() * if state.cell.is_some() { 65 } else { 41 };
         Ok(())
     }
 
@@ -339,6 +410,19 @@ impl Run {
             format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
         Ok(Outcome::Finished { path, text })
     }
+}
+
+/// Time until the next checkpoint, after one that took `cost`, in a run that has gone on for `elapsed`.
+fn pause_after(cost: Duration, elapsed: Duration) -> Duration {
+    let early = (elapsed / 4).max(CHECKPOINT_AT_MOST_EVERY).max(cost.div_f64(CHECKPOINT_SHARE));
+    early.min(CHECKPOINT_EVERY)
+}
+
+/// Time until the end, s, if the share of the run grows as it did since the process began with it. A drop of the stress may end the run
+/// earlier.
+fn remaining(elapsed: Duration, before: f64, now: f64) -> Option<f64> {
+    let grown = now - before;
+    (grown > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - now) / grown)
 }
 
 /// Removes the CSV table of an older result that the new result replaces: it could be mistaken for that of the new result.
@@ -376,5 +460,51 @@ pub(super) fn check_result_name(path: &Path) -> Result<(), Failure> {
             path.display(),
             path.with_extension("h5").display()
         ))),
+    }
+}
+
+/// Refuses names of web pages without an HTML extension: browsers would not show the file.
+pub(super) fn check_page_name(path: &Path) -> Result<(), Failure> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("html" | "htm") => Ok(()),
+        _ => Err(Failure::Usage(format!(
+            "--output {}: the page is HTML and needs the extension .html; use {}. Browsers print it to PDF.",
+            path.display(),
+            path.with_extension("html").display()
+        ))),
+    }
+}
+
+/// Opens a result; says what to do if the file is a scenario.
+pub(super) fn open_result(path: &Path) -> Result<ResultFile, Failure> {
+    scenario_instead(path)?;
+    Ok(ResultFile::open(path)?)
+}
+
+/// An error if the file is a scenario where a result is needed.
+pub(super) fn scenario_instead(path: &Path) -> Result<(), Failure> {
+    if path.extension().is_none_or(|extension| extension != "toml") || !path.is_file() {
+        return Ok(());
+    }
+    let result = Scenario::read(path).map_or_else(|_| path.with_extension("h5"), |scenario| result_path(&scenario));
+    let remedy = if result.is_file() {
+        format!("its result is {}", result.display())
+    } else {
+        format!("run it first: concordem run {}", path.display())
+    };
+    Err(Failure::NotText(format!("{} is a scenario, not a result; {remedy}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checkpoints_are_frequent_at_first_unless_they_are_slow() {
+        let seconds = Duration::from_secs;
+        assert_eq!(pause_after(Duration::from_millis(10), seconds(5)), seconds(5));
+        assert_eq!(pause_after(Duration::from_millis(10), seconds(100)), seconds(25));
+        assert_eq!(pause_after(Duration::from_millis(10), seconds(1000)), seconds(60));
+        assert_eq!(pause_after(seconds(2), seconds(5)), seconds(60));
     }
 }

@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use nalgebra::Matrix6;
 
-use super::drive::{Meter, build};
+use super::drive::build;
+use super::meter::Meter;
+use super::settings::Settings;
 use super::{Console, Failure, Work};
 use concordem_scenario::assembly::Assembly;
 use concordem_scenario::schema::{ProblemKind, Scenario};
@@ -21,6 +23,8 @@ use concordem_statics::{
 pub(super) struct ElasticArguments {
     /// Scenario file with a periodic packing and bonds; its loading is ignored
     scenario: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
     /// Skip relaxed dynamics, the slowest of the four methods
     #[arg(long)]
     no_dynamics: bool,
@@ -56,11 +60,12 @@ pub(super) fn elastic(arguments: &ElasticArguments, console: &mut Console<'_>) -
             format!("--residual is {:e}; it must be between 0 and 1e-3, for example 1e-11", arguments.residual);
         return Err(Failure::Usage(message));
     }
-    let scenario = Scenario::read(&arguments.scenario)?;
-    let visible = console.interactive && !arguments.work.quiet;
+    let scenario = arguments.settings.read(&arguments.scenario)?;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let answers = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let assembly = build(&scenario, &meter)?;
+        let meter = Meter::new(display);
+        let assembly = build(&scenario, cache.as_ref(), &meter)?;
         if !arguments.work.quiet {
             meter.finish();
             console.warn(&scenario, &scenario.warnings());

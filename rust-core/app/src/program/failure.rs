@@ -9,11 +9,16 @@ use crate::calibration::elastic::ElasticCalibrationError;
 use crate::output::OutputError;
 use crate::sweep::journal::JournalError;
 use concordem_operator::OperatorError;
+use concordem_packing::PackingError;
 use concordem_scenario::assembly::AssemblyError;
 use concordem_scenario::schedule::simulation::RunError;
-use concordem_scenario::schema::{ProblemKind, ReadError, Scenario, ScenarioError};
+use concordem_scenario::schema::{Location, Packing, ProblemKind, ReadError, Scenario, ScenarioError};
 use concordem_solver::SolverError;
 use concordem_statics::StaticsError;
+
+/// Formats of packings.
+const FORMATS: &str = "a packing file has one sphere per line, x y z r; or it is CSV with the columns x, y, z, radius, a LAMMPS data \
+                       file of the atom style sphere, a dump, or an HDF5 sphere pack (.h5)";
 
 /// Failure of a command.
 #[derive(Debug, thiserror::Error)]
@@ -77,7 +82,15 @@ impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {
         match error {
             ReadError::Scenario(error) => Self::Scenario(error),
-            ReadError::Io { path, error } => Self::File { path, action: "read", error },
+            ReadError::Io { path, error } => {
+                let remedy = match error.kind() {
+                    io::ErrorKind::NotFound => "Check the name; `concordem init` lists templates",
+                    io::ErrorKind::IsADirectory => "Name a scenario file in it",
+                    _ => return Self::File { path, action: "read", error },
+                };
+                Self::NotText(format!("cannot read {}: {error}. {remedy}.", path.display()))
+            }
+            ReadError::Setting(message) => Self::Usage(message),
             other => Self::NotText(other.to_string()),
         }
     }
@@ -94,7 +107,8 @@ impl Failure {
     pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
         match error {
             AssemblyError::Unfit { key, message } => {
-                Self::Scenario(scenario.problem(ProblemKind::Conflict, &key, message, ""))
+                let help = if key == "packing.path" { FORMATS } else { "" };
+                Self::Scenario(scenario.problem(ProblemKind::Conflict, &key, message, help))
             }
             AssemblyError::Unstable { given, bound, frequency } => Self::Unstable(scenario.problem(
                 ProblemKind::OutOfRange,
@@ -128,6 +142,20 @@ impl Failure {
                 "no particles touch at the start, so \"auto\" has no stiffness for a time step",
                 "give a time step in seconds: time_step = \"1 us\"",
             )),
+            AssemblyError::Packing(error @ (PackingError::Memory { .. } | PackingError::TooMany { .. })) => {
+                let key = match &scenario.packing {
+                    Packing::RandomDense { .. } | Packing::RandomDiscs { .. } | Packing::Growth { .. } => {
+                        "packing.count"
+                    }
+                    Packing::Lattice { repeats: Some(_), .. } => "packing.repeats",
+                    Packing::File { .. } => "packing.path",
+                    other if other.shape().is_some() => "packing.shape",
+                    _ => "packing",
+                };
+                let help =
+                    "use fewer or larger particles, and check the units of sizes and radii; plain numbers are meters";
+                Self::Scenario(scenario.problem(ProblemKind::OutOfRange, key, error.to_string(), help))
+            }
             AssemblyError::Packing(error) => {
                 Self::Scenario(scenario.problem(ProblemKind::Conflict, "packing", error.to_string(), ""))
             }
@@ -176,25 +204,27 @@ fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
         .width(110)
         .build();
     let mut text = String::new();
-    for problem in &error.problems {
-        let one = One { error, problem };
+    let (shown, further) = error.shown();
+    for problem in shown {
+        let one = One { place: error.locate(problem), problem };
         // Writing to a string cannot fail. If the graphical message fails, print the plain text, which has the same content.
         if write!(text, "{}", Picture { handler: &handler, one: &one }).is_err() {
-            let (line, _) = error.source_text.position(problem.span.start);
-            let _ = write!(text, "{}:{line}: {problem}\n  help: {}", error.source_text.name, problem.help);
+            let (line, _) = one.place.source.position(problem.span.start);
+            let _ = write!(text, "{}:{line}: {problem}\n  help: {}", one.place.source.name, problem.help);
         }
         text.push('\n');
     }
     let count = error.problems.len();
     let plural = if count == 1 { "problem" } else { "problems" };
-    let _ = writeln!(text, "{}: {count} {plural}", error.source_text.name);
+    let hidden = if further > 0 { format!("; {further} of them are not shown") } else { String::new() };
+    let _ = writeln!(text, "{}: {count} {plural}{hidden}", error.source_text.name);
     text
 }
 
 /// One problem with its source text.
 #[derive(Debug)]
 struct One<'a> {
-    error: &'a ScenarioError,
+    place: Location,
     problem: &'a concordem_scenario::schema::Problem,
 }
 
@@ -217,7 +247,7 @@ impl miette::Diagnostic for One<'_> {
         self.problem.labels()
     }
     fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-        Some(&self.error.source_text)
+        Some(&self.place.source)
     }
 }
 

@@ -1,10 +1,15 @@
 //! `concordem info`: contents of a result file.
 
 use std::path::PathBuf;
+use std::time::SystemTime;
 
-use super::check::count;
+use super::check::{count, seconds};
+use super::drive::scenario_instead;
 use super::{Console, Facts, Failure};
+use crate::output::run_files::{Unfinished, look};
 use crate::output::{OutputError, ResultFile, checkpoint, csv};
+use crate::report::summary;
+use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
 /// Arguments of `concordem info`.
@@ -24,6 +29,12 @@ pub(super) struct InfoArguments {
 }
 
 pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    scenario_instead(&arguments.file)?;
+    if !arguments.file.is_file()
+        && let Some(run) = look(&arguments.file)?
+    {
+        return info_of_unfinished(arguments, &run, console);
+    }
     let result = match ResultFile::open(&arguments.file) {
         Err(OutputError::Kind { .. }) if !arguments.csv => return info_of_checkpoint(arguments, console),
         other => other?,
@@ -68,6 +79,9 @@ pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Resu
             facts.add("peak stress", format!("{peak:.6e} Pa"));
         }
     }
+    for property in summary(&result)? {
+        facts.add(&property.symbol, property.value);
+    }
     facts.add("samples", count(samples));
     facts.add("events", count(result.events()?.len()));
     facts.add("snapshots", count(result.snapshot_times()?.len()));
@@ -102,6 +116,55 @@ fn add_phases(facts: &mut Facts, result: &ResultFile, particles: &[(String, Stor
         facts.add("aggregates", count(numbers.len()));
     }
     Ok(())
+}
+
+/// The state of a run that still goes on, or was interrupted.
+fn info_of_unfinished(arguments: &InfoArguments, run: &Unfinished, console: &mut Console<'_>) -> Result<(), Failure> {
+    let file = arguments.file.display();
+    if arguments.hash || arguments.csv {
+        return Err(Failure::Usage(format!("{file} is not finished; only its progress and its scenario can be shown")));
+    }
+    if arguments.scenario {
+        return console.print(&run.header.scenario);
+    }
+    let mut facts = Facts::default();
+    let state = if run.is_running { "running" } else { "interrupted; continue with `concordem resume`" };
+    facts.add("state", state);
+    let age = |time: Option<SystemTime>| time.and_then(|time| time.elapsed().ok()).map(|age| age.as_secs_f64());
+    if let Some(age) = age(run.times[0]) {
+        facts.add("begun", format!("{} ago", seconds(age)));
+    }
+    if let Some(age) = age(run.times[1]) {
+        facts.add(
+            "last written",
+            format!("{} ago; a run writes every few seconds at first, later every minute", seconds(age)),
+        );
+    }
+    for (series, unit) in [("step", ""), ("time", " s"), ("strain", ""), ("stress", " Pa")] {
+        if let Some(value) = run.value(series) {
+            let value = if series == "step" { count(value as usize) } else { format!("{value:.6e}") };
+            facts.add(series, format!("{value}{unit}"));
+        }
+    }
+    if let Some(share) = share_of(run) {
+        facts.add("done", format!("{:.0} %", 100.0 * share));
+    }
+    facts.add("samples", count(run.samples));
+    for (name, value) in &run.header.provenance {
+        facts.add(&name.replace('_', " "), value.clone());
+    }
+    console.print(&format!("{file}: unfinished run\n{facts}"))
+}
+
+/// Completed share of an unfinished run, by the stop condition nearest to being met.
+fn share_of(run: &Unfinished) -> Option<f64> {
+    let stop = Scenario::parse("run", &run.header.scenario).ok()?.stop;
+    let shares = [
+        stop.steps.zip(run.value("step")).map(|(end, now)| now / end as f64),
+        stop.time.zip(run.value("time")).map(|(end, now)| now / end.si()),
+        stop.strain.zip(run.value("strain")).map(|(end, now)| now.abs() / end.si()),
+    ];
+    shares.into_iter().flatten().reduce(f64::max).map(|share| share.min(1.0))
 }
 
 fn info_of_checkpoint(arguments: &InfoArguments, console: &mut Console<'_>) -> Result<(), Failure> {

@@ -16,10 +16,17 @@ pub(super) struct InitArguments {
     /// File or existing folder to write to; by default NAME.toml
     #[arg(requires = "template")]
     path: Option<PathBuf>,
+    /// Also write the JSON Schema to concordem.schema.json beside the template, whose first line then names it; editors (Even Better
+    /// TOML, Taplo) complete and check keys with it
+    #[arg(long, requires = "template")]
+    schema: bool,
     /// Overwrite an existing file
     #[arg(long, short)]
     force: bool,
 }
+
+/// Name of the schema beside scenarios.
+const SCHEMA: &str = "concordem.schema.json";
 
 fn all() -> impl Iterator<Item = &'static Template> {
     TEMPLATES.iter().chain([&SWEEP])
@@ -40,6 +47,10 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
         return console.print(&format!("Templates for `concordem init --template NAME`:\n{templates}"));
     };
     let path = target(arguments.path.as_deref(), template.name);
+    let schema = path.with_file_name(SCHEMA);
+    if arguments.schema && template.name != SWEEP.name {
+        write_text(&schema, &format!("{:#}\n", concordem_scenario::schema::schema()))?;
+    }
     write(&path, template, arguments.force)?;
     if template.name == SWEEP.name {
         // The sweep needs its scenario in the same folder; an existing file is kept.
@@ -54,17 +65,21 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
     Ok(())
 }
 
+/// Writes a template. If the schema lies beside it, its first line names the schema.
 fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
+    let named = template.name != SWEEP.name && path.with_file_name(SCHEMA).exists();
+    let head = if named { format!("#:schema ./{SCHEMA}\n") } else { String::new() };
+    let text = head + template.text;
     let failed = |error| Failure::File { path: path.to_owned(), action: "write", error };
     if force {
-        return Ok(write_text(path, template.text)?);
+        return Ok(write_text(path, &text)?);
     }
     let mut file =
         std::fs::OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| match error.kind() {
             std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() }.into(),
             _ => failed(error),
         })?;
-    std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)
+    std::io::Write::write_all(&mut file, text.as_bytes()).map_err(failed)
 }
 
 /// Path to write: the given file, or the name of the template in the given folder.

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use super::drive::open_result;
 use super::tables::{UNBONDED, WALLS};
 use super::{Console, Failure};
 use crate::output::{OutputError, ResultFile};
@@ -98,7 +99,7 @@ fn grid(text: &str) -> Result<[usize; 3], String> {
 }
 
 pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let result = ResultFile::open(&arguments.file)?;
+    let result = open_result(&arguments.file)?;
     let scenario = Scenario::parse(&arguments.file.display().to_string(), &result.scenario()?)?;
     let moment = Moment::read(&result, &scenario)?;
     let text = if arguments.operator.is_empty() {

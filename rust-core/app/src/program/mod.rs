@@ -6,20 +6,26 @@
 mod calibrate;
 mod characterise;
 mod check;
+mod completions;
 mod drive;
 mod elastic;
+mod explain;
+mod export;
 mod failure;
 mod info;
 mod init;
 mod measure;
+mod meter;
 mod pack;
 mod report;
 mod restart;
 mod resume;
 mod run;
 mod schema;
+mod settings;
 mod sweep;
 mod tables;
+mod watch;
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
@@ -31,7 +37,9 @@ use clap::{Args, Parser, Subcommand};
 pub use calibrate::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
 pub use failure::Failure;
 
+use concordem_scenario::assembly::PackingCache;
 use concordem_scenario::schema::{Problem, Scenario, ScenarioError};
+use meter::Display;
 
 /// Exit codes, documented in the help of the program.
 pub mod exit {
@@ -54,6 +62,8 @@ Examples:
   concordem init --template cpm-small          write cpm-small.toml, a commented scenario
   concordem check cpm-small.toml               particles, memory, time step, and estimated run time
   concordem run cpm-small.toml                 run it; the result is cpm-small.h5
+  concordem run cpm-small.toml --set loading.strain_rate='10 1/s' -o slow.h5
+                                               the same with another value of a key
   concordem resume cpm-small.h5                continue after Ctrl-C, a kill, or a power failure
   concordem run further.toml --from cpm-small.h5
                                                extend a finished run, or load the specimen further
@@ -64,7 +74,7 @@ Examples:
   concordem info cpm-small.h5 --hash           hash of the final state, to compare runs
 
 A scenario is a TOML file in SI units; quantities may have other units: young = \"30 GPa\". Tension is positive.
-`concordem init` lists the templates; `concordem schema` writes the JSON Schema for editors.
+`concordem init` lists the templates; `concordem explain KEY` explains a key; `concordem schema` writes the JSON Schema for editors.
 
 Exit codes:
   0    done
@@ -105,19 +115,25 @@ enum Command {
     Measure(measure::MeasureArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
+    /// Write particles and bonds at all snapshots for ParaView, OVITO, or LAMMPS
+    Export(export::ExportArguments),
     /// Measure the structure of a packing: coordination, density, sizes, directions, order; write a web page and JSON
     Characterise(characterise::CharacteriseArguments),
     /// Compute the elastic constants of a bonded periodic packing by four methods
     Elastic(elastic::ElasticArguments),
-    /// Compute elastic constants, or structures of packings, for all combinations of values of a scenario's keys; write one file and one
-    /// web page
+    /// Compute elastic constants, structures of packings, or results of whole runs, for all combinations of values of a scenario's keys;
+    /// write one file and one web page
     Sweep(sweep::SweepArguments),
     /// Generate only the packing of a scenario and write it to a file
     Pack(pack::PackArguments),
     /// Find bond parameters for target material properties, and write a scenario with them
     Calibrate(calibrate::CalibrateArguments),
+    /// Explain a key of a scenario: meaning, unit, default, allowed words
+    Explain(explain::ExplainArguments),
     /// Write the JSON Schema of scenarios, or of sweeps, for editors with completion
     Schema(schema::SchemaArguments),
+    /// Write a script that completes commands and options in a shell
+    Completions(completions::CompletionsArguments),
 }
 
 /// Options of commands that compute.
@@ -170,9 +186,40 @@ pub struct Console<'a> {
     pub interactive: bool,
     /// Whether `out` is a terminal.
     pub out_interactive: bool,
+    /// Folder in which packings are stored, so that the next command need not make them again; `None`: nowhere.
+    pub packings: Option<PathBuf>,
+}
+
+/// Folder of stored packings: `CONCORDEM_CACHE`, or `concordem` in the user's cache folder. `CONCORDEM_CACHE=off`: none.
+pub fn packings_folder() -> Option<PathBuf> {
+    match std::env::var_os("CONCORDEM_CACHE") {
+        Some(word) if word == "off" || word.is_empty() => return None,
+        Some(folder) => return Some(PathBuf::from(folder)),
+        None => {}
+    }
+    let absolute = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let folder = absolute("XDG_CACHE_HOME").or_else(|| absolute("HOME").map(|home| home.join(".cache")))?;
+    Some(folder.join("concordem"))
 }
 
 impl Console<'_> {
+    /// The store of packings.
+    fn cache(&self) -> Option<PackingCache> {
+        let folder = self.packings.clone()?;
+        // Another build may make another packing.
+        let program = std::env::current_exe().and_then(std::fs::read).ok()?;
+        Some(PackingCache::new(folder, blake3::hash(&program).to_hex().to_string()))
+    }
+
+    /// How to show the progress of a command: a bar on a terminal, lines from time to time elsewhere.
+    fn display(&self, work: &Work) -> Display {
+        match (work.quiet, self.interactive) {
+            (true, _) => Display::Nothing,
+            (false, true) => Display::Bar,
+            (false, false) => Display::Lines,
+        }
+    }
+
     /// Writes to `out`. A closed pipe (`concordem schema | head`) is not an error.
     fn print(&mut self, text: &str) -> Result<(), Failure> {
         match self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush()) {
@@ -220,12 +267,15 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Measure(arguments) => measure::measure(arguments, console),
         Command::Info(arguments) => info::info(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
+        Command::Export(arguments) => export::export(arguments, console),
         Command::Characterise(arguments) => characterise::run(arguments, console),
         Command::Elastic(arguments) => elastic::elastic(arguments, console),
         Command::Sweep(arguments) => sweep::sweep(arguments, console),
         Command::Pack(arguments) => pack::pack(arguments, console),
         Command::Calibrate(arguments) => calibrate::calibrate(arguments, console),
+        Command::Explain(arguments) => explain::explain(arguments, console),
         Command::Schema(arguments) => schema::schema(arguments, console),
+        Command::Completions(arguments) => completions::completions(arguments, console),
     };
     match outcome {
         Ok(()) => exit::DONE,
@@ -258,7 +308,8 @@ pub fn main() -> ExitCode {
     let code = std::panic::catch_unwind(|| {
         let (mut out, mut err) = (std::io::stdout(), std::io::stderr());
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
-        run(std::env::args_os(), &mut Console { out: &mut out, err: &mut err, interactive, out_interactive })
+        let packings = packings_folder();
+        run(std::env::args_os(), &mut Console { out: &mut out, err: &mut err, interactive, out_interactive, packings })
     });
     ExitCode::from(code.unwrap_or(exit::INTERNAL))
 }

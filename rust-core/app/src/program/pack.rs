@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use super::check::count;
-use super::drive::Meter;
+use super::meter::Meter;
+use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
 use crate::output::OutputError;
-use concordem_packing::{DirectionHistogram, PackingError, PackingSummary, export_text, link_vectors};
-use concordem_scenario::assembly::{Cooking, Placed, place};
+use concordem_packing::{DirectionHistogram, PackingError, PackingSummary, export_csv, export_text, link_vectors};
+use concordem_scenario::assembly::{Cooking, Placed, place_cached};
 use concordem_scenario::schema::{ProblemKind, Scenario};
 
 /// Arguments of `concordem pack`.
@@ -15,8 +16,10 @@ use concordem_scenario::schema::{ProblemKind, Scenario};
 pub(super) struct PackArguments {
     /// Scenario file
     scenario: PathBuf,
-    /// File to write: text with the columns x y z r in meters, or HDF5 if it ends in .h5; by default
-    /// SCENARIO.spheres.txt
+    #[command(flatten)]
+    settings: Settings,
+    /// File to write: text with the columns x y z r in meters, a comma-separated table if it ends in .csv, or HDF5 if it ends in
+    /// .h5; by default SCENARIO.spheres.txt
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing file
@@ -27,16 +30,17 @@ pub(super) struct PackArguments {
 }
 
 pub(super) fn pack(arguments: &PackArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let scenario = Scenario::read(&arguments.scenario)?;
+    let scenario = arguments.settings.read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.scenario.with_extension("spheres.txt"));
     let path = crate::output::sealed::target(&path)?;
     if path.exists() && !arguments.force {
         return Err(OutputError::Exists { path }.into());
     }
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let (packing, text) = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let placed = place(&scenario, &scenario.directory(), &mut |stage, share| {
+        let meter = Meter::new(display);
+        let placed = place_cached(&scenario, &scenario.directory(), cache.as_ref(), &mut |stage, share| {
             meter.stage(stage, share);
         })
         .map_err(|error| Failure::of_assembly(&scenario, error))?;
@@ -53,7 +57,9 @@ pub(super) fn pack(arguments: &PackArguments, console: &mut Console<'_>) -> Resu
         return console.print(&format!("{}\n{text}", path.display()));
     }
     let mut bytes = Vec::new();
-    export_text(&packing, &mut bytes).map_err(|error| failed(&scenario, &error))?;
+    let csv = path.extension().is_some_and(|extension| extension == "csv");
+    let written = if csv { export_csv(&packing, &mut bytes) } else { export_text(&packing, &mut bytes) };
+    written.map_err(|error| failed(&scenario, &error))?;
     crate::output::sealed::write_text(&path, &String::from_utf8_lossy(&bytes))?;
     console.print(&format!("{}\n{text}", path.display()))
 }

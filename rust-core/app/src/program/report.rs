@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
+use super::drive::{check_page_name, open_result};
 use super::{Console, Failure};
-use crate::output::{OutputError, ResultFile};
+use crate::output::OutputError;
 use crate::report::{ReferenceFigures, write_report};
 use concordem_packing::Crop;
 use concordem_scenario::schema::{Packing, Scenario, Shape};
@@ -43,7 +44,10 @@ enum Reference {
 }
 
 pub(super) fn report(arguments: &ReportArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let results = arguments.files.iter().map(|path| ResultFile::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let results = arguments.files.iter().map(|path| open_result(path)).collect::<Result<Vec<_>, _>>()?;
+    if let Some(path) = &arguments.output {
+        check_page_name(path)?;
+    }
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("html"));
     let path = crate::output::sealed::target(&path)?;
     if path.exists() && !arguments.force {

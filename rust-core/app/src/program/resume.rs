@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::drive::{Meter, Run, build, csv_path, result_path, write_csv};
+use super::drive::{Run, build, csv_path, result_path, write_csv};
+use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
+use super::settings::Settings;
 use super::{Console, Failure, Work};
 use crate::output::checkpoint::Checkpoint;
 use crate::output::sealed::target;
@@ -21,13 +23,16 @@ pub(super) struct ResumeArguments {
     /// continues with the edited one if a restart may make the changes (stop, output, loading, ...)
     run: PathBuf,
     #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
     work: Work,
 }
 
 pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let (path, given) = result_of(&arguments.run)?;
+    let settings = &arguments.settings;
+    let (path, edited_file) = result_of(&arguments.run, settings)?;
     let (mut files, checkpoint) = match RunFiles::resume(&path)? {
-        Resumed::Finished => return finished(&path, given.as_ref(), console),
+        Resumed::Finished => return finished(&path, edited_file, settings, console),
         Resumed::Begin { files } => (files, None),
         Resumed::Continue { files, checkpoint, unusable } => {
             for error in unusable {
@@ -40,6 +45,8 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
         |name: &str| files.header().provenance.iter().find(|(other, _)| other == name).map(|(_, value)| value.clone());
     let file = entry(SCENARIO_FILE).unwrap_or_default();
     let first = Scenario::parse(&file, &files.header().scenario)?;
+    let recorded = Settings::recorded(files.header().provenance.iter().map(|(name, value)| (&**name, &**value)));
+    let given = given(edited_file, &first, &recorded, settings)?;
     let changes = given.as_ref().map(|given| check(&first, given, Continuation::SameResult)).transpose()?;
     let changes = changes.unwrap_or_default();
     let scenario = given.filter(|_| !changes.is_empty()).unwrap_or(first);
@@ -50,13 +57,15 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
         console.tell(&format!("the scenario was changed: {}", listed(&changes)));
         let earlier = entry(CHANGED_LATER).map_or_else(String::new, |earlier| format!("{earlier}; "));
         let note = (CHANGED_LATER.to_owned(), format!("{earlier}{}", listed(&changes)));
-        files.change_scenario(&scenario.source.text, &[note])?;
+        let notes: Vec<_> = std::iter::once(note).chain(settings.entries(&recorded)).collect();
+        files.change_scenario(&scenario.source.text, &notes)?;
     }
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let outcome = arguments.work.install(|| {
-        let meter = Meter::new(visible);
+        let meter = Meter::new(display);
         // Assemble model and schedule again; read the state from the checkpoint.
-        let mut assembly = build(&scenario, &meter)?;
+        let mut assembly = build(&scenario, cache.as_ref(), &meter)?;
         if initial_hash.is_some_and(|hash| state_hash(&assembly.state).is_ok_and(|now| now != hash)) {
             return Err(Failure::Usage(format!(
                 "{} cannot be resumed: its scenario builds another initial state than at the start (a packing or mesh \
@@ -105,9 +114,19 @@ fn begin_from(from: &str, hash: Option<&str>, assembly: &mut Assembly, scenario:
 }
 
 /// Completes a finished run: writes the CSV table, if the process was killed before writing it.
-fn finished(path: &Path, given: Option<&Scenario>, console: &mut Console<'_>) -> Result<(), Failure> {
-    let text = ResultFile::open(path)?.scenario()?;
-    let scenario = Scenario::parse(&path.display().to_string(), &text)?;
+fn finished(
+    path: &Path,
+    edited_file: Option<PathBuf>,
+    settings: &Settings,
+    console: &mut Console<'_>,
+) -> Result<(), Failure> {
+    let result = ResultFile::open(path)?;
+    let scenario = Scenario::parse(&path.display().to_string(), &result.scenario()?)?;
+    let provenance = result.provenance()?;
+    let recorded = Settings::recorded(provenance.iter().map(|(name, value)| (&**name, &**value)));
+    drop(result);
+    let given = given(edited_file, &scenario, &recorded, settings)?;
+    let given = given.as_ref();
     let changed = given.map(|given| changes(&scenario, given)).unwrap_or_default();
     if !changed.is_empty() {
         return Err(Failure::Usage(format!(
@@ -125,16 +144,27 @@ fn finished(path: &Path, given: Option<&Scenario>, console: &mut Console<'_>) ->
     Ok(())
 }
 
-/// The result file that belongs to a path, and the scenario if the path is a scenario.
-fn result_of(path: &Path) -> Result<(PathBuf, Option<Scenario>), Failure> {
+/// The result file that belongs to a path, and the file of the scenario if the path is one.
+fn result_of(path: &Path, settings: &Settings) -> Result<(PathBuf, Option<PathBuf>), Failure> {
     let (result, scenario) = match path.extension().and_then(|extension| extension.to_str()) {
-        Some("toml") => {
-            let scenario = Scenario::read(path)?;
-            (result_path(&scenario), Some(scenario))
-        }
+        Some("toml") => (result_path(&settings.read(path)?), Some(path.to_owned())),
         Some("parts") => (path.with_extension(""), None),
         _ => (path.to_owned(), None),
     };
-    let result = target(&result)?;
-    Ok((result, scenario))
+    Ok((target(&result)?, scenario))
+}
+
+/// The scenario to continue with, if it may differ from that of the run, `first`: the edited file with the settings of the run, and
+/// with the `settings` of this command.
+fn given(
+    edited_file: Option<PathBuf>,
+    first: &Scenario,
+    recorded: &Settings,
+    settings: &Settings,
+) -> Result<Option<Scenario>, Failure> {
+    match edited_file {
+        Some(file) => Ok(Some(recorded.then(settings).read(&file)?)),
+        None if settings.is_empty() => Ok(None),
+        None => Ok(Some(settings.change(first)?)),
+    }
 }

@@ -2,13 +2,17 @@
 
 use std::path::PathBuf;
 
-use super::drive::{Meter, Outcome, Run, build, check_result_name, csv_path, result_path};
+use super::drive::{Outcome, Run, build, check_result_name, csv_path, result_path};
+use super::meter::Meter;
 use super::restart::Origin;
-use super::{Console, Failure, Work};
+use super::settings::Settings;
+use super::watch::Live;
+use super::{Console, Facts, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::sealed::target;
-use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
+use crate::output::{OperatorTable, OutputError, ResultFile, RunFiles, RunHeader, SeriesColumn};
+use crate::report::{SPECIMEN_LENGTH, summary};
 use concordem_scenario::sampling::{SampledQuantity, ScheduledOperator};
 use concordem_scenario::schedule::{Record, Simulation};
 use concordem_scenario::schema::Scenario;
@@ -20,6 +24,8 @@ use concordem_solver::state::columns::WriteColumns;
 pub(super) struct RunArguments {
     /// Scenario file
     scenario: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
     /// Result file; by default the file named in the scenario, or the name of the scenario with .h5
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -28,6 +34,9 @@ pub(super) struct RunArguments {
     /// in the tables of laws
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
+    /// Show the running specimen on a web page that only this computer can open; PORT 0, the default, takes any free port
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
+    watch: Option<u16>,
     /// Overwrite an existing result, or discard an unfinished run
     #[arg(long, short)]
     force: bool,
@@ -36,7 +45,7 @@ pub(super) struct RunArguments {
 }
 
 pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let scenario = Scenario::read(&arguments.scenario)?;
+    let scenario = arguments.settings.read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
     check_result_name(&path)?;
     let path = target(&path)?;
@@ -53,24 +62,34 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
         }
     }
     let origin = arguments.from.as_deref().map(|from| Origin::read(from, &scenario)).transpose()?;
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let outcome = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let mut assembly = build(&scenario, &meter)?;
+        let meter = Meter::new(display);
+        let mut assembly = build(&scenario, cache.as_ref(), &meter)?;
         if !arguments.work.quiet {
             meter.finish();
             console.warn(&scenario, &scenario.warnings());
             console.warn(&scenario, &assembly.summary.warnings);
         }
         let mut header = header(&scenario, &assembly.state, &assembly.schedule.operators, &assembly.summary)?;
+        if let Some((_, length)) = assembly.summary.specimen {
+            header.provenance.push((SPECIMEN_LENGTH.to_owned(), format!("{length:e}")));
+        }
+        header.provenance.extend(arguments.settings.entries(&Settings::default()));
         let initial_positions = assembly.state.particles.position.clone();
         if let Some(origin) = origin {
             header.provenance.extend(origin.provenance());
             origin.apply(&mut assembly, &scenario)?;
         }
+        let live = arguments.watch.map(|port| Live::start(port, &scenario.title, &initial_positions, &assembly.state));
+        let live = live.transpose()?;
+        if let Some(live) = &live {
+            console.tell(&format!("watch the run at {}", live.address()));
+        }
         let files = RunFiles::create(&path, header, arguments.force)?;
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
-        Run::new(simulation, files, &initial_positions, &scenario).drive(&meter, true)
+        Run::new(simulation, files, &initial_positions, &scenario).watched(live).drive(&meter, true)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }
@@ -81,6 +100,13 @@ pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>)
         Outcome::Finished { path, text } => {
             if !quiet {
                 console.tell(&text);
+                let mut facts = Facts::default();
+                for property in summary(&ResultFile::open(&path)?)? {
+                    facts.add(&property.symbol, property.value);
+                }
+                if !facts.0.is_empty() {
+                    console.tell(facts.to_string().trim_end());
+                }
             }
             console.print(&format!("{}\n", path.display()))
         }

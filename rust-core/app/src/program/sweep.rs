@@ -1,13 +1,14 @@
-//! `concordem sweep`: elastic constants or structures for all combinations of given values of a scenario's keys.
+//! `concordem sweep`: elastic constants, structures, or results of runs, for all combinations of given values of a scenario's keys.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock};
 
 use rayon::prelude::*;
 
-use super::drive::{Interruption, Meter, check_result_name};
+use super::drive::{Interruption, check_result_name};
+use super::meter::Meter;
 use super::{Console, Failure, Work};
 use crate::characterise::structure;
 use crate::output::sealed::{target, write_text};
@@ -16,7 +17,8 @@ use crate::report;
 use crate::sweep::Sweep;
 use crate::sweep::journal::{Journal, path_of};
 use crate::sweep::point::{Outcome, Study, evaluate};
-use concordem_scenario::assembly::place;
+use crate::sweep::results::run;
+use concordem_scenario::assembly::{PackingCache, Placed, place, place_cached};
 use concordem_scenario::schema::Scenario;
 use concordem_statics::Accuracy;
 
@@ -76,12 +78,17 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
         let rest = if known > 0 { format!(", {known} of them known") } else { String::new() };
         console.tell(&format!("{points} points{rest}; {} packings to generate", groups.len()));
     }
-    let visible = console.interactive && !arguments.work.quiet;
-    let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(visible), failure: None });
+    let display = console.display(&arguments.work);
+    let cache = console.cache();
+    let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(display), failure: None });
     let interruption = Interruption::listen();
     let stopped = || interruption.requested.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
     arguments.work.install(|| {
-        groups.par_iter().for_each(|group| compute(&sweep, group, &progress, &stopped));
+        if sweep.study == Study::Run {
+            compute_runs(&sweep, &groups, cache.as_ref(), &progress, &stopped);
+        } else {
+            groups.par_iter().for_each(|group| compute(&sweep, group, &progress, &stopped));
+        }
         Ok(())
     })?;
     drop(interruption);
@@ -138,12 +145,56 @@ fn compute(sweep: &Sweep, group: &[usize], progress: &Mutex<Progress>, stopped: 
                     point,
                     match sweep.study {
                         Study::Elastic => evaluate(&scenario, &placed, accuracy, sweep.dynamics),
-                        Study::Structure => structure(&scenario, &placed),
+                        Study::Structure | Study::Run => structure(&scenario, &placed),
                     },
                 );
             }
         }),
     }
+}
+
+/// Runs the scenarios of all points. Each run has its own threads: in a shared pool, a thread that waits within one run would begin
+/// another one.
+fn compute_runs(
+    sweep: &Sweep,
+    groups: &[Vec<usize>],
+    cache: Option<&PackingCache>,
+    progress: &Mutex<Progress>,
+    stopped: &(dyn Fn() -> bool + Sync),
+) {
+    let points: Vec<(usize, usize)> =
+        groups.iter().enumerate().flat_map(|(g, group)| group.iter().map(move |&point| (g, point))).collect();
+    let packings: Vec<OnceLock<Result<Placed, String>>> = groups.iter().map(|_| OnceLock::new()).collect();
+    let next = AtomicUsize::new(0);
+    let threads = rayon::current_num_threads();
+    let workers = threads.min(points.len()).max(1);
+    let work = || {
+        let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads((threads / workers).max(1)).build() else { return };
+        while let Some(&(group, point)) = points.get(next.fetch_add(1, Ordering::Relaxed)) {
+            // Every scenario was checked when the sweep was read.
+            let Ok(scenario) = sweep.scenario(point) else { continue };
+            if stopped() {
+                return;
+            }
+            let outcome = pool.install(|| {
+                let placed = packings[group].get_or_init(|| {
+                    place_cached(&scenario, &scenario.directory(), cache, &mut |_, _| {}).map_err(|e| e.to_string())
+                });
+                match placed {
+                    Err(problem) => Some(Outcome::failed(problem.clone())),
+                    Ok(placed) => run(&scenario, placed, &sweep.results, stopped),
+                }
+            });
+            if let Some(outcome) = outcome {
+                note(progress, sweep.points(), point, outcome);
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(work);
+        }
+    });
 }
 
 fn locked(progress: &Mutex<Progress>) -> std::sync::MutexGuard<'_, Progress> {

@@ -7,7 +7,7 @@ use concordem_scenario::sampling::rotation_vector;
 use concordem_solver::record::{Forces, WallForces};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
-use concordem_solver::state::contacts::{BrokenBond, ContactView, Contacts, Pair};
+use concordem_solver::state::contacts::{BrokenBond, ContactFlags, ContactView, Contacts, Pair};
 
 /// Tables of a state: `particles/…` with one row per particle in the order of ids, `cell/…`, `contacts/LAW/…` with one row
 /// per bond, including broken ones, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
@@ -264,4 +264,70 @@ pub(super) fn bond_damage(state: &State) -> Vec<f64> {
     }
     state.broken.iter().for_each(|bond| add(bond.pair, 1.0));
     sum.iter().zip(&count).map(|(sum, count)| if *count > 0.0 { sum / count } else { 0.0 }).collect()
+}
+
+/// All bonds, also broken ones, for a snapshot.
+#[derive(Default)]
+pub(super) struct BondRows {
+    /// Ids of the particles.
+    pub ids: Vec<[u32; 2]>,
+    /// Damage; 1 for broken bonds.
+    pub damage: Vec<f64>,
+    /// Force along the bond, N, positive in tension.
+    pub normal_force: Vec<f64>,
+    /// Magnitude of the force across the bond, N.
+    pub shear_force: Vec<f64>,
+    /// Length less the reference length, m.
+    pub opening: Vec<f64>,
+    /// Whether the bond has broken.
+    pub broken: Vec<u8>,
+    /// Branch vectors, m.
+    pub branch: Vec<Vec3>,
+}
+
+impl BondRows {
+    /// The bonds of a state; `forces`: those of all its contacts.
+    pub(super) fn of(state: &State, forces: &Forces) -> Self {
+        let mut rows = Self::default();
+        let (mut from, mut first) = (0, 0);
+        for (block, &end) in state.bonds.iter().zip(&forces.contacts.block_end) {
+            let mut force = vec![Vec3::zeros(); block.len()];
+            for row in from..end {
+                force[forces.contacts.place[row] as usize] = forces.contacts.force[row];
+            }
+            for (k, force) in force.iter().enumerate() {
+                let view = block.view(k);
+                if view.flags.has(ContactFlags::BROKEN) {
+                    rows.add(state, (view.pair, view.flags.image), view.reference, None);
+                    continue;
+                }
+                let damage = forces.contacts.damage.get(first + k).map_or_else(|| block.damage(k), |damage| damage[0]);
+                rows.add(state, (view.pair, view.flags.image), view.reference, Some((damage, *force)));
+            }
+            (from, first) = (end, first + block.len());
+        }
+        for bond in &state.broken {
+            rows.add(state, (bond.pair, bond.image), bond.reference, None);
+        }
+        rows
+    }
+
+    /// Adds a bond; damage and force are `None` if it has broken.
+    fn add(&mut self, state: &State, (pair, image): (Pair, [i8; 3]), reference: Reference, live: Option<(f64, Vec3)>) {
+        let particles = &state.particles;
+        let [a, b] = [pair.a as usize, pair.b as usize];
+        let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
+        let branch = particles.position[b] + shift - particles.position[a];
+        let length = branch.norm();
+        let (damage, force) = live.unwrap_or((1.0, Vec3::zeros()));
+        // The force on the first particle points to the second one in tension.
+        let normal_force = if length > 0.0 { force.dot(&branch) / length } else { 0.0 };
+        self.ids.push([particles.id[a], particles.id[b]]);
+        self.damage.push(damage);
+        self.normal_force.push(normal_force);
+        self.shear_force.push((force.norm_squared() - normal_force * normal_force).max(0.0).sqrt());
+        self.opening.push(length - reference.length);
+        self.broken.push(u8::from(live.is_none()));
+        self.branch.push(branch);
+    }
 }

@@ -1,11 +1,13 @@
 // Draws damaged bonds as points: a front view, and a view that rotates by pointer and arrow keys.
-// data: {size: [x, y, z], points: base 64 of x, y, z as 16-bit numbers and a shade of 8 bits for each point}; coordinates
+// data: {size: [x, y, z], widest: largest opening in µm, points: base 64 of x, y, z as 16-bit numbers, a shade, and the root of the
+// opening, 8 bits each, for each point}; coordinates
 // are 0 to 10000 of the longest edge. A plane run adds discs: base 64 of x, y, and radius as 16-bit numbers for each particle.
-function drawCracks(frontId, turnId, data) {
+// Two sliders hide bonds below a shade and an opening; a text says how many are shown.
+function drawCracks(frontId, turnId, [leastId, openId, shownId], data) {
   const bytes = Uint8Array.from(atob(data.points), c => c.charCodeAt(0));
-  const count = bytes.length / 7, half = data.size.map(s => s / 2);
+  const count = bytes.length / 8, half = data.size.map(s => s / 2);
   const plane = data.discs !== undefined, discs = Uint8Array.from(atob(data.discs || ""), c => c.charCodeAt(0));
-  const coordinate = (k, c) => bytes[7 * k + 2 * c] + 256 * bytes[7 * k + 2 * c + 1];
+  const coordinate = (k, c) => bytes[8 * k + 2 * c] + 256 * bytes[8 * k + 2 * c + 1];
   const ramp = [[244, 205, 160], [226, 110, 52], [120, 18, 16]];
   const color = shade => {
     const t = shade / 255 * 2, k = Math.min(1, Math.floor(t)), f = t - k;
@@ -15,6 +17,8 @@ function drawCracks(frontId, turnId, data) {
   const corners = [...Array(8).keys()].map(k => [k & 1, k >> 1 & 1, k >> 2 & 1].map((b, c) => (b * 2 - 1) * half[c]));
   const edges = [[0,1],[2,3],[4,5],[6,7],[0,2],[1,3],[4,6],[5,7],[0,4],[1,5],[2,6],[3,7]];
   const reach = Math.hypot(...half);
+  let least = 0, open = 0;
+  const isShown = k => bytes[8 * k + 6] >= least && bytes[8 * k + 7] >= open;
 
   function view(canvas, turn, tilt, zoom) {
     const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
@@ -46,8 +50,9 @@ function drawCracks(frontId, turnId, data) {
     // Points come from the most to the least damaged; the most damaged are drawn last, on top.
     const size = Math.max(1.6, Math.min(5, 90 / Math.cbrt(count + 1)));
     for (let k = count - 1; k >= 0; k--) {
+      if (!isShown(k)) continue;
       const [x, y] = project(...half.map((h, c) => coordinate(k, c) - h));
-      pen.fillStyle = colors[bytes[7 * k + 6]];
+      pen.fillStyle = colors[bytes[8 * k + 6]];
       pen.fillRect(x - size / 2, y - size / 2, size, size);
     }
     // Axes in the corner.
@@ -95,6 +100,24 @@ function drawCracks(frontId, turnId, data) {
     const end = () => turning.removeEventListener("pointermove", move);
     ["pointerup", "pointercancel"].forEach(name => turning.addEventListener(name, end, {once: true}));
   });
+  const sliders = [leastId, openId].map(id => document.getElementById(id));
+  const choose = () => {
+    [least, open] = sliders.map(slider => Number(slider.value));
+    // The scale of the shades: 0.5 to 0.999, every factor of ten in 1 − damage a step of equal length.
+    const damage = 1 - 0.5 * 10 ** (-least / 255 * Math.log10(500));
+    [damage.toPrecision(3), `${((open / 255) ** 2 * data.widest).toPrecision(3)} µm`].forEach((text, k) => {
+      sliders[k].parentElement.querySelector("output").textContent = text;
+      sliders[k].setAttribute("aria-valuetext", text);
+    });
+    let visible = 0;
+    for (let k = 0; k < count; k++) visible += isShown(k);
+    document.getElementById(shownId).textContent = `${visible} of ${count} bonds are shown.`;
+    all();
+  };
+  sliders.forEach(slider => slider.addEventListener("input", choose));
+  choose();
   window.addEventListener("resize", all);
+  // The canvas of a printed page has another width.
+  window.addEventListener("beforeprint", all);
   all();
 }

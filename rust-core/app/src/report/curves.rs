@@ -5,9 +5,25 @@ use std::fmt::Write as _;
 use super::Run;
 use super::chart::{Axis, Chart, ReferenceLine, Series, Style};
 use super::figures::{ReferenceFigures, Sense};
+use super::html::number;
 
 /// Color of published values.
 const PUBLISHED: &str = "#1f262d";
+
+/// The straight line whose slope is E, from the origin to the stress at the peak; only with a single run.
+fn slope(run: &Run, sense: Sense) -> Option<Series> {
+    let figures = run.figures.filter(|figures| figures.sense == sense)?;
+    let modulus = figures.modulus.filter(|modulus| *modulus > 0.0)?;
+    let end = (figures.peak_stress / modulus * 1e3, figures.peak_stress * 1e-6);
+    Some(Series {
+        name: format!("E = {} GPa", number(modulus * 1e-9)),
+        color: run.color,
+        style: Style::Dotted,
+        points: vec![(0.0, 0.0), end],
+        in_legend: true,
+        marks_peak: false,
+    })
+}
 
 /// One chart per sense of loading, because their scales differ tenfold.
 pub(super) fn section(runs: &[Run], reference: &ReferenceFigures) -> String {
@@ -32,6 +48,7 @@ pub(super) fn section(runs: &[Run], reference: &ReferenceFigures) -> String {
         if series.is_empty() {
             continue;
         }
+        series.extend(runs.iter().filter_map(|run| slope(run, sense)));
         let (strain, strength, sign) = match sense {
             Sense::Tension => (reference.tensile_strain, reference.tensile_strength, 1.0),
             Sense::Compression => (reference.compressive_strain, reference.compressive_strength, -1.0),

@@ -74,20 +74,35 @@ impl Test {
         self == Self::Uniaxial
     }
 
-    /// Results of a run from its strains and stresses (Pa).
-    fn rows(self, strain: &[f64], stress: &[f64]) -> Vec<Row> {
+    /// Results of a run from its strains and stresses (Pa); `length`: the length that strains refer to, m.
+    pub(super) fn rows(self, strain: &[f64], stress: &[f64], length: Option<f64>) -> Vec<Row> {
         let peak = stress.iter().copied().fold(0.0, f64::max);
         if peak <= 0.0 {
             return Vec::new();
         }
         match self {
-            Self::Uniaxial => Vec::new(),
+            Self::Uniaxial => fracture_energy(strain, stress, peak, length).into_iter().collect(),
             Self::Splitting => {
                 vec![("f<sub>st</sub>", "splitting strength, 2F/(π D L)".into(), "MPa", 1e-6 * peak)]
             }
             Self::Flexure(beam) => beam.rows(strain, stress, peak),
         }
     }
+}
+
+/// Stress at the end over the peak, below which a specimen counts as broken.
+const BROKEN: f64 = 0.3;
+
+/// Work of fracture of a specimen in direct tension over its cross-section, `L ∫σ dε`, if it breaks.
+fn fracture_energy(strain: &[f64], stress: &[f64], peak: f64, length: Option<f64>) -> Option<Row> {
+    let last = stress.last()? / peak;
+    let compressed = stress.iter().any(|stress| -stress > peak);
+    if !(0.0..BROKEN).contains(&last) || compressed {
+        return None;
+    }
+    let work: f64 = strain.windows(2).zip(stress.windows(2)).map(|(e, s)| 0.5 * (s[0] + s[1]) * (e[1] - e[0])).sum();
+    let name = format!("work of fracture over the cross-section, until the stress is {} of the peak", percent(last));
+    Some(("G<sub>F</sub>", name, "N/m", length? * work))
 }
 
 impl Beam {
@@ -168,7 +183,9 @@ fn notch(cut: [[f64; 2]; 3], low: [f64; 3], [middle, height]: [f64; 2], thicknes
 pub(super) fn section(runs: &[Run]) -> String {
     let mut html = String::new();
     for run in runs {
-        for (symbol, name, unit, value) in run.test.map_or_else(Vec::new, |test| test.rows(&run.strain, &run.stress)) {
+        for (symbol, name, unit, value) in
+            run.test.map_or_else(Vec::new, |test| test.rows(&run.strain, &run.stress, run.length))
+        {
             let _ = writeln!(
                 html,
                 "<tr><td>{}</td><td class=\"symbol\">{symbol}</td><td>{name}, {unit}</td><td class=\"number\">{}</td></tr>",
@@ -180,10 +197,15 @@ pub(super) fn section(runs: &[Run]) -> String {
     if html.is_empty() {
         return html;
     }
-    format!(
-        "<h2>Results of the test</h2>\n<div class=\"scroll\"><table>\n<tr><th>run</th><th></th><th></th><th></th></tr>\n{html}</table></div>\n\
-         <p class=\"quiet\">F is the force of all rollers, or of a plate; a the distance of support and roller, b and h width and height of the \
+    let symbols = if runs.iter().any(|run| run.test.is_some_and(|test| !test.is_axial())) {
+        "<p class=\"quiet\">F is the force of all rollers, or of a plate; a the distance of support and roller, b and h width and height of the \
          beam; D and L diameter and length of the cylinder.</p>\n"
+    } else {
+        ""
+    };
+    format!(
+        "<h2>Results of the test</h2>\n<div class=\"scroll\"><table>\n<tr><th>run</th><th>symbol</th><th>meaning</th>\
+         <th class=\"number\">value</th></tr>\n{html}</table></div>\n{symbols}"
     )
 }
 
@@ -238,10 +260,16 @@ mod tests {
         }
         assert_eq!(Beam { span: 0.09, ..beam }.stress_intensity(3e6, 0.01), None);
         assert_eq!(Beam { inner_span: 0.02, ..beam }.stress_intensity(3e6, 0.01), None);
-        let symbols: Vec<&str> = Test::Flexure(beam).rows(&strain, &stress).iter().map(|row| row.0).collect();
+        let symbols: Vec<&str> = Test::Flexure(beam).rows(&strain, &stress, None).iter().map(|row| row.0).collect();
         assert_eq!(symbols, ["f<sub>fl</sub>", "K<sub>Ic</sub>", "G<sub>F</sub>"]);
         // What is never in tension has no strength.
-        assert_eq!(Test::Splitting.rows(&strain, &stress)[0].3, 3.0);
-        assert!(Test::Splitting.rows(&strain, &[-1.0; 11]).is_empty());
+        assert_eq!(Test::Splitting.rows(&strain, &stress, None)[0].3, 3.0);
+        assert!(Test::Splitting.rows(&strain, &[-1.0; 11], None).is_empty());
+        // A bar of 2 m in tension that breaks: half of 2 Pa times 1e-3, twice over, times its length.
+        let (strain, stress) = ([0.0, 1e-3, 2e-3], [0.0, 2.0, 0.0]);
+        let rows = Test::Uniaxial.rows(&strain, &stress, Some(2.0));
+        assert!(rows.len() == 1 && (rows[0].3 - 2.0 * 2e-3).abs() < 1e-15, "{rows:?}");
+        assert!(Test::Uniaxial.rows(&strain, &stress, None).is_empty(), "its length is unknown");
+        assert!(Test::Uniaxial.rows(&strain, &[0.0, 2.0, 1.0], Some(2.0)).is_empty(), "it does not break");
     }
 }

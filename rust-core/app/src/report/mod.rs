@@ -14,7 +14,10 @@ mod phases;
 mod properties;
 mod provenance;
 mod rose;
+mod samples;
+mod slices;
 pub mod structure;
+mod summary;
 pub mod sweep;
 #[cfg(test)]
 mod tests;
@@ -24,9 +27,15 @@ use std::path::Path;
 use crate::output::{OutputError, ResultFile, sealed};
 use crate::provenance::PROGRAM;
 use concordem_scenario::schema::Scenario;
+pub(crate) use cracks::base64;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
 use laboratory::Test;
+pub(crate) use summary::properties_of_run;
+pub use summary::{Property, summary};
+
+/// Name of the provenance entry with the length that strains refer to, m.
+pub(crate) const SPECIMEN_LENGTH: &str = "specimen_length_m";
 
 /// Colors of the runs, distinguishable with red-green color blindness.
 const RUN_COLORS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560"];
@@ -41,6 +50,8 @@ struct Run<'a> {
     figures: Option<CurveFigures>,
     /// Standard test of the scenario; `None` for other loadings and unreadable scenarios.
     test: Option<Test>,
+    /// Length that strains refer to, m, if the result has it.
+    length: Option<f64>,
     color: &'static str,
 }
 
@@ -66,7 +77,9 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         properties::section(&runs, reference),
         laboratory::section(&runs),
         curves::section(&runs, reference),
+        samples::section(&runs)?,
         phases::section(&runs)?,
+        slices::section(&runs)?,
         cracks::section(&runs)?,
         energy::section(&runs)?,
         provenance::section(&runs)?,
@@ -90,7 +103,10 @@ impl<'a> Run<'a> {
         } else {
             CurveFigures::of(&strain, &stress)
         };
-        Ok(Self { file, name, title, figures, test, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
+        let provenance = file.provenance()?;
+        let length =
+            provenance.iter().find(|(name, _)| name == SPECIMEN_LENGTH).and_then(|(_, value)| value.parse().ok());
+        Ok(Self { file, name, title, figures, test, length, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
     }
 
     /// The last value of a series; `None` if the series is missing or empty.

@@ -1,4 +1,4 @@
-//! The page of a sweep: elastic constants over each axis, and a table of the means.
+//! The page of a sweep: its quantities over each axis, and a table of the means.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use super::html::{escape, frame, number};
 use crate::output::sweep::problems;
 use crate::provenance::PROGRAM;
 use crate::sweep::Sweep;
-use crate::sweep::point::{Outcome, Study};
+use crate::sweep::point::{Outcome, Quantity, Study};
 
 /// Colors of the curves.
 const COLORS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];
@@ -18,27 +18,52 @@ const MOST_ROWS: usize = 400;
 
 /// A quantity of a figure, and its appearance.
 struct Drawn {
-    of: fn(&Outcome) -> f64,
+    of: Value,
     style: Style,
 }
 
+/// A number of a point.
+type Value = Box<dyn Fn(&Outcome) -> f64>;
+
 struct Figure {
-    title: &'static str,
-    label: &'static str,
+    title: String,
+    label: String,
     curves: Vec<Drawn>,
 }
 
-fn figures(study: Study) -> Vec<Figure> {
-    match study {
+fn figures(sweep: &Sweep) -> Vec<Figure> {
+    match sweep.study {
         Study::Elastic => of_elasticity(),
         Study::Structure => of_structure(),
+        Study::Run => of_runs(sweep),
+    }
+}
+
+/// One figure per result.
+fn of_runs(sweep: &Sweep) -> Vec<Figure> {
+    let figure = |(k, quantity): (usize, Quantity)| {
+        let (unit, scale) = shown(&quantity);
+        let curves = vec![Drawn { of: Box::new(move |o: &Outcome| o.values[k] * scale), style: Style::LineAndDots }];
+        Figure { title: quantity.name.to_string(), label: format!("{}{unit}", quantity.name), curves }
+    };
+    sweep.quantities().into_iter().enumerate().map(figure).collect()
+}
+
+/// Unit to print, after a comma, and the factor from SI.
+fn shown(quantity: &Quantity) -> (String, f64) {
+    match (&*quantity.unit, &*quantity.name) {
+        ("1", _) => (String::new(), 1.0),
+        ("Pa", "E" | "E_gauge") => (", GPa".into(), 1e-9),
+        ("Pa", _) => (", MPa".into(), 1e-6),
+        ("Pa m^0.5", _) => (", MPa √m".into(), 1e-6),
+        (unit, _) => (format!(", {unit}"), 1.0),
     }
 }
 
 fn of_structure() -> Vec<Figure> {
     use Style::{Dashed, Dotted, LineAndDots};
-    let drawn = |of, style| Drawn { of, style };
-    let figure = |title, label, curves| Figure { title, label, curves };
+    let drawn = |of: fn(&Outcome) -> f64, style| Drawn { of: Box::new(of), style };
+    let figure = |title: &str, label: &str, curves| Figure { title: title.into(), label: label.into(), curves };
     vec![
         figure(
             "Links per sphere",
@@ -64,42 +89,43 @@ fn of_structure() -> Vec<Figure> {
 
 fn of_elasticity() -> Vec<Figure> {
     use Style::{Crosses, Dashed, Dotted, LineAndDots};
-    let drawn = |of, style| Drawn { of, style };
-    let one = |title, label, of| Figure { title, label, curves: vec![drawn(of, LineAndDots)] };
+    let drawn = |of: fn(&Outcome) -> f64, style| Drawn { of: Box::new(of), style };
+    let figure = |title: &str, label: &str, curves| Figure { title: title.into(), label: label.into(), curves };
+    let one = |title, label, of| figure(title, label, vec![drawn(of, LineAndDots)]);
     vec![
-        Figure {
-            title: "Young’s modulus",
-            label: "E, GPa",
-            curves: vec![
+        figure(
+            "Young’s modulus",
+            "E, GPa",
+            vec![
                 drawn(|o| o.get("young") * 1e-9, LineAndDots),
                 drawn(|o| o.get("affine_young") * 1e-9, Dotted),
                 drawn(|o| o.get("closed_young") * 1e-9, Dashed),
                 drawn(|o| o.get("dynamic_young") * 1e-9, Crosses),
             ],
-        },
-        Figure {
-            title: "Poisson’s ratio",
-            label: "ν",
-            curves: vec![
+        ),
+        figure(
+            "Poisson’s ratio",
+            "ν",
+            vec![
                 drawn(|o| o.get("poisson"), LineAndDots),
                 drawn(|o| o.get("affine_poisson"), Dotted),
                 drawn(|o| o.get("closed_poisson"), Dashed),
                 drawn(|o| o.get("dynamic_poisson"), Crosses),
             ],
-        },
-        Figure {
-            title: "Relaxation from the uniform strain",
-            label: "E / E of the affine sum",
-            curves: vec![
+        ),
+        figure(
+            "Relaxation from the uniform strain",
+            "E / E of the affine sum",
+            vec![
                 drawn(|o| o.get("young") / o.get("affine_young"), LineAndDots),
                 drawn(|o| o.get("dynamic_young") / o.get("affine_young"), Crosses),
             ],
-        },
-        Figure {
-            title: "Error of the closed form",
-            label: "E of the closed form / E − 1",
-            curves: vec![drawn(|o| o.get("closed_young") / o.get("young") - 1.0, LineAndDots)],
-        },
+        ),
+        figure(
+            "Error of the closed form",
+            "E of the closed form / E − 1",
+            vec![drawn(|o| o.get("closed_young") / o.get("young") - 1.0, LineAndDots)],
+        ),
         one("Anisotropy of E", "ΔE/E", |o| o.get("anisotropy_young")),
         one("Anisotropy of ν", "Δν", |o| o.get("anisotropy_poisson")),
         one("Deviation of G from E/2(1 + ν)", "ΔG/G", |o| o.get("anisotropy_shear")),
@@ -197,7 +223,7 @@ fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> Strin
     }
     html += "<div class=\"pair\">\n";
     let family = Family { sweep, outcomes, x, numbers: &numbers, others: &others };
-    for (f, figure) in figures(sweep.study).iter().enumerate() {
+    for (f, figure) in figures(sweep).iter().enumerate() {
         let series: Vec<Series> =
             curves.iter().enumerate().flat_map(|(c, values)| family.series(figure, c, values)).collect();
         if series.is_empty() {
@@ -208,12 +234,12 @@ fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> Strin
             id: format!("over-{x}-{f}"),
             title: format!("{} over {}", figure.title, along.name),
             x: Axis { label: along.name.clone(), logarithmic: low > 0.0 && high / low > 20.0 },
-            y: Axis::new(figure.label),
+            y: Axis::new(&figure.label),
             series,
             legend,
             ..Chart::default()
         };
-        let _ = writeln!(html, "<div><h3>{}</h3>{}</div>", figure.title, chart.html());
+        let _ = writeln!(html, "<div><h3>{}</h3>{}</div>", escape(&figure.title), chart.html());
     }
     html + "</div>\n"
 }
@@ -245,13 +271,13 @@ impl Family<'_> {
             let mut points: Vec<(f64, f64)> = (0..numbers.len())
                 .filter_map(|k| {
                     let place: Vec<usize> = values.iter().copied().chain([k]).collect();
-                    let found = mean(matching(sweep, outcomes, &axes, &place).map(drawn.of))?;
+                    let found = mean(matching(sweep, outcomes, &axes, &place).map(|outcome| (drawn.of)(outcome)))?;
                     Some((numbers[k], found.0))
                 })
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             let way = match drawn.style {
-                _ if sweep.study == Study::Structure => "",
+                _ if sweep.study != Study::Elastic => "",
                 Style::Dotted => ", affine sum",
                 Style::Dashed => ", closed form",
                 Style::Crosses => ", relaxed dynamics",
@@ -271,7 +297,7 @@ impl Family<'_> {
 }
 
 /// A column of the table: its header and its value.
-type Head = (&'static str, fn(&Outcome) -> f64);
+type Head = (String, Value);
 
 fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     let rows = combinations(sweep, shown);
@@ -284,9 +310,9 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     for &axis in shown {
         let _ = write!(html, "<th>{}</th>", escape(&sweep.axes[axis].name));
     }
-    let heads = heads(sweep.study);
+    let heads = heads(sweep);
     for (head, _) in &heads {
-        let _ = write!(html, "<th class=\"number\">{head}</th>");
+        let _ = write!(html, "<th class=\"number\">{}</th>", escape(head));
     }
     html += "</tr>\n";
     for values in rows.iter().take(MOST_ROWS) {
@@ -295,9 +321,9 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
             let _ = write!(html, "<td>{}</td>", escape(&sweep.axes[axis].text(value)));
         }
         for (k, (_, of)) in heads.iter().enumerate() {
-            let cell = match mean(matching(sweep, outcomes, shown, values).map(of)) {
+            let cell = match mean(matching(sweep, outcomes, shown, values).map(|outcome| of(outcome))) {
                 None => "–".to_owned(),
-                Some((value, spread)) if (k < 2 || sweep.study == Study::Structure) && spread > 0.0 => {
+                Some((value, spread)) if (k < 2 || sweep.study != Study::Elastic) && spread > 0.0 => {
                     format!("{} ± {}", number(value), number(spread))
                 }
                 Some((value, _)) => number(value),
@@ -310,9 +336,19 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
 }
 
 /// Columns of the table.
-fn heads(study: Study) -> Vec<Head> {
-    if study == Study::Structure {
-        return vec![
+fn heads(sweep: &Sweep) -> Vec<Head> {
+    let own = |heads: &[(&str, fn(&Outcome) -> f64)]| -> Vec<Head> {
+        heads.iter().map(|&(head, of)| (head.to_owned(), Box::new(of) as Value)).collect()
+    };
+    if sweep.study == Study::Run {
+        let head = |(k, quantity): (usize, Quantity)| -> Head {
+            let (unit, scale) = shown(&quantity);
+            (format!("{}{unit}", quantity.name), Box::new(move |o: &Outcome| o.values[k] * scale))
+        };
+        return sweep.quantities().into_iter().enumerate().map(head).collect();
+    }
+    if sweep.study == Study::Structure {
+        return own(&[
             ("spheres", |o| o.get("spheres")),
             ("links inside", |o| o.get("links_per_sphere")),
             ("at the boundary", |o| o.get("links_at_boundary")),
@@ -323,9 +359,9 @@ fn heads(study: Study) -> Vec<Head> {
             ("less the floor", |o| o.get("isotropy_percent") - o.get("isotropy_floor_percent")),
             ("of independent links", |o| o.get("isotropy_noise_percent")),
             ("overlap", |o| o.get("overlap")),
-        ];
+        ]);
     }
-    vec![
+    own(&[
         ("E, GPa", |o| o.get("young") * 1e-9),
         ("ν", |o| o.get("poisson")),
         ("E / affine", |o| o.get("young") / o.get("affine_young")),
@@ -337,5 +373,5 @@ fn heads(study: Study) -> Vec<Head> {
         ("Δ/E", |o| o.get("anisotropy_coupling")),
         ("bonds per particle", |o| o.get("coordination")),
         ("rattlers", |o| o.get("rattlers")),
-    ]
+    ])
 }

@@ -1,4 +1,4 @@
-//! Sweeps: the elastic constants of a scenario, or the structure of its packing, for all combinations of given values of its keys.
+//! Sweeps: elastic constants, structures of packings, or results of whole runs, for all combinations of given values of a scenario's keys.
 //!
 //! A sweep is a TOML file with a scenario and axes:
 //! ```toml
@@ -19,6 +19,7 @@
 mod axis;
 pub mod journal;
 pub mod point;
+pub mod results;
 mod schema;
 #[cfg(test)]
 mod tests;
@@ -31,7 +32,8 @@ use serde::Deserialize;
 pub use axis::Axis;
 use axis::{WrittenAxis, set};
 use concordem_scenario::schema::{Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Source};
-use point::Study;
+use point::{MOST_RESULTS, Study};
+use results::{DEFAULT, RunResult};
 pub use schema::schema;
 
 /// Largest number of points.
@@ -54,6 +56,8 @@ pub struct Sweep {
     pub dynamics: bool,
     /// Relative residual of the static solution.
     pub residual: f64,
+    /// Results that runs record.
+    pub results: Vec<RunResult>,
     /// Axes.
     pub axes: Vec<Axis>,
     base: toml::Table,
@@ -74,6 +78,7 @@ struct Written {
     #[serde(default)]
     dynamics: bool,
     residual: Option<f64>,
+    results: Option<Vec<String>>,
     #[serde(rename = "axis", default)]
     axes: Vec<WrittenAxis>,
 }
@@ -88,7 +93,7 @@ impl Sweep {
     /// A file cannot be read, or the sweep has problems; all are reported with position and remedy.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let text = read_text(path)?;
-        let source = Source { name: path.display().to_string().into(), text: text.into() };
+        let source = Source::new(&path.display().to_string(), &text);
         let mut sweep = Self::parse(source, &|scenario| {
             let path = path.parent().unwrap_or(Path::new("")).join(scenario);
             read_text(&path).map(|text| (path, text))
@@ -101,7 +106,12 @@ impl Sweep {
         let wrong = |problems: Vec<Problem>| ReadError::Scenario(ScenarioError::new(&source, problems));
         let document = Document::parse(&source).map_err(wrong)?;
         let written: Written = document.deserialize().map_err(|problem| {
-            let help = "a sweep has version, title, scenario, study, dynamics, residual, and [[axis]] tables with name, key or \
+            if Scenario::parse(&source.name, &source.text).is_ok() {
+                let message = "this is a scenario, not a sweep".to_owned();
+                let help = format!("write a sweep with scenario = \"{}\"; `concordem init --template elastic-sweep` shows one", source.name);
+                return wrong(vec![Problem { value: None, message, help, ..problem }]);
+            }
+            let help = "a sweep has version, title, scenario, study, results, dynamics, residual, and [[axis]] tables with name, key or \
                         keys, values or linear or logarithmic, and average";
             wrong(vec![Problem { help: help.to_owned(), ..problem }])
         })?;
@@ -119,10 +129,19 @@ impl Sweep {
             let message = "must be between 0 and 1e-3".to_owned();
             problems.push(problem(ProblemKind::OutOfRange, "residual".into(), message, "write 1e-11, or omit the key"));
         }
-        if written.study == Study::Structure {
+        if written.study != Study::Run && written.results.is_some() {
+            let message = "has no effect: only the study \"run\" records results of runs".to_owned();
+            problems.push(problem(
+                ProblemKind::Conflict,
+                "results".into(),
+                message,
+                "write study = \"run\", or remove the key",
+            ));
+        }
+        if written.study != Study::Elastic {
             for (key, given) in [("dynamics", written.dynamics), ("residual", written.residual.is_some())] {
                 if given {
-                    let message = "has no effect: the structure of a packing has no stiffness".to_owned();
+                    let message = "has no effect: only the study \"elastic\" computes a stiffness".to_owned();
                     problems.push(problem(ProblemKind::Conflict, key.into(), message, "remove the key"));
                 }
             }
@@ -142,7 +161,31 @@ impl Sweep {
             Err(other) => return Err(other),
         };
         // Problems of the scenario itself are reported at their position in the scenario.
-        Scenario::parse(&scenario.display().to_string(), &scenario_text)?;
+        let first = Scenario::parse(&scenario.display().to_string(), &scenario_text)?;
+        let mut results = Vec::new();
+        if written.study == Study::Run {
+            let names = written.results.unwrap_or_else(|| DEFAULT.map(str::to_owned).to_vec());
+            for (k, name) in names.iter().enumerate() {
+                match RunResult::find(name, &first) {
+                    Ok(result) => results.push(result),
+                    Err(message) => problems.push(problem(
+                        ProblemKind::UnknownName,
+                        format!("results[{k}]"),
+                        message,
+                        "write \"f_t\", \"max stress\", or \"last broken\"",
+                    )),
+                }
+            }
+            if !(1..=MOST_RESULTS).contains(&names.len()) {
+                let message = format!("{} results are named; there must be 1 to {MOST_RESULTS}", names.len());
+                problems.push(problem(
+                    ProblemKind::OutOfRange,
+                    "results".into(),
+                    message,
+                    "name the results of interest",
+                ));
+            }
+        }
         let base: toml::Table = toml::from_str(&scenario_text)
             .map_err(|error| wrong(vec![problem(ProblemKind::Syntax, "scenario".into(), error.to_string(), "")]))?;
         let (axes, wrong_axes) = resolve(written.axes, &base);
@@ -163,6 +206,7 @@ impl Sweep {
             study: written.study,
             dynamics: written.dynamics,
             residual,
+            results,
             axes,
             base,
             files: BTreeSet::new(),
@@ -212,7 +256,7 @@ impl Sweep {
                     let first = error.problems.first();
                     first.map(|p| (p.to_string(), p.help.clone()))
                 }
-                Ok(_) if self.study == Study::Structure => None,
+                Ok(_) if self.study != Study::Elastic => None,
                 Ok(scenario) if scenario.bonds.is_none() => {
                     Some(("elastic constants need bonds".into(), "add [bonds] to the scenario".into()))
                 }

@@ -1,5 +1,9 @@
 //! Quantities of a point of a sweep.
 
+use std::borrow::Cow;
+
+use super::Sweep;
+use super::results::RunResult;
 use concordem_scenario::assembly::{Placed, assemble_placed};
 use concordem_scenario::schema::Scenario;
 use concordem_statics::relaxed::{Relaxation, relaxed_stiffness};
@@ -14,23 +18,27 @@ pub enum Study {
     Elastic,
     /// Structure of a packing, as `concordem characterise`.
     Structure,
+    /// Results of whole runs.
+    Run,
 }
 
 /// A quantity of a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quantity {
     /// Name.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// SI unit; "1" for a pure number.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Description.
-    pub description: &'static str,
+    pub description: Cow<'static, str>,
 }
 
 macro_rules! quantities {
     ($list:ident: $($name:literal $unit:literal $description:literal,)*) => {
         const $list: &[Quantity] =
-            &[$(Quantity { name: $name, unit: $unit, description: $description }),*];
+            &[$(Quantity {
+                name: Cow::Borrowed($name), unit: Cow::Borrowed($unit), description: Cow::Borrowed($description),
+            }),*];
     };
 }
 
@@ -86,20 +94,27 @@ quantities! {
 /// Name of the stiffness matrix in files; it has 36 numbers per point.
 pub const STIFFNESS: &str = "stiffness";
 
+/// Numbers of a point; runs have at most as many results.
+pub(crate) const MOST_RESULTS: usize = QUANTITIES.len() + 36;
+
 /// Names of all numbers of a point: the quantities, then, of an elastic sweep, the 36 entries of the static stiffness, row by row.
-pub fn columns(study: Study) -> Vec<String> {
-    let names = quantities(study).iter().map(|quantity| quantity.name.to_owned());
-    if study == Study::Structure {
+pub fn columns(sweep: &Sweep) -> Vec<String> {
+    let quantities = sweep.quantities();
+    let names = quantities.iter().map(|quantity| quantity.name.to_string());
+    if sweep.study != Study::Elastic {
         return names.collect();
     }
     names.chain((0..36).map(|k| format!("{STIFFNESS}_{}{}", k / 6 + 1, k % 6 + 1))).collect()
 }
 
-/// Quantities with one number per point.
-pub fn quantities(study: Study) -> &'static [Quantity] {
-    match study {
-        Study::Elastic => QUANTITIES,
-        Study::Structure => STRUCTURE,
+impl Sweep {
+    /// Quantities with one number per point.
+    pub fn quantities(&self) -> Vec<Quantity> {
+        match self.study {
+            Study::Elastic => QUANTITIES.to_vec(),
+            Study::Structure => STRUCTURE.to_vec(),
+            Study::Run => self.results.iter().map(RunResult::quantity).collect(),
+        }
     }
 }
 
@@ -114,7 +129,7 @@ pub struct Outcome {
 
 impl Default for Outcome {
     fn default() -> Self {
-        Self { values: vec![f64::NAN; QUANTITIES.len() + 36], problem: None }
+        Self { values: vec![f64::NAN; MOST_RESULTS], problem: None }
     }
 }
 

@@ -37,16 +37,22 @@ pub fn schema() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Sweep",
-        "description": "Elastic constants, or structures of packings, for all combinations of values of a scenario's keys.",
+        "description": "Elastic constants, structures of packings, or results of runs, for all combinations of values of a scenario's keys.",
         "type": "object",
         "properties": {
             "version": { "description": "Version of the format. Required: `version = 1`.", "enum": [1] },
             "title": { "description": "Title for the web page; default: empty.", "type": "string" },
             "scenario": { "description": "Path of the scenario, relative to the sweep. Required.", "type": "string" },
             "study": {
-                "description": "What to compute: \"elastic\" constants of bonded periodic packings, or the \"structure\" of any \
-                                packing; default: \"elastic\".",
-                "enum": ["elastic", "structure"]
+                "description": "What to compute: \"elastic\" constants of bonded periodic packings, the \"structure\" of any packing, or \
+                                results of whole runs (\"run\"); default: \"elastic\".",
+                "enum": ["elastic", "structure", "run"]
+            },
+            "results": {
+                "description": "Results of runs: properties (E, E_gauge, f_t, f_c, strain_at_peak, f_fl, f_st, K_Ic, G_F), series and \
+                                components of operators, alone (last value) or after max, min, mean; default: E, f_t, f_c, \
+                                strain_at_peak, last broken.",
+                "type": "array", "items": { "type": "string" }, "minItems": 1
             },
             "dynamics": { "description": "Whether to relax the packing dynamically, too; default: false.", "type": "boolean" },
             "residual": {

@@ -9,7 +9,7 @@ const SCENARIO: &str = "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"
 
 fn sweep(axes: &str) -> Result<Sweep, ReadError> {
     let text = format!("version = 1\nscenario = \"s.toml\"\n{axes}");
-    let source = Source { name: "sweep.toml".into(), text: text.into() };
+    let source = Source::new("sweep.toml", &text);
     let mut sweep = Sweep::parse(source, &|_| Ok(("s.toml".into(), SCENARIO.to_owned())))?;
     sweep.check_points()?;
     Ok(sweep)

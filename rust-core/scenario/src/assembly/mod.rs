@@ -5,8 +5,10 @@
 
 mod aggregates;
 mod bodies;
+mod cache;
 pub mod checked_hdf5;
 mod cuts;
+mod doubts;
 mod error;
 pub mod flat_hdf5;
 pub mod hdf5_groups;
@@ -49,9 +51,11 @@ use concordem_solver::time_step::TimeStepBounds;
 
 pub use aggregates::{Phase, Phases};
 pub use bodies::apply_loads;
+pub use cache::PackingCache;
+pub use doubts::most_steps;
 pub use error::{AssemblyError, unfit};
 pub use model::deformable;
-pub use place::{Cooking, Placed, Walled, place, solid};
+pub use place::{Cooking, Placed, Walled, place, place_cached, solid};
 pub use time_step::settles;
 
 /// A built scenario.
@@ -131,6 +135,20 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     assemble_placed(scenario, folder, &placed, progress)
 }
 
+/// Builds a scenario as [`assemble`] does; packings that take long to make are read from the cache, and stored there.
+///
+/// # Errors
+/// Those of [`assemble`].
+pub fn assemble_cached(
+    scenario: &Scenario,
+    folder: &Path,
+    cache: Option<&PackingCache>,
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
+    let placed = place_cached(scenario, folder, cache, progress)?;
+    assemble_placed(scenario, folder, &placed, progress)
+}
+
 /// Builds a scenario as [`assemble`] does, but refuses sphere packs in HDF5. A library that calls only this one can be linked
 /// without HDF5.
 ///
@@ -141,7 +159,7 @@ pub fn assemble_without_hdf5(
     folder: &Path,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
-    let placed = place::place_with(scenario, folder, place::without_hdf5, progress)?;
+    let placed = place::place_with(scenario, folder, place::without_hdf5, None, progress)?;
     assemble_placed(scenario, folder, &placed, progress)
 }
 
@@ -182,6 +200,10 @@ pub fn assemble_placed(
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;
     schedule.servos = walls::servos(scenario, &step, &mut state);
+    let p_wave = time_step::p_wave(scenario, &state.particles);
+    warnings.extend(doubts::sizes(scenario, &state));
+    warnings.extend(doubts::empty_regions(scenario, &schedule.operators, &state));
+    warnings.extend(doubts::rates(scenario, &schedule, &state, p_wave));
     let particles = state.particles.len();
     let summary = Summary {
         particles,
@@ -196,7 +218,7 @@ pub fn assemble_placed(
         collision: step.collision,
         stable_step: step.limit,
         convergence: step.convergence,
-        p_wave: time_step::p_wave(scenario, &state.particles),
+        p_wave,
         heat_step: step.heat,
         unstable: step.unstable,
         memory: step.memory,

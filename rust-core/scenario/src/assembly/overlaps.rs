@@ -122,7 +122,9 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
         let distance = (particles.position[b] + shift - particles.position[a]).norm();
         let smaller = particles.radius[a].min(particles.radius[b]);
         let depth = (particles.radius[a] + particles.radius[b] - distance) / smaller;
-        if depth > OVERLAP_UNBONDED && !bonded.contains(&[pair.a, pair.b]) {
+        // Bonds are unstrained at the start, but spheres inside each other are a mistake in a file.
+        let allowed = if bonded.contains(&[pair.a, pair.b]) { OVERLAP_BONDED } else { OVERLAP_UNBONDED };
+        if depth > allowed {
             count += 1;
             if deepest.is_none_or(|(other, _)| depth > other) {
                 deepest = Some((depth, [pair.a, pair.b]));
@@ -132,8 +134,8 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
     let Some((depth, pair)) = deepest else { return Ok(None) };
     let [a, b] = pair.map(|p| particles.id[p as usize]);
     let message = format!(
-        "particles {a} and {b} overlap by {depth:.3} of the smaller radius before the first step; {count} pairs without a bond \
-         overlap by more than {OVERLAP_UNBONDED}"
+        "particles {a} and {b} overlap by {depth:.3} of the smaller radius before the first step; {count} pairs \
+         overlap by more than {OVERLAP_UNBONDED} without a bond, or {OVERLAP_BONDED} with one"
     );
     let help =
         "their elastic energy is released at the start; check positions, radii, and units, or join them in a [[clump]]";

@@ -95,7 +95,7 @@ fn sets(
     let mut tags = vec![0u64; spheres.len()];
     for (k, set) in scenario.sets.iter().enumerate() {
         let material = set.material.as_deref().map(|name| material_index(scenario, name));
-        for p in select(&set.selection, spheres, &set.name)? {
+        for p in select(&set.selection, spheres, k, &set.name)? {
             tags[p] |= 1 << k;
             if let Some(material) = material {
                 materials[p] = material;

@@ -3,6 +3,7 @@
 use std::io::BufReader;
 use std::path::Path;
 
+use super::cache::{PackingCache, Stored};
 use super::{AssemblyError, Progress, plane, unfit, walled};
 use crate::files::open_regular;
 use crate::schema::quantity::vector;
@@ -13,7 +14,7 @@ use concordem_packing::cooker::Measured;
 use concordem_packing::random_dense::{self, Protocol, RandomDense};
 use concordem_packing::shape::Mesh;
 use concordem_packing::{
-    Crop, Lattice, Packing, Random, Shape, SizeDistribution, import_text, random_discs, tile, tile_and_crop,
+    Crop, Lattice, Packing, Random, Shape, SizeDistribution, import, random_discs, tile, tile_and_crop,
 };
 use concordem_solver::neighbor::NeighborError;
 use concordem_solver::state::{Cell, Sphere};
@@ -100,7 +101,20 @@ pub(super) fn without_hdf5(_: &Path) -> Result<Packing, String> {
 /// # Errors
 /// The packing cannot be made, a file cannot be read, or the packing of a plane scenario leaves the plane.
 pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
-    place_with(scenario, folder, super::sphere_pack::read, progress)
+    place_cached(scenario, folder, None, progress)
+}
+
+/// [`place`] with a cache, from which packings that take long to make are read, and in which they are stored.
+///
+/// # Errors
+/// Those of [`place`].
+pub fn place_cached(
+    scenario: &Scenario,
+    folder: &Path,
+    cache: Option<&PackingCache>,
+    progress: Progress<'_>,
+) -> Result<Placed, AssemblyError> {
+    place_with(scenario, folder, super::sphere_pack::read, cache, progress)
 }
 
 /// [`place`] with another reader of HDF5 files.
@@ -108,9 +122,10 @@ pub(super) fn place_with(
     scenario: &Scenario,
     folder: &Path,
     read_hdf5: PackReader,
+    cache: Option<&PackingCache>,
     progress: Progress<'_>,
 ) -> Result<Placed, AssemblyError> {
-    let mut placed = make(scenario, folder, read_hdf5, progress)?;
+    let mut placed = make(scenario, folder, read_hdf5, cache, progress)?;
     if scenario.dimension == 2 {
         plane::check(&placed.packing)?;
     }
@@ -127,12 +142,13 @@ fn make(
     scenario: &Scenario,
     folder: &Path,
     read_hdf5: PackReader,
+    cache: Option<&PackingCache>,
     progress: Progress<'_>,
 ) -> Result<Placed, AssemblyError> {
     let whole = Placed::without_shape;
     match &scenario.packing {
         schema::Packing::RandomDense { shape, .. } => {
-            let unit = compact(&scenario.packing, progress)?;
+            let unit = compact_cached(&scenario.packing, cache, progress)?;
             cut(unit, Some(shape), folder)
         }
         schema::Packing::RandomDiscs { count, radius, radii, solid_fraction, seed, shape } => {
@@ -146,8 +162,14 @@ fn make(
             placed.packing.spheres.retain(|disc| disc.position.z == 0.0);
             Ok(placed)
         }
-        schema::Packing::Cooker { shape, .. } => walled::cooker(&scenario.packing, solid(shape, folder)?, progress),
-        schema::Packing::Growth { shape, .. } => walled::growth(&scenario.packing, solid(shape, folder)?, progress),
+        schema::Packing::Cooker { shape, .. } | schema::Packing::Growth { shape, .. } => {
+            let mesh = match (cache, shape) {
+                (Some(_), schema::Shape::Mesh { path, .. }) => std::fs::read(folder.join(path)).unwrap_or_default(),
+                _ => Vec::new(),
+            };
+            let cache = cache.map(|cache| (cache, &mesh[..]));
+            walled::cached(&scenario.packing, solid(shape, folder)?, cache, progress)
+        }
         schema::Packing::Lattice { lattice, radius, repeats, shape } => {
             let repeats = repeats.map_or([1; 3], |r| r.map(|n| n as u32));
             match shape {
@@ -162,8 +184,8 @@ fn make(
                 }
             }
         }
-        schema::Packing::File { path, cell, shape } => {
-            let mut packing = read_file(&folder.join(path), read_hdf5)?;
+        schema::Packing::File { path, unit, cell, shape } => {
+            let mut packing = read_file(&folder.join(path), unit.map(Quantity::si), read_hdf5)?;
             if let Some(edges) = cell {
                 packing.cell = Some(Cell::new(Mat3::from_diagonal(&vector(edges))));
             }
@@ -214,12 +236,13 @@ fn cannot_read(file: &Path, message: &dyn ToString) -> AssemblyError {
     AssemblyError::File { path: file.display().to_string(), message: message.to_string() }
 }
 
-/// A sphere pack in HDF5, or a text file with the columns x y z r.
-fn read_file(file: &Path, read_hdf5: PackReader) -> Result<Packing, AssemblyError> {
+/// A sphere pack in HDF5, or a text file; `unit`: length of one unit of a text file, m.
+fn read_file(file: &Path, unit: Option<f64>, read_hdf5: PackReader) -> Result<Packing, AssemblyError> {
     if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
         return read_hdf5(file).map_err(|message| cannot_read(file, &message));
     }
-    Ok(import_text(BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?))?)
+    let reader = BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?);
+    import(reader, unit).map_err(|error| unfit("packing.path", format!("{}: {error}", file.display())))
 }
 
 /// A closed mesh from an STL file; `unit`: length of one unit of the file, m.
@@ -287,6 +310,31 @@ pub fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64
             return Err(unfit("packing.shape", "a periodic packing has no shape to cut".into()));
         }
     })
+}
+
+/// Name of the stage in which a packing is read from the cache.
+pub(super) const FROM_CACHE: &str = "from cache";
+
+/// The periodic cell of a random dense packing, from the cache if it is there.
+fn compact_cached(
+    packing: &schema::Packing,
+    cache: Option<&PackingCache>,
+    progress: Progress<'_>,
+) -> Result<Packing, AssemblyError> {
+    let Some(cache) = cache else { return compact(packing, progress) };
+    let schema::Packing::RandomDense { count, radius, radii, seed, friction, protocol, .. } = packing else {
+        return compact(packing, progress);
+    };
+    // The shape does not matter: all specimens from one cell share it.
+    let keys = format!("{count} {radius:?} {radii:?} {seed} {friction:?} {protocol:?}");
+    let depends_on: &[&[u8]] = &[b"random-dense", keys.as_bytes()];
+    if let Some(stored) = cache.read(depends_on) {
+        progress(FROM_CACHE, 1.0);
+        return Ok(stored.packing);
+    }
+    let packing = compact(packing, progress)?;
+    cache.write(depends_on, &Stored { packing: packing.clone(), ..Stored::default() });
+    Ok(packing)
 }
 
 /// Compacts the periodic cell of a random dense packing.

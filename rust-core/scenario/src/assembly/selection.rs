@@ -7,9 +7,14 @@ use concordem_contact::math::Vec3;
 use concordem_packing::TIE;
 use concordem_solver::state::{Particles, Sphere};
 
-/// Indices of the spheres in the selection of the set `name`. Centers on the border count as inside, up to the
+/// Indices of the spheres in the selection of the set `name`, the table with this `number`. Centers on the border count as inside, up to the
 /// relative tolerance [`TIE`].
-pub(super) fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> Result<Vec<usize>, AssemblyError> {
+pub(super) fn select(
+    selection: &Selection,
+    spheres: &[Sphere],
+    number: usize,
+    name: &str,
+) -> Result<Vec<usize>, AssemblyError> {
     let chosen: Vec<usize> = match selection {
         Selection::All => (0..spheres.len()).collect(),
         Selection::Box { minimum, maximum } => {
@@ -29,14 +34,14 @@ pub(super) fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> R
         Selection::Ids { ids } => {
             if let Some(bad) = ids.iter().find(|&&id| id as usize >= spheres.len()) {
                 let message = format!("set `{name}` lists particle {bad}, but there are only {}", spheres.len());
-                return Err(unfit("set.selection.ids", message));
+                return Err(unfit(&format!("set[{number}].selection.ids"), message));
             }
             ids.iter().map(|&id| id as usize).collect()
         }
     };
     if chosen.is_empty() {
         let message = format!("no particle lies in set `{name}`; check its position and units");
-        return Err(unfit("set.selection", message));
+        return Err(unfit(&format!("set[{number}].selection"), message));
     }
     Ok(chosen)
 }

@@ -1,11 +1,12 @@
 //! Packings between walls: filled by force, or grown.
 
-use super::place::{Cooking, Placed, Walled, sizes};
+use super::cache::{PackingCache, Stored};
+use super::place::{Cooking, FROM_CACHE, Placed, Walled, sizes};
 use super::{AssemblyError, Progress, unfit};
 use crate::schema::{self, Quantity};
 use concordem_contact::law::Elastic;
 use concordem_contact::math::Vec3;
-use concordem_packing::cooker::{Cooker, CookerStage, Target, boundary, cook};
+use concordem_packing::cooker::{Cooker, CookerStage, Measured, Target, boundary, cook};
 use concordem_packing::{GrownBox, Packing, PackingError, Shape, SizeDistribution, grown_box};
 use concordem_solver::state::Sphere;
 
@@ -19,8 +20,81 @@ const STEP_LIMIT: u64 = 2_000_000;
 /// A vessel and its cross-sections.
 type Vessel = (Shape, Option<[f64; 3]>);
 
+/// A packing between walls, from the cache if it is there; besides the cache, the bytes of the mesh that is filled.
+pub(super) fn cached(
+    packing: &schema::Packing,
+    vessel: Vessel,
+    cache: Option<(&PackingCache, &[u8])>,
+    progress: Progress<'_>,
+) -> Result<Placed, AssemblyError> {
+    let keys = format!("{packing:?}");
+    let depends_on = |mesh| [keys.as_bytes(), mesh];
+    if let Some((cache, mesh)) = cache
+        && let Some(stored) = cache.read(&depends_on(mesh))
+        && let Some(placed) = placed_from(stored, &vessel)
+    {
+        progress(FROM_CACHE, 1.0);
+        return Ok(placed);
+    }
+    let placed = match packing {
+        schema::Packing::Growth { .. } => growth(packing, vessel, progress),
+        _ => cooker(packing, vessel, progress),
+    }?;
+    if let Some((cache, mesh)) = cache {
+        cache.write(&depends_on(mesh), &stored_of(&placed));
+    }
+    Ok(placed)
+}
+
+/// What the cache stores of a packing between walls. A grown packing has the solid fraction only.
+fn stored_of(placed: &Placed) -> Stored {
+    let walled = placed.walled.as_ref();
+    let mut numbers = vec![placed.packing_fraction.unwrap_or(f64::NAN)];
+    if let Some(cooking) = walled.and_then(|walled| walled.cooked.as_ref()) {
+        let Cooking { filled, last, links_inside, packets, lost, steps } = cooking;
+        let ratio = walled.and_then(|walled| walled.interaction_ratio).unwrap_or(f64::NAN);
+        numbers.extend([*links_inside, *packets as f64, *lost as f64, *steps as f64, ratio]);
+        for measured in [filled, last] {
+            let Measured { count, solid_fraction, coordination, at_boundary, overlap, largest_overlap } = measured;
+            numbers.extend([*count as f64, *solid_fraction, *coordination, *at_boundary, *overlap, *largest_overlap]);
+        }
+    }
+    let links = walled.and_then(|walled| walled.network.clone());
+    Stored { packing: placed.packing.clone(), links, numbers }
+}
+
+/// The packing that [`stored_of`] stored; `None` if the numbers do not fit.
+fn placed_from(stored: Stored, (shape, cross_sections): &Vessel) -> Option<Placed> {
+    let Stored { packing, links, numbers } = stored;
+    let (&fraction, numbers) = numbers.split_first()?;
+    let measured = |from: usize| -> Option<Measured> {
+        let [count, solid_fraction, coordination, at_boundary, overlap, largest_overlap]: [f64; 6] =
+            numbers.get(from..from + 6)?.try_into().ok()?;
+        Some(Measured { count: count as usize, solid_fraction, coordination, at_boundary, overlap, largest_overlap })
+    };
+    let (cooked, ratio) = match numbers {
+        [] => (None, f64::NAN),
+        [links_inside, packets, lost, steps, ratio, ..] => {
+            let (packets, lost, steps) = (*packets as usize, *lost as usize, *steps as u64);
+            let (filled, last) = (measured(5)?, measured(11)?);
+            (Some(Cooking { filled, last, links_inside: *links_inside, packets, lost, steps }), *ratio)
+        }
+        _ => return None,
+    };
+    let walled = Walled {
+        boundary: boundary(&packing.spheres, shape),
+        network: links,
+        interaction_ratio: Some(ratio).filter(|ratio| !ratio.is_nan()),
+        cooked,
+    };
+    let placed = Placed::without_shape(packing);
+    let packing_fraction = Some(fraction).filter(|fraction| !fraction.is_nan());
+    let (body, cross_sections) = (Some(shape.clone()), *cross_sections);
+    Some(Placed { packing_fraction, cross_sections, body, walled: Some(walled), ..placed })
+}
+
 /// Fills the vessel by force.
-pub(super) fn cooker(
+fn cooker(
     packing: &schema::Packing,
     (shape, cross_sections): Vessel,
     progress: Progress<'_>,
@@ -94,7 +168,7 @@ fn out_of_reach(error: PackingError, target: Target) -> AssemblyError {
 }
 
 /// Grows spheres in a cube.
-pub(super) fn growth(
+fn growth(
     packing: &schema::Packing,
     (shape, cross_sections): Vessel,
     progress: Progress<'_>,

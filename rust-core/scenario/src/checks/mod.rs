@@ -14,6 +14,7 @@ mod laws;
 mod loading;
 mod packing;
 mod plane;
+mod plausible;
 mod read;
 mod samples;
 mod structure;
@@ -25,6 +26,7 @@ use structure::wording::{listing, nearest};
 
 pub(crate) use packing::{OVERLAP_BONDED, OVERLAP_UNBONDED};
 pub use samples::Misuse;
+pub use structure::keys::{KeyInfo, find as find_keys, keys};
 
 /// Relative difference up to which two components of a tensor count as equal; allows for rounding in unit conversion.
 const SYMMETRY: f64 = 1e-12;

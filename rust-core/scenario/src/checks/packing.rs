@@ -32,7 +32,11 @@ impl Checker<'_> {
             Packing::Lattice { lattice, radius, repeats, shape } => {
                 self.lattice(*lattice, *radius, *repeats, shape.as_ref());
             }
-            Packing::File { cell, shape, .. } => {
+            Packing::File { path, unit, cell, shape } => {
+                if unit.is_some() && (path.ends_with(".h5") || path.ends_with(".hdf5")) {
+                    let help = "remove the key: HDF5 sphere packs are in meters";
+                    self.conflict("packing.unit", "has no effect on an HDF5 file", help);
+                }
                 if let Some(shape) = shape {
                     self.shape(shape, None, cell.is_some());
                 }

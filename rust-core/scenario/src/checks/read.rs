@@ -1,9 +1,10 @@
 //! Reads a scenario from text or a file.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::{check_meaning, files, structure};
-use crate::schema::{Document, ReadError, Scenario, ScenarioError, Source};
+use crate::schema::{Document, Given, ReadError, Scenario, ScenarioError, Setting, Source};
 
 /// The JSON Schema, built once.
 fn own_schema() -> &'static serde_json::Value {
@@ -25,7 +26,7 @@ impl Scenario {
     /// assert_eq!(error.problems.len(), 4);
     /// ```
     pub fn parse(source_name: &str, text: &str) -> Result<Self, ScenarioError> {
-        Self::parse_with(source_name, text, None)
+        Self::parse_source(source(source_name, text), None)
     }
 
     /// Reads and checks a scenario file, and checks that the files it names exist.
@@ -33,21 +34,40 @@ impl Scenario {
     /// # Errors
     /// The file cannot be read, is not UTF-8, or contains an invalid scenario.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
+        Self::read_with(path, &[])
+    }
+
+    /// Reads a scenario file with settings that replace its keys. Problems of a setting are reported at the setting, all others at
+    /// their position in the file.
+    ///
+    /// # Errors
+    /// Those of [`Self::read`]; a setting whose key leads nowhere.
+    pub fn read_with(path: &Path, settings: &[Setting]) -> Result<Self, ReadError> {
         let name = path.display().to_string();
         let bytes = crate::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+        if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+            return Err(ReadError::Hdf5 { path: path.to_owned() });
+        }
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
             let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();
             ReadError::NotText { path: path.to_owned(), line }
         })?;
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self::parse_with(&name, &text, Some(&directory))?)
+        let source = with_settings(source(&name, &text), settings)?;
+        Ok(Self::parse_source(source, Some(&directory))?)
     }
 
-    fn parse_with(source_name: &str, text: &str, directory: Option<&Path>) -> Result<Self, ScenarioError> {
-        // Files from Windows may begin with a byte order mark.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let source = Source { name: source_name.into(), text: text.into() };
+    /// Changes keys of a scenario.
+    ///
+    /// # Errors
+    /// A setting whose key leads nowhere, and all problems of the changed scenario.
+    pub fn with_settings(&self, settings: &[Setting]) -> Result<Self, ReadError> {
+        let source = with_settings(self.source.clone(), settings)?;
+        Ok(Self::parse_source(source, None)?)
+    }
+
+    fn parse_source(source: Source, directory: Option<&Path>) -> Result<Self, ScenarioError> {
         let document = Document::parse(&source).map_err(|problems| ScenarioError::new(&source, problems))?;
         let mut problems = structure::check(&document, own_schema());
         let scenario = match document.deserialize::<Self>() {
@@ -69,4 +89,23 @@ impl Scenario {
         }
         if problems.is_empty() { Ok(Self { source, ..scenario }) } else { Err(ScenarioError::new(&source, problems)) }
     }
+}
+
+/// The source of a text. Files from Windows may begin with a byte order mark.
+fn source(name: &str, text: &str) -> Source {
+    Source::new(name, text.strip_prefix('\u{feff}').unwrap_or(text))
+}
+
+/// A source with settings. A text that is not TOML stays as it is, because its own problems are reported first.
+fn with_settings(source: Source, settings: &[Setting]) -> Result<Source, ReadError> {
+    if settings.is_empty() || Document::parse(&source).is_err() {
+        return Ok(source);
+    }
+    let text = Setting::apply(&source.text, settings).map_err(ReadError::Setting)?;
+    let mut given = Given { text: source.text.clone(), settings: Vec::new() };
+    if let Some(earlier) = &source.given {
+        given = Given::clone(earlier);
+    }
+    given.settings.extend_from_slice(settings);
+    Ok(Source { text: text.into(), given: Some(Arc::new(given)), ..source })
 }

@@ -1,4 +1,4 @@
-//! Warnings about tables and keys of a scenario that have no effect.
+//! Warnings about a scenario: tables and keys that have no effect, and implausible numbers.
 //!
 //! Keys that contradict each other are errors. Unused input that may be intended, such as the table of a law for the next
 //! run, gives a warning.
@@ -8,7 +8,7 @@ use crate::schema::{Document, LawName, Problem, ProblemKind, Scenario, TimeStep}
 use concordem_solver::state::PointOfAction;
 
 impl Scenario {
-    /// Warnings about keys and tables that have no effect, in the order of the text.
+    /// Warnings about keys and tables that have no effect, and about implausible numbers, in the order of the text.
     ///
     /// ```
     /// use concordem_scenario::schema::Scenario;
@@ -40,6 +40,7 @@ impl Scenario {
         checker.unused_keys();
         checker.unused_histories();
         checker.unused_thermal();
+        checker.implausible();
         let mut problems = checker.problems;
         problems.sort_by_key(|problem| (problem.span.start, problem.span.end));
         problems
@@ -131,6 +132,9 @@ impl Checker<'_> {
         if self.gives("kinematics") && laws().count() > 0 && laws().all(by_orientation) {
             let help = "remove the key";
             self.warn("kinematics", "has no effect: the law measures relative motion from orientations", help);
+        }
+        if scenario.bonds.is_none() && scenario.output.bond_snapshots {
+            self.warn("output.bond_snapshots", "has no effect without bonds", "add [bonds], or remove the key");
         }
         if scenario.bonds.is_none() && self.gives("output.events_damage") {
             self.warn("output.events_damage", "has no effect without bonds", "add [bonds], or remove the key");

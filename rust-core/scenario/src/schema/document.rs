@@ -113,6 +113,9 @@ fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &st
     let starts_as_number =
         |value: &str| value.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+' || c == '.');
     let help = match value {
+        _ if message.contains("duplicate key") => {
+            "keep one of the two; write the tables of a list as [[name]]".to_owned()
+        }
         _ if message.contains("string") && message.contains("expected `") => {
             "close the string with a quotation mark".to_owned()
         }
@@ -125,9 +128,6 @@ fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &st
         }
         Some(value) if value.starts_with(|c: char| c.is_alphabetic()) => {
             "put words in quotes: \"...\"; only true and false are written without".to_owned()
-        }
-        _ if message.contains("duplicate key") => {
-            "keep one of the two; write the tables of a list as [[name]]".to_owned()
         }
         _ => "a scenario is a TOML file: lines `key = value` below headers `[table]`; see https://toml.io".to_owned(),
     };

@@ -5,6 +5,12 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::document::Document;
+use super::setting::{Given, Setting};
+
+/// Number of problems that a message shows.
+pub const MOST_SHOWN: usize = 10;
+
 /// Name and text of a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
@@ -12,9 +18,16 @@ pub struct Source {
     pub name: Arc<str>,
     /// Text.
     pub text: Arc<str>,
+    /// The text of the file and the settings of the command line, if there are some; `text` contains them.
+    pub given: Option<Arc<Given>>,
 }
 
 impl Source {
+    /// A text without settings.
+    pub fn new(name: &str, text: &str) -> Self {
+        Self { name: name.into(), text: text.into(), given: None }
+    }
+
     /// Line and column of a byte, both counted from 1; columns count characters.
     pub fn position(&self, byte: usize) -> (usize, usize) {
         let mut byte = byte.min(self.text.len());
@@ -84,7 +97,7 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// All problems of a scenario. The message gives line, key, value, and remedy of each.
+/// All problems of a scenario. The message gives line, key, value, and remedy of the first ten.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.plain())]
 #[non_exhaustive]
@@ -95,22 +108,87 @@ pub struct ScenarioError {
     pub problems: Vec<Problem>,
 }
 
+/// Where a problem is: in the scenario, or in a setting of the command line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Location {
+    /// Name and text of the file, or the setting.
+    pub source: Source,
+    /// Range of bytes in the text.
+    pub span: Range<usize>,
+    /// Whether it is a setting, which has no lines.
+    pub is_setting: bool,
+}
+
 impl ScenarioError {
     /// Sorts the problems by position and drops duplicates.
     pub fn new(source: &Source, mut problems: Vec<Problem>) -> Self {
+        let mut shown = source.clone();
+        if let Some(given) = &source.given {
+            // Positions refer to the file as its author knows it, without the settings.
+            shown.text = given.text.clone();
+            if let Ok(document) = Document::parse(&shown) {
+                for problem in &mut problems {
+                    let (span, value) = document.locate(&problem.key);
+                    problem.span = match given.cause(&problem.key, value.is_none()) {
+                        Some(setting) => place_in_setting(setting, problem),
+                        None => span,
+                    };
+                }
+            }
+        }
         problems.sort_by(|a, b| (a.span.start, a.span.end, &a.key).cmp(&(b.span.start, b.span.end, &b.key)));
         problems.dedup();
-        Self { source_text: source.clone(), problems }
+        Self { source_text: shown, problems }
+    }
+
+    /// Where a problem is.
+    pub fn locate(&self, problem: &Problem) -> Location {
+        if let Some(given) = &self.source_text.given
+            && let Ok(document) = Document::parse(&self.source_text)
+            && let Some(setting) = given.cause(&problem.key, document.locate(&problem.key).1.is_none())
+        {
+            let source = Source::new("command line", &format!("{SET}{}", setting.given));
+            return Location { source, span: problem.span.clone(), is_setting: true };
+        }
+        Location { source: self.source_text.clone(), span: problem.span.clone(), is_setting: false }
+    }
+
+    /// The problems to show, and the number of further ones.
+    pub fn shown(&self) -> (&[Problem], usize) {
+        let count = self.problems.len().min(MOST_SHOWN);
+        (&self.problems[..count], self.problems.len() - count)
     }
 
     fn plain(&self) -> String {
         let one = |problem: &Problem| {
-            let (line, column) = self.source_text.position(problem.span.start);
             let help = if problem.help.is_empty() { String::new() } else { format!("\n  help: {}", problem.help) };
-            format!("{}:{line}:{column}: {problem}{help}", self.source_text.name)
+            let Location { source, span, is_setting } = self.locate(problem);
+            if is_setting {
+                return format!("{}: {problem}{help}", source.text);
+            }
+            let (line, column) = source.position(span.start);
+            format!("{}:{line}:{column}: {problem}{help}", source.name)
         };
-        self.problems.iter().map(one).collect::<Vec<_>>().join("\n")
+        let (shown, further) = self.shown();
+        let mut lines: Vec<String> = shown.iter().map(one).collect();
+        if further > 0 {
+            lines.push(format!("and {further} more problems"));
+        }
+        lines.join("\n")
     }
+}
+
+/// Option of the command line that gives a setting.
+const SET: &str = "--set ";
+
+/// Position of a problem in the text of the setting that causes it: its value, or its key if the problem is the key.
+fn place_in_setting(setting: &Setting, problem: &Problem) -> Range<usize> {
+    let equals = setting.given.find('=').unwrap_or(0);
+    let (start, end) = match problem.kind {
+        ProblemKind::UnknownKey | ProblemKind::MissingKey => (0, equals),
+        _ => (equals + 1, setting.given.len()),
+    };
+    SET.len() + start..SET.len() + end
 }
 
 /// Why a scenario file could not be read.
@@ -126,6 +204,16 @@ pub enum ReadError {
         #[source]
         error: std::io::Error,
     },
+    /// The file is HDF5, probably a result.
+    #[error(
+        "{0} is an HDF5 file, not a scenario. If it is a result, use `concordem report {0}`, `info`, or `resume`; `info --scenario` \
+         prints its scenario",
+        path.display()
+    )]
+    Hdf5 {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file is not UTF-8 text.
     #[error("{} is not a text file: line {line} has bytes that are not UTF-8", path.display())]
     NotText {
@@ -134,6 +222,9 @@ pub enum ReadError {
         /// First line with such bytes, counted from 1.
         line: usize,
     },
+    /// A setting cannot be applied to the scenario.
+    #[error("{0}")]
+    Setting(String),
     /// The scenario has errors.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),

@@ -37,6 +37,7 @@ mod motion;
 mod packing;
 pub mod quantity;
 mod sample;
+mod setting;
 mod templates;
 
 use std::path::{Path, PathBuf};
@@ -48,7 +49,7 @@ pub use aggregates::{AggregateGroup, AggregateShape, Aggregates, GradingTable, M
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, Wall, WallShape};
 pub use cut::{Cut, CutShape};
 pub use document::Document;
-pub use error::{Problem, ProblemKind, ReadError, ScenarioError, Source};
+pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
 pub use heat::{
     Convection, Heat, HeatBoundary, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot, Radiation,
 };
@@ -61,6 +62,7 @@ pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Sa
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
+pub use setting::{Given, Setting};
 pub use templates::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
 use concordem_contact::kinematics::MotionMeasure;

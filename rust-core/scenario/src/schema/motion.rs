@@ -373,6 +373,9 @@ pub struct Output {
     /// Steps between two snapshots of all particles and contacts; default: only the first and the last state.
     #[schemars(range(min = 1))]
     pub snapshot_interval: Option<u64>,
+    /// Whether snapshots contain the bonds, too: damage, force, and opening of each, which `concordem export` writes as lines for
+    /// ParaView; default: false, because bonds need more space than particles.
+    pub bond_snapshots: bool,
     /// Steps between two checkpoints, in addition to those written about every minute; default: none.
     #[schemars(range(min = 1))]
     pub checkpoint_interval: Option<u64>,
@@ -389,6 +392,7 @@ impl Default for Output {
             file: None,
             sample_interval: 10,
             snapshot_interval: None,
+            bond_snapshots: false,
             checkpoint_interval: None,
             events_damage: Number::new(0.9),
             csv: false,

@@ -151,10 +151,15 @@ pub enum Packing {
         /// Shape that is filled with the lattice; default: a block of `repeats` unit cells.
         shape: Option<Shape>,
     },
-    /// Spheres from a text file with the columns x y z r in meters, or from an HDF5 sphere pack.
+    /// Spheres from a file: text with the columns x y z r, a comma-separated table, a data or dump file of LAMMPS, text of YADE, or an
+    /// HDF5 sphere pack.
     File {
         /// Path of the file, relative to the scenario. Required. Example: `path = "packing.txt"`.
         path: String,
+        /// Length of one unit of a text file, m; default: 1 m, or the unit in the header of a comma-separated table. Not for HDF5.
+        /// Example: `unit = "1 mm"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        unit: Option<Length>,
         /// Edge lengths of the periodic cell, m; default: not periodic. In two dimensions the third is 1 m, the depth of the
         /// discs. Example: `cell = ["10 mm", "10 mm", "10 mm"]`.
         #[schemars(transform = super::quantity::positive_items)]

@@ -64,7 +64,9 @@ pub(super) fn new_folder(folder: &Path) -> Result<tempfile::TempDir, OutputError
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     builder.tempdir_in(folder).map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => OutputError::NoFolder { path: folder.to_owned() },
+        // Some folders of the system, such as /proc, exist but take no files.
+        std::io::ErrorKind::NotFound if !folder.is_dir() => OutputError::NoFolder { path: folder.to_owned() },
+        std::io::ErrorKind::NotFound => OutputError::NotWritable { path: folder.to_owned(), source: error },
         _ => OutputError::io(folder, "create", error),
     })
 }

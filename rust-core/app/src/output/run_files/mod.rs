@@ -18,6 +18,7 @@
 
 mod folder;
 mod header;
+mod look;
 mod snapshot;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -39,8 +40,9 @@ use folder::{
 };
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
-pub(super) use snapshot::{POSITION, SnapshotBatch, StoredField, batches_of};
-pub use snapshot::{Snapshot, SnapshotField};
+pub use look::{Unfinished, look};
+pub use snapshot::{BondSnapshot, Snapshot, SnapshotField};
+pub(super) use snapshot::{POSITION, SnapshotBatch, StoredField, batches_of, bond_batches_of};
 use snapshot::{StoredSnapshot, snapshot_fields};
 
 /// The open files of a run.
@@ -61,6 +63,7 @@ pub struct RunFiles {
     operators: Vec<Vec<f64>>,
     events: Vec<Event>,
     snapshots: Vec<StoredSnapshot>,
+    bonds: Vec<StoredSnapshot>,
     /// Names and shapes of the fields of snapshots, set by the first one.
     fields: Option<Vec<(String, String)>>,
 }
@@ -157,6 +160,7 @@ impl RunFiles {
             samples: Vec::new(),
             events: Vec::new(),
             snapshots: Vec::new(),
+            bonds: Vec::new(),
             fields: None,
         }
     }
@@ -169,7 +173,7 @@ impl RunFiles {
         if !parts.is_dir() {
             return match sealed::verify(path) {
                 Ok(()) => Ok(Resumed::Finished),
-                Err(OutputError::Missing { .. }) => Err(OutputError::Missing { path: parts }),
+                Err(OutputError::Missing { .. }) => Err(OutputError::NoRun { path: path.clone(), parts }),
                 Err(other) => Err(other),
             };
         }
@@ -303,6 +307,12 @@ impl RunFiles {
         Ok(())
     }
 
+    /// Appends the bonds at one time. They stay in memory until the next [`Self::commit`].
+    pub fn append_bonds(&mut self, snapshot: &BondSnapshot<'_>) -> Result<(), OutputError> {
+        self.bonds.push(StoredSnapshot::of_bonds(snapshot)?);
+        Ok(())
+    }
+
     /// Adds an attribute to the provenance of the result, such as the wall time.
     pub fn note(&mut self, name: &str, value: &str) {
         self.notes.insert(name.to_owned(), value.to_owned());
@@ -315,7 +325,8 @@ impl RunFiles {
         let empty = self.samples.is_empty()
             && self.operators.iter().all(Vec::is_empty)
             && self.events.is_empty()
-            && self.snapshots.is_empty();
+            && self.snapshots.is_empty()
+            && self.bonds.is_empty();
         let segment = numbered(&self.parts, "segment", self.segments);
         if !empty {
             stage("before segment");
@@ -335,6 +346,7 @@ impl RunFiles {
         self.operators.iter_mut().for_each(Vec::clear);
         self.events.clear();
         self.snapshots.clear();
+        self.bonds.clear();
         self.last_hash.clone_from(&hash);
         for (&number, old) in &list_numbered(&self.parts, "checkpoint")? {
             if number + 2 < self.next_checkpoint {
@@ -377,6 +389,7 @@ impl RunFiles {
             }
             merge::write_events(file, &self.events, path)?;
             snapshot::write_batches(file, &self.snapshots, path)?;
+            snapshot::write_bond_batches(file, &self.bonds, path)?;
             stage("within segment");
             Ok(())
         })

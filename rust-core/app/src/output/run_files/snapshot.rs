@@ -23,7 +23,20 @@ pub struct Snapshot<'a> {
     pub fields: Vec<SnapshotField<'a>>,
 }
 
-/// One field of a snapshot, a row per particle.
+/// The bonds at one time, for `/bonds`.
+#[derive(Debug, Clone)]
+pub struct BondSnapshot<'a> {
+    /// Time, s.
+    pub time: f64,
+    /// Number of steps done.
+    pub step: u64,
+    /// Stable ids of the two particles of each bond; rows are written in their order, so that a row is the same bond in every snapshot.
+    pub ids: &'a [[u32; 2]],
+    /// Further fields; the same in every snapshot of a run.
+    pub fields: Vec<SnapshotField<'a>>,
+}
+
+/// One field of a snapshot, a row per particle or bond.
 #[derive(Debug, Clone)]
 pub struct SnapshotField<'a> {
     /// Name.
@@ -59,6 +72,8 @@ const ID: &str = "id";
 
 /// Group of a segment that holds the batches of snapshots.
 const BATCHES: &str = "snapshot_batches";
+/// The same for bonds; segments without bonds have none.
+const BOND_BATCHES: &str = "bond_batches";
 /// Rows of a batch, unless a single snapshot has more. Small runs with many snapshots would otherwise spend most of their
 /// time in creating objects of HDF5; large ones need not hold more than a snapshot in memory when segments are merged.
 const ROWS_OF_BATCH: usize = 1 << 18;
@@ -91,9 +106,31 @@ pub(in crate::output) fn batches_of(
     Ok((group, names))
 }
 
-/// Writes snapshots into a segment, in batches of equal numbers of particles.
+/// Paths of the batches of bonds of a segment, in order.
+pub(in crate::output) fn bond_batches_of(segment: &hdf5::Group, path: &Path) -> Result<Vec<String>, OutputError> {
+    if !segment.link_exists(BOND_BATCHES) {
+        return Ok(Vec::new());
+    }
+    let group = segment.group(BOND_BATCHES).at(path)?;
+    let names = hdf::numbered_members(&group, "", path)?;
+    Ok(names.into_iter().map(|name| format!("{BOND_BATCHES}/{name}")).collect())
+}
+
+/// Writes snapshots of particles into a segment.
 pub(super) fn write_batches(file: &hdf5::Group, snapshots: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
-    let group = file.create_group(BATCHES).at(path)?;
+    write_in(&file.create_group(BATCHES).at(path)?, snapshots, path)
+}
+
+/// Writes snapshots of bonds into a segment.
+pub(super) fn write_bond_batches(file: &hdf5::Group, bonds: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
+    if bonds.is_empty() {
+        return Ok(());
+    }
+    write_in(&file.create_group(BOND_BATCHES).at(path)?, bonds, path)
+}
+
+/// Writes snapshots into a group, in batches of equal numbers of rows.
+fn write_in(group: &hdf5::Group, snapshots: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
     let mut rest = snapshots;
     let mut number = 0;
     while let Some(first) = rest.first() {
@@ -182,19 +219,36 @@ impl StoredSnapshot {
         }
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by_key(|&k| snapshot.id[k]);
+        let order = &order;
         let position: Vec<f64> = order.iter().flat_map(|&k| snapshot.position[k].iter().copied()).collect();
-        let field = |name: &str, unit: &str, description: &str, components, data| StoredField {
-            name: name.to_owned(),
-            unit: unit.to_owned(),
-            description: description.to_owned(),
-            column: StoredColumn { data, components },
-        };
         let id = order.iter().map(|&k| snapshot.id[k]).collect();
-        let mut fields = vec![
+        let fields = vec![
             field(POSITION, "m", "Center of the particle.", 3, ColumnData::F64(position)),
             field(ID, "1", "Stable id of the particle.", 1, ColumnData::U32(id)),
         ];
-        for given in &snapshot.fields {
+        Self::with(snapshot.time, snapshot.step, order, fields, &snapshot.fields)
+    }
+
+    /// Checks a snapshot of bonds and sorts its rows by the ids of the particles.
+    pub(super) fn of_bonds(snapshot: &BondSnapshot<'_>) -> Result<Self, OutputError> {
+        let mut order: Vec<usize> = (0..snapshot.ids.len()).collect();
+        order.sort_by_key(|&k| snapshot.ids[k]);
+        let ids = order.iter().flat_map(|&k| snapshot.ids[k]).collect();
+        let fields = vec![field("ids", "1", "Stable ids of the two particles.", 2, ColumnData::U32(ids))];
+        Self::with(snapshot.time, snapshot.step, &order, fields, &snapshot.fields)
+    }
+
+    /// A snapshot with further fields, whose rows are brought into `order`.
+    fn with(
+        time: f64,
+        step: u64,
+        order: &[usize],
+        mut fields: Vec<StoredField>,
+        further: &[SnapshotField<'_>],
+    ) -> Result<Self, OutputError> {
+        let wrong = |problem: String| OutputError::Snapshot { step, problem };
+        let count = order.len();
+        for given in further {
             hdf::check_name(given.name, "a field of a snapshot")?;
             if fields.iter().any(|field| field.name == given.name) {
                 return Err(wrong(format!("the field `{}` appears twice", given.name)));
@@ -203,10 +257,19 @@ impl StoredSnapshot {
             if rows != count {
                 return Err(wrong(format!("the field `{}` has {rows} rows for {count} particles", given.name)));
             }
-            let column = sorted(&given.column, &order);
+            let column = sorted(&given.column, order);
             fields.push(field(given.name, given.column.unit(), given.description, given.column.components(), column));
         }
-        Ok(Self { time: snapshot.time, step: snapshot.step, rows: count, fields })
+        Ok(Self { time, step, rows: count, fields })
+    }
+}
+
+fn field(name: &str, unit: &str, description: &str, components: usize, data: ColumnData) -> StoredField {
+    StoredField {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        description: description.to_owned(),
+        column: StoredColumn { data, components },
     }
 }
 

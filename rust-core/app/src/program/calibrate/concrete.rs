@@ -1,8 +1,11 @@
 //! `concordem calibrate concrete`: stiffness and strengths of CPM concrete.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use super::super::drive::{Meter, build};
+use super::super::check::seconds;
+use super::super::drive::build;
+use super::super::meter::Meter;
 use super::super::{Console, Facts, Failure, Work};
 use super::{elastic_failure, stress, with_values};
 use crate::calibration::concrete::{
@@ -13,6 +16,7 @@ use crate::output::OutputError;
 use crate::output::sealed::write_text;
 use crate::provenance;
 use concordem_contact::law::Cpm;
+use concordem_scenario::assembly::PackingCache;
 use concordem_scenario::schema::quantity::{Number, StrainRate, Stress};
 use concordem_scenario::schema::{LawName, Loading, Output, Packing, ProblemKind, Scenario, Shape, Stop};
 use concordem_solver::state::State;
@@ -74,10 +78,11 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
     let scenario = Scenario::read(&arguments.scenario)?;
     fitting(&scenario)?;
     let table_path = arguments.table.clone().unwrap_or_else(|| arguments.scenario.with_extension("strengths.json"));
-    let visible = console.interactive && !arguments.work.quiet;
+    let cache = console.cache();
+    let display = console.display(&arguments.work);
     let found = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let found = find(arguments, scenario.clone(), &table_path, &meter);
+        let meter = Meter::new(display);
+        let found = find(arguments, scenario.clone(), &table_path, cache.as_ref(), &meter);
         meter.finish();
         found
     })?;
@@ -133,13 +138,17 @@ struct ConcreteResult {
     known: usize,
 }
 
+/// Number of measurements that a fit usually needs per packing: 42 with three packings of the template `cpm-small`.
+const TYPICAL: usize = 14;
+
 fn find(
     arguments: &CalibrateConcreteArguments,
     mut scenario: Scenario,
     table_path: &Path,
+    cache: Option<&PackingCache>,
     meter: &Meter,
 ) -> Result<ConcreteResult, Failure> {
-    let elastic = elastic(arguments, &scenario, meter)?;
+    let elastic = elastic(arguments, &scenario, cache, meter)?;
     let cpm = scenario.materials[0].cpm.as_mut().ok_or_else(|| Failure::Calibration("no cpm parameters".into()))?;
     cpm.shear_ratio = Number::new(elastic.shear_ratio);
     cpm.young = Stress::new(cpm.young.si() * elastic.normal_factor);
@@ -150,8 +159,8 @@ fn find(
         let Packing::RandomDense { seed, .. } = &mut scenario.packing else { break };
         *seed += u64::from(number > 0);
         let seed = *seed;
-        let tension = specimen(&scenario, 1.0, meter)?;
-        let compression = specimen(&scenario, -COMPRESSION_RATE, meter)?;
+        let tension = specimen(&scenario, 1.0, cache, meter)?;
+        let compression = specimen(&scenario, -COMPRESSION_RATE, cache, meter)?;
         width = width.min(tension.area.sqrt() / (2.0 * mean_radius(&tension.state)));
         pairs.push(SpecimenPair { seed, tension, compression });
     }
@@ -159,8 +168,14 @@ fn find(
     let table = read_table(table_path, described(&scenario)?)?;
     let known = table.values.len();
     let mut failed = None;
+    let start = Instant::now();
     let mut report = |runs: usize, table: &StrengthTable| {
-        meter.stage("strengths", 1.0 - 1.0 / (1.0 + 0.03 * runs as f64));
+        let each = start.elapsed().as_secs_f64() / runs.max(1) as f64;
+        let expected = TYPICAL * pairs.len();
+        meter.stage_with("strengths", (runs as f64 / expected as f64).min(0.99), || {
+            let left = expected.saturating_sub(runs).max(1) as f64 * each;
+            format!("measurement {runs} of usually {expected}, {} each, about {} left", seconds(each), seconds(left))
+        });
         if failed.is_none() {
             failed = save(table_path, table).err();
         }
@@ -182,13 +197,18 @@ fn find(
 }
 
 /// Ē and Ḡ/Ē from the periodic packing of the specimen.
-fn elastic(arguments: &CalibrateConcreteArguments, scenario: &Scenario, meter: &Meter) -> Result<ElasticFit, Failure> {
+fn elastic(
+    arguments: &CalibrateConcreteArguments,
+    scenario: &Scenario,
+    cache: Option<&PackingCache>,
+    meter: &Meter,
+) -> Result<ElasticFit, Failure> {
     let mut periodic = scenario.clone();
     if let Packing::RandomDense { shape, .. } = &mut periodic.packing {
         *shape = Shape::Periodic { tiles: [1; 3] };
     }
     periodic.loading = Loading::None;
-    let assembly = build(&periodic, meter)?;
+    let assembly = build(&periodic, cache, meter)?;
     let network = LinkNetwork::of_state(&assembly.state).map_err(ElasticCalibrationError::from);
     network
         .and_then(|network| {
@@ -206,13 +226,18 @@ fn stop() -> Stop {
 }
 
 /// The specimen of a scenario, loaded at the rate of the scenario times `factor`.
-fn specimen(scenario: &Scenario, factor: f64, meter: &Meter) -> Result<ConcreteSpecimen, Failure> {
+fn specimen(
+    scenario: &Scenario,
+    factor: f64,
+    cache: Option<&PackingCache>,
+    meter: &Meter,
+) -> Result<ConcreteSpecimen, Failure> {
     let mut scenario = scenario.clone();
     if let Loading::Uniaxial { strain_rate, .. } = &mut scenario.loading {
         *strain_rate = StrainRate::new(strain_rate.si().abs() * factor);
     }
     scenario.stop = stop();
-    let assembly = build(&scenario, meter)?;
+    let assembly = build(&scenario, cache, meter)?;
     let area = assembly.summary.specimen.map_or(f64::NAN, |(area, _)| area);
     Ok(ConcreteSpecimen { state: assembly.state, model: assembly.model, schedule: assembly.schedule, area })
 }
@@ -444,7 +469,9 @@ mod tests {
         let scenario = scenario("");
         let text = scenario.source.text.replace("steps = 20_000", "unbalanced = 1e6");
         let scenario = Scenario::parse("specimen.toml", &text).unwrap();
-        let Ok(specimen) = specimen(&scenario, 1.0, &Meter::new(false)) else { panic!("no specimen") };
+        let Ok(specimen) = specimen(&scenario, 1.0, None, &Meter::new(crate::program::meter::Display::Nothing)) else {
+            panic!("no specimen")
+        };
         let parameters = law_of(&specimen.state).unwrap();
         let strength = specimen.load(&parameters, 0.3).unwrap().expect("the stress falls before the run ends");
         assert!(strength.stress > 1e6, "{strength:?}");

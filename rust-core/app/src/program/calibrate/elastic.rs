@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::super::drive::Meter;
+use super::super::meter::Meter;
 use super::super::{Console, Facts, Failure, Work};
 use super::elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic};
 use super::{positive, stress};
@@ -89,9 +89,9 @@ pub(super) fn calibrate(arguments: &CalibrateElasticArguments, console: &mut Con
     };
     let scenario = arguments.scenario.as_deref().map(Scenario::read).transpose()?;
     let folder = scenario.as_ref().map(Scenario::directory).unwrap_or_default();
-    let visible = console.interactive && !arguments.work.quiet;
+    let display = console.display(&arguments.work);
     let found = arguments.work.install(|| {
-        let meter = Meter::new(visible);
+        let meter = Meter::new(display);
         let found =
             calibrate_elastic(scenario.as_ref(), &folder, &request, &mut |stage, share| meter.stage(stage, share));
         meter.finish();

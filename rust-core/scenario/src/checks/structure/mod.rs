@@ -4,6 +4,7 @@
 //! would know neither positions in the text nor units.
 
 mod json_schema;
+pub(super) mod keys;
 mod value;
 pub(super) mod wording;
 
@@ -173,6 +174,9 @@ impl Checker<'_> {
         let free = properties.keys().map(String::as_str).filter(|other| !table.contains_key(*other));
         if let Some(other) = nearest(name, free) {
             return (Some(other), format!("did you mean `{other}`? {}", about_key(other)));
+        }
+        if let Some(other) = nearest(name, properties.keys().map(String::as_str)) {
+            return (None, format!("did you mean `{other}`, which is given, too? {}", about_key(other)));
         }
         let mut keys: Vec<String> = properties.keys().map(|key| format!("`{key}`")).collect();
         keys.sort();

@@ -71,7 +71,7 @@ fn impossible_paths_and_names_are_refused() {
     let error = RunFiles::create(&folder.path().join("run.h5"), twice, false).unwrap_err().to_string();
     assert_eq!(error, "`time` cannot name a series: another has the same name.");
     let error = RunFiles::resume(&folder.path().join("never.h5")).unwrap_err();
-    assert!(matches!(error, OutputError::Missing { .. }), "{error}");
+    assert!(matches!(error, OutputError::NoRun { .. }), "{error}");
 }
 
 struct Elsewhere;

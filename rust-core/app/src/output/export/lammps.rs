@@ -1,0 +1,226 @@
+//! Export for OVITO and LAMMPS: a data file with the first snapshot and its bonds, a dump with the particles of all snapshots, and a local
+//! dump with the bonds of all snapshots. Ids count from 1.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use super::bonds::AllLines;
+use super::{Exported, beside, free, particles_of};
+use crate::output::error::OutputError;
+use crate::output::frames::{Frame, Frames};
+use crate::output::result::ResultFile;
+use crate::output::run_files::StoredField;
+use concordem_solver::state::columns::ColumnData;
+
+/// Writes `STEM.data`, `STEM.dump`, and `STEM.bonds.dump` if there are bonds.
+///
+/// # Errors
+/// A file exists and `overwrite` is not set, the result has no snapshots, or a file cannot be written.
+pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Exported, OutputError> {
+    let [data, dump, bonds] = [".data", ".dump", ".bonds.dump"].map(|ending| beside(stem, ending));
+    free(&[data.clone(), dump.clone(), bonds.clone()], overwrite)?;
+    let frames = particles_of(result)?;
+    let lines = AllLines::of(result)?;
+    let bounds = bounds(&frames)?;
+    let mut file = Sink::create(&dump)?;
+    for k in 0..frames.len() {
+        file.put(&particles_dump(&frames.read(k)?, bounds))?;
+    }
+    file.finish()?;
+    let mut file = Sink::create(&bonds)?;
+    let mut first: Vec<[u32; 2]> = Vec::new();
+    let any = lines.for_each(result, &mut |lines| {
+        if first.is_empty() {
+            first.clone_from(&lines.ids);
+        }
+        let mut text = head("ENTRIES", lines.step, lines.ids.len(), bounds);
+        let fields: Vec<&StoredField> = lines.fields.iter().filter(|field| field.column.components == 1).collect();
+        let names: Vec<&str> = fields.iter().map(|field| &field.name[..]).collect();
+        let _ = writeln!(text, "ITEM: ENTRIES batom1 batom2 {}", names.join(" "));
+        for (row, [a, b]) in lines.ids.iter().enumerate() {
+            let _ = write!(text, "{} {}", a + 1, b + 1);
+            fields.iter().for_each(|field| text += &value(&field.column.data, row));
+            text.push('\n');
+        }
+        file.put(&text)
+    })?;
+    file.finish()?;
+    let mut file = Sink::create(&data)?;
+    file.put(&data_file(&frames.read(0)?, &first, density(result), bounds))?;
+    file.finish()?;
+    let mut files = vec![data, dump];
+    if any {
+        files.push(bonds);
+    } else {
+        std::fs::remove_file(&bonds).map_err(|error| OutputError::io(&bonds, "remove", error))?;
+    }
+    Ok(Exported { files, snapshots: frames.len(), bond_snapshots: lines.snapshots() })
+}
+
+/// A text file that is written in parts.
+struct Sink<'a> {
+    path: &'a Path,
+    file: std::io::BufWriter<std::fs::File>,
+}
+
+impl<'a> Sink<'a> {
+    fn create(path: &'a Path) -> Result<Self, OutputError> {
+        let file = std::fs::File::create(path).map_err(|error| OutputError::io(path, "create", error))?;
+        Ok(Self { path, file: std::io::BufWriter::new(file) })
+    }
+
+    fn put(&mut self, text: &str) -> Result<(), OutputError> {
+        self.file.write_all(text.as_bytes()).map_err(|error| OutputError::io(self.path, "write", error))
+    }
+
+    fn finish(mut self) -> Result<(), OutputError> {
+        self.file.flush().map_err(|error| OutputError::io(self.path, "write", error))
+    }
+}
+
+/// Lowest and highest coordinate of all spheres in all snapshots, along x, y, z.
+type Bounds = [[f64; 2]; 3];
+
+fn bounds(frames: &Frames) -> Result<Bounds, OutputError> {
+    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for k in 0..frames.len() {
+        let frame = frames.read(k)?;
+        let radius = reals(&frame, "radius");
+        let (points, _) = frame.points.as_chunks::<3>();
+        for (point, radius) in points.iter().zip(radius).filter(|(point, _)| point.iter().all(|x| x.is_finite())) {
+            for (range, x) in bounds.iter_mut().zip(point) {
+                *range = [range[0].min(x - radius), range[1].max(x + radius)];
+            }
+        }
+    }
+    Ok(bounds)
+}
+
+fn reals<'a>(frame: &'a Frame, name: &str) -> &'a [f64] {
+    match frame.field(name) {
+        Some(ColumnData::F64(values)) => values,
+        _ => &[],
+    }
+}
+
+/// Head of a snapshot in a dump.
+fn head(what: &str, step: u64, count: usize, bounds: Bounds) -> String {
+    let mut text = format!("ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF {what}\n{count}\nITEM: BOX BOUNDS ff ff ff\n");
+    for [low, high] in bounds {
+        let _ = writeln!(text, "{low:?} {high:?}");
+    }
+    text
+}
+
+/// A value after a space.
+fn value(data: &ColumnData, row: usize) -> String {
+    match data {
+        ColumnData::F64(values) => format!(" {:?}", values[row]),
+        ColumnData::U64(values) => format!(" {}", values[row]),
+        ColumnData::U32(values) => format!(" {}", values[row]),
+        ColumnData::U16(values) => format!(" {}", values[row]),
+        ColumnData::U8(values) => format!(" {}", values[row]),
+        ColumnData::I8(values) => format!(" {}", values[row]),
+    }
+}
+
+fn ids(frame: &Frame) -> &[u32] {
+    match frame.field("id") {
+        Some(ColumnData::U32(ids)) => ids,
+        _ => &[],
+    }
+}
+
+/// Type of every particle in LAMMPS: its material, from 1.
+fn kinds(frame: &Frame) -> &[u16] {
+    match frame.field("material") {
+        Some(ColumnData::U16(materials)) => materials,
+        _ => &[],
+    }
+}
+
+/// A snapshot of the particles, with all fields; vectors have one column per component.
+fn particles_dump(frame: &Frame, bounds: Bounds) -> String {
+    let (points, _) = frame.points.as_chunks::<3>();
+    let mut text = head("ATOMS", frame.step, points.len(), bounds);
+    let others = || frame.fields.iter().filter(|field| !["id", "material"].contains(&&field.name[..]));
+    text += "ITEM: ATOMS id type x y z";
+    for field in others() {
+        let name = match &field.name[..] {
+            "velocity" => "v",
+            "angular_velocity" => "omega",
+            other => other,
+        };
+        match field.column.components {
+            1 => {
+                let _ = write!(text, " {name}");
+            }
+            3 if name == "v" => text += " vx vy vz",
+            3 => ["x", "y", "z"].iter().for_each(|axis| {
+                let _ = write!(text, " {name}{axis}");
+            }),
+            count => (0..count).for_each(|k| {
+                let _ = write!(text, " {name}[{}]", k + 1);
+            }),
+        }
+    }
+    text.push('\n');
+    let (ids, kinds) = (ids(frame), kinds(frame));
+    for (row, [x, y, z]) in points.iter().enumerate() {
+        let kind = kinds.get(row).copied().unwrap_or(0) + 1;
+        let _ = write!(text, "{} {kind} {x:?} {y:?} {z:?}", ids.get(row).copied().unwrap_or(0) + 1);
+        for field in others() {
+            let width = field.column.components;
+            (row * width..(row + 1) * width).for_each(|k| text += &value(&field.column.data, k));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Densities of the particles, kg/m³, by id.
+fn density(result: &ResultFile) -> Vec<(u32, f64)> {
+    let Ok(columns) = result.rows("particles") else { return Vec::new() };
+    let column = |name: &str| columns.iter().find(|(other, _)| other == name).map(|(_, column)| &column.data);
+    let (Some(ColumnData::U32(id)), Some(ColumnData::F64(mass)), Some(ColumnData::F64(radius))) =
+        (column("id"), column("mass"), column("radius"))
+    else {
+        return Vec::new();
+    };
+    let volume = |radius: f64| 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius;
+    id.iter().zip(mass.iter().zip(radius)).map(|(id, (mass, radius))| (*id, mass / volume(*radius))).collect()
+}
+
+/// A data file in the atom style bpm/sphere: id, molecule, type, diameter, density, x, y, z; and the bonds.
+fn data_file(frame: &Frame, bonds: &[[u32; 2]], density: Vec<(u32, f64)>, bounds: Bounds) -> String {
+    let (points, _) = frame.points.as_chunks::<3>();
+    let (ids, kinds, radius) = (ids(frame), kinds(frame), reals(frame, "radius"));
+    let density: std::collections::HashMap<u32, f64> = density.into_iter().collect();
+    let types = kinds.iter().copied().max().unwrap_or(0) + 1;
+    let mut text = format!("Written by concordem export, SI units\n\n{} atoms\n{types} atom types\n", points.len());
+    if !bonds.is_empty() {
+        let mut per_atom = std::collections::HashMap::new();
+        bonds.iter().for_each(|pair| *per_atom.entry(pair[0]).or_insert(0_usize) += 1);
+        let most = per_atom.values().max().copied().unwrap_or(0);
+        let _ = writeln!(text, "{} bonds\n1 bond types\n{most} extra bond per atom", bonds.len());
+    }
+    text.push('\n');
+    for ([low, high], axis) in bounds.iter().zip(["x", "y", "z"]) {
+        let _ = writeln!(text, "{low:?} {high:?} {axis}lo {axis}hi");
+    }
+    text += "\nAtoms # bpm/sphere\n\n";
+    for (row, [x, y, z]) in points.iter().enumerate() {
+        let id = ids.get(row).copied().unwrap_or(0);
+        let (kind, radius) = (kinds.get(row).copied().unwrap_or(0) + 1, radius.get(row).copied().unwrap_or(0.0));
+        let density = density.get(&id).copied().unwrap_or(1.0);
+        let _ = writeln!(text, "{} 1 {kind} {:?} {density:?} {x:?} {y:?} {z:?}", id + 1, 2.0 * radius);
+    }
+    if !bonds.is_empty() {
+        text += "\nBonds\n\n";
+        for (k, [a, b]) in bonds.iter().enumerate() {
+            let _ = writeln!(text, "{} 1 {} {}", k + 1, a + 1, b + 1);
+        }
+    }
+    text
+}

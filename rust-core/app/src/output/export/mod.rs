@@ -1,0 +1,43 @@
+//! Exports of results for ParaView and OVITO: particles and bonds at every snapshot.
+
+mod bonds;
+mod lammps;
+mod vtk;
+
+use std::path::{Path, PathBuf};
+
+use super::error::OutputError;
+use super::frames::Frames;
+use super::result::ResultFile;
+pub use lammps::write as write_lammps;
+pub use vtk::write as write_vtk;
+
+/// Files that an export wrote.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exported {
+    /// The files.
+    pub files: Vec<PathBuf>,
+    /// Number of snapshots of the particles.
+    pub snapshots: usize,
+    /// Number of snapshots with bonds; 0 if only the final state has bonds, which is exported then.
+    pub bond_snapshots: usize,
+}
+
+/// A file beside the result: `NAME.particles.vtkhdf` for `NAME.h5`.
+fn beside(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
+}
+
+/// Refuses to overwrite files.
+fn free(files: &[PathBuf], overwrite: bool) -> Result<(), OutputError> {
+    match files.iter().find(|file| file.exists()) {
+        Some(file) if !overwrite => Err(OutputError::Exists { path: file.clone() }),
+        _ => Ok(()),
+    }
+}
+
+fn particles_of(result: &ResultFile) -> Result<Frames, OutputError> {
+    Frames::of_particles(result.root(), result.path())
+}

@@ -1,0 +1,83 @@
+//! The properties of a specimen as text, for the end of a run and `concordem info`.
+
+use super::figures::{CurveFigures, Sense};
+use super::html::{number, percent};
+use super::laboratory::Test;
+use super::{OutputError, ResultFile, Run};
+use concordem_scenario::schema::Scenario;
+
+/// A property of the specimen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Property {
+    /// Symbol, such as "f_t".
+    pub symbol: String,
+    /// Value and unit, with a note.
+    pub value: String,
+}
+
+/// E, strengths, and fracture energies of a result, as far as its test defines them.
+///
+/// # Errors
+/// The result cannot be read.
+pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
+    let run = Run::new(result, 0)?;
+    let mut properties = Vec::new();
+    let mut add = |symbol: &str, value: String| {
+        // Symbols of the page are HTML.
+        let symbol = symbol.replace("<sub>", "_").replace("</sub>", "");
+        properties.push(Property { symbol, value });
+    };
+    if let Some(figures) = run.figures.filter(|_| run.test.is_some_and(Test::is_axial)) {
+        if let Some(modulus) = figures.modulus {
+            add(
+                "E",
+                format!(
+                    "{} GPa, between the ends, up to {} of the peak",
+                    number(modulus * 1e-9),
+                    percent(super::figures::FITTED_SHARE)
+                ),
+            );
+        }
+        if let Some(modulus) = figures.gauge_modulus {
+            add("E", format!("{} GPa, in the middle half", number(modulus * 1e-9)));
+        }
+        let symbol = if figures.sense == Sense::Tension { "f_t" } else { "f_c" };
+        let end = run.stress.last().copied().unwrap_or(0.0) / figures.peak_stress;
+        // A stress that is still the largest at the end is no strength.
+        let note = if end > STILL_RISING { "; the stress still rises at the end of the run" } else { "" };
+        let strain = number(figures.peak_strain * 1e3);
+        add(symbol, format!("{} MPa at a strain of {strain} ‰{note}", number(figures.peak_stress.abs() * 1e-6)));
+    }
+    if let Some(test) = run.test {
+        for (symbol, name, unit, value) in test.rows(&run.strain, &run.stress, run.length) {
+            add(symbol, format!("{} {unit}, {name}", number(value)));
+        }
+    }
+    Ok(properties)
+}
+
+/// Properties of a run with this scenario, by symbol, in SI units. `curves`: strain, strain of the middle half (may be empty), and stress
+/// (Pa) of all records; `length`: the length that strains refer to, m.
+pub(crate) fn properties_of_run(
+    scenario: &Scenario,
+    [strain, gauge, stress]: [&[f64]; 3],
+    length: Option<f64>,
+) -> Vec<(String, f64)> {
+    let mut found = Vec::new();
+    let Some(test) = Test::of(scenario) else { return found };
+    if let Some(figures) = CurveFigures::with_gauge(strain, gauge, stress).filter(|_| test.is_axial()) {
+        found.extend(figures.modulus.map(|modulus| ("E".to_owned(), modulus)));
+        found.extend(figures.gauge_modulus.map(|modulus| ("E_gauge".to_owned(), modulus)));
+        let symbol = if figures.sense == Sense::Tension { "f_t" } else { "f_c" };
+        found.push((symbol.to_owned(), figures.peak_stress.abs()));
+        found.push(("strain_at_peak".to_owned(), figures.peak_strain));
+    }
+    for (symbol, _, unit, value) in test.rows(strain, stress, length) {
+        let scale = if unit.starts_with("MPa") { 1e6 } else { 1.0 };
+        found.push((symbol.replace("<sub>", "_").replace("</sub>", ""), value * scale));
+    }
+    found
+}
+
+/// Share of the peak at the end of the run, above which the peak is the end.
+const STILL_RISING: f64 = 0.999;

@@ -1,0 +1,187 @@
+//! Warnings about an assembled scenario that is valid but probably not what its author expects: spheres of meters, regions without
+//! particles, a loading that is too fast or never ends.
+
+use crate::checks::length;
+use crate::sampling::{SampledRegion, ScheduledOperator};
+use crate::schedule::Schedule;
+use crate::schema::{Loading, Packing, Problem, Scenario};
+use concordem_contact::math::Vec3;
+use concordem_operator::{Period, Region};
+use concordem_solver::state::State;
+
+/// Mean radii of a file, m, outside of which its unit is doubtful.
+const RADII: [f64; 2] = [1e-7, 0.2];
+/// Strain of the specimen while a wave crosses it, above which its ends are loaded long before its middle. Concrete and rock break at
+/// 1e-4 to 1e-2.
+const FAST: f64 = 1e-2;
+/// Strain below which no material breaks.
+const BREAKING: f64 = 1e-5;
+/// A run ends early below this part of the strain at which it should end.
+const EARLY: f64 = 1e-2;
+/// Duration of a run, s, that is probably a mistake: a month.
+const MONTH: f64 = 30.0 * 86_400.0;
+/// Times of a step per bond and per particle on one core, s: CPM takes some 50 ns per bond, the integration 20 ns per particle.
+const PER_BOND: f64 = 50e-9;
+const PER_PARTICLE: f64 = 20e-9;
+
+/// Largest possible number of steps, and the stop condition that sets this limit; `None` if it depends on the run.
+pub fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64, &'static str)> {
+    let stop = &scenario.stop;
+    let rate = strain_rate(scenario, schedule);
+    let limits = [
+        stop.steps.map(|steps| (steps as f64, "steps")),
+        stop.time.map(|time| ((time.si() / dt).ceil(), "time")),
+        stop.strain.zip(rate).map(|(strain, rate)| ((strain.si() / (rate * dt)).ceil(), "strain")),
+    ];
+    limits.into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a })
+}
+
+/// Magnitude of the strain rate of the loading, 1/s.
+fn strain_rate(scenario: &Scenario, schedule: &Schedule) -> Option<f64> {
+    match &scenario.loading {
+        Loading::Uniaxial { strain_rate, .. } => Some(strain_rate.si().abs()),
+        Loading::CellStrain { velocity_gradient } => {
+            velocity_gradient.iter().flatten().map(|rate| rate.si().abs()).reduce(f64::max)
+        }
+        Loading::Platens { closing_velocity, .. } => {
+            schedule.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
+        }
+        Loading::Flexure { closing_velocity, .. } => match &schedule.loading {
+            crate::schedule::Loading::Flexure(flexure) => Some(closing_velocity.si() * flexure.strain_of_deflection),
+            _ => None,
+        },
+        Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
+            schedule.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
+        }
+        Loading::CellStress { strain_rate, .. } => {
+            strain_rate.iter().filter_map(|rate| rate.si()).map(f64::abs).reduce(f64::max)
+        }
+        Loading::None => None,
+    }
+}
+
+/// Warns about a text file whose spheres are so large or small that its unit is doubtful.
+pub(super) fn sizes(scenario: &Scenario, state: &State) -> Option<Problem> {
+    let Packing::File { path, unit: None, .. } = &scenario.packing else { return None };
+    if path.ends_with(".h5") || path.ends_with(".hdf5") {
+        return None;
+    }
+    let radii = &state.particles.radius;
+    let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+    if (RADII[0]..=RADII[1]).contains(&mean) {
+        return None;
+    }
+    let message = format!("the mean radius is {}; numbers in a file without a unit are meters", length(mean));
+    Some(scenario.warning(
+        "packing.path",
+        message,
+        "write unit = \"1 mm\" in [packing], or unit = \"1 m\" if meters are meant",
+    ))
+}
+
+/// Warns about operators whose region contains no center of a particle at the start.
+pub(super) fn empty_regions(scenario: &Scenario, operators: &[ScheduledOperator], state: &State) -> Vec<Problem> {
+    let positions = &state.particles.position;
+    let period = state.cell.map(|cell| Period::of(cell.matrix));
+    let empty = |operator: &ScheduledOperator| match &operator.region {
+        SampledRegion::Cell | SampledRegion::Moving { region: Region::All { .. }, .. } => false,
+        SampledRegion::Moving { region, .. } => {
+            let images = region.images(period.as_ref());
+            (0..positions.len()).all(|p| images.inside(p, &positions[p]).next().is_none())
+        }
+    };
+    let doubtful = operators.iter().enumerate().filter(|(_, operator)| empty(operator));
+    let (low, high) = bounds(positions);
+    doubtful
+        .map(|(k, _)| {
+            let help = format!(
+                "check its position and units; the centers lie between [{:.3e}, {:.3e}, {:.3e}] and [{:.3e}, {:.3e}, {:.3e}] m",
+                low.x, low.y, low.z, high.x, high.y, high.z
+            );
+            let message = "no particle lies in this region at the start, so its values may be not-a-number";
+            scenario.warning(&format!("sample[{k}].region"), message, help)
+        })
+        .collect()
+}
+
+fn bounds(positions: &[Vec3]) -> (Vec3, Vec3) {
+    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    positions.iter().fold(start, |(low, high), x| (low.inf(x), high.sup(x)))
+}
+
+/// Warns about a run that ends only after months, and about a loading that is faster than waves can follow.
+///
+/// `p_wave`: time in which a wave crosses the radius of the smallest particle, s.
+pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_wave: Option<f64>) -> Vec<Problem> {
+    let mut warnings = Vec::new();
+    let dt = state.clock.dt;
+    let bonds: usize = state.bonds.iter().map(|block| block.contacts().len()).sum();
+    let step = bonds as f64 * PER_BOND + state.particles.len() as f64 * PER_PARTICLE;
+    if let Some((steps, key)) = most_steps(scenario, schedule, dt)
+        && steps * step > MONTH
+    {
+        let message = format!(
+            "the run may take {steps:.1e} steps of {dt:.2e} s, about {:.0e} days on one core",
+            steps * step / 86_400.0
+        );
+        let (place, help) = match (key, key_of_rate(&scenario.loading)) {
+            ("strain", Some(rate)) => {
+                (rate, "load faster: discrete element runs use rates of 0.1 to 100 1/s, or check the unit")
+            }
+            _ => {
+                (if key == "time" { "stop.time" } else { "stop.steps" }, "end the run earlier, or use fewer particles")
+            }
+        };
+        warnings.push(scenario.warning(place, message, help));
+    }
+    let Some((rate, key)) = strain_rate(scenario, schedule).zip(key_of_rate(&scenario.loading)) else {
+        return warnings;
+    };
+    warnings.extend(ends_early(scenario, rate, key, dt));
+    let Some(((_, length), p_wave)) = schedule.loading.dimensions().zip(p_wave) else { return warnings };
+    let smallest = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+    let crossing = length * p_wave / smallest;
+    if rate * crossing > FAST {
+        let message = format!(
+            "a wave needs {crossing:.2e} s to cross the specimen, which is strained by {:.1e} meanwhile: its ends break before its middle \
+             is loaded",
+            rate * crossing
+        );
+        let help = format!("use a strain rate below {:.1e} 1/s", 1e-2 * FAST / crossing);
+        warnings.push(scenario.warning(key, message, help));
+    }
+    warnings
+}
+
+/// Warns about a run that ends long before the strain or the failure at which it should end.
+fn ends_early(scenario: &Scenario, rate: f64, key: &str, dt: f64) -> Option<Problem> {
+    let stop = &scenario.stop;
+    if !scenario.stages.is_empty() {
+        return None;
+    }
+    let by_time = stop.time.map(|time| (time.si(), "stop.time"));
+    let by_steps = stop.steps.map(|steps| (steps as f64 * dt, "stop.steps"));
+    let (time, end) = [by_time, by_steps].into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a })?;
+    let (wanted, what) = match (stop.strain, stop.drop_to) {
+        (Some(strain), _) => (strain.si(), format!("`stop.strain` ({})", strain.si())),
+        (None, Some(_)) => (BREAKING, "failure (`stop.drop_to`)".to_owned()),
+        (None, None) => return None,
+    };
+    if rate * time >= EARLY * wanted {
+        return None;
+    }
+    let message = format!("`{end}` ends the run at a strain of {:.1e}, long before {what}", rate * time);
+    let help = format!("raise `{key}` or `{end}`, or remove the other end");
+    Some(scenario.warning(key, message, help))
+}
+
+/// Key of the rate of a loading.
+fn key_of_rate(loading: &Loading) -> Option<&'static str> {
+    match loading {
+        Loading::Uniaxial { .. } | Loading::CellStress { .. } => Some("loading.strain_rate"),
+        Loading::CellStrain { .. } => Some("loading.velocity_gradient"),
+        Loading::Platens { .. } | Loading::Flexure { .. } => Some("loading.closing_velocity"),
+        Loading::Bending { .. } | Loading::Torsion { .. } => Some("loading.rate"),
+        Loading::None => None,
+    }
+}

@@ -1,0 +1,76 @@
+//! Warnings about numbers that are valid but probably have the wrong unit: a density of 4.8, a radius of 1 m, a modulus of 25 Pa.
+
+use super::{Checker, length};
+use toml::de::DeValue;
+
+/// Densities of solids (kg/m³): from aerogel to osmium.
+const DENSITIES: [f64; 2] = [50.0, 25e3];
+/// A radius given as a plain number of at least this size, m, may be meant in millimeters.
+const LARGE_RADIUS: f64 = 0.2;
+/// A modulus below this, Pa, is softer than gelatin.
+const SOFT: f64 = 1e3;
+
+impl Checker<'_> {
+    /// Warns about implausible numbers.
+    pub(super) fn implausible(&mut self) {
+        self.densities();
+        self.moduli();
+        for key in ["packing.radius", "packing.radii.minimum", "packing.radii.median"] {
+            // A number with a unit is meant as written.
+            if let Some(radius) = self.plain_number(key)
+                && radius >= LARGE_RADIUS
+            {
+                let message = format!("a radius of {}; plain numbers are meters", length(radius));
+                let help = format!("write \"{radius} mm\", or \"{radius} m\" if meters are meant");
+                self.warn(key, message, help);
+                return;
+            }
+        }
+    }
+
+    /// The number at a key, if it is given without a unit.
+    fn plain_number(&self, key: &str) -> Option<f64> {
+        self.document.locate(key).1?.replace('_', "").parse().ok()
+    }
+
+    fn densities(&mut self) {
+        let scenario = self.scenario;
+        for (at, material) in scenario.materials.iter().enumerate() {
+            let (key, density) = (format!("material[{at}].density"), material.density.si());
+            let likely = |factor: f64| (500.0..=DENSITIES[1]).contains(&(density * factor));
+            let help = "write kg/m^3, such as 2500, or a string with a unit: \"2.5 g/cm^3\"";
+            if density < DENSITIES[0] {
+                let help = if likely(1e3) {
+                    format!("write {}, or \"{density} g/cm^3\"; plain numbers are kg/m^3", density * 1e3)
+                } else {
+                    help.to_owned()
+                };
+                self.warn(&key, format!("{density} kg/m^3 is less than any solid has"), help);
+            } else if density > DENSITIES[1] {
+                self.warn(&key, format!("{density} kg/m^3 is more than any solid has"), help);
+            }
+        }
+    }
+
+    fn moduli(&mut self) {
+        let mut soft = Vec::new();
+        for at in 0..self.scenario.materials.len() {
+            let Some(tables) = self.document.root.get_ref().get("material") else { return };
+            let Some(material) = tables.get_ref().as_array().and_then(|array| array.get(at)) else { continue };
+            for (law, table) in material.get_ref().as_table().into_iter().flatten() {
+                if let DeValue::Table(_) = table.get_ref() {
+                    soft.push(format!("material[{at}].{}.young", law.get_ref()));
+                }
+            }
+        }
+        for key in soft {
+            if let Some(young) = self.plain_number(&key)
+                && (1.0..SOFT).contains(&young)
+            {
+                let help =
+                    format!("write \"{young} GPa\", or \"{young} Pa\" if pascals are meant; plain numbers are Pa");
+                self.warn(&key, format!("{young} Pa is softer than any solid"), help);
+            }
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! The page of a running specimen.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+
+use concordem::program::exit;
+use concordem_tests::commands::{concordem, text};
+use tempfile::TempDir;
+
+use crate::prism;
+
+/// The answer to a request; `None` while nobody listens.
+fn get(port: u16, path: &str) -> Option<String> {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: localhost:{port}\r\n\r\n").ok()?;
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).ok()?;
+    Some(answer)
+}
+
+/// The page shows the run while it goes on, with particles and curve. Watching changes no bit of the result.
+#[test]
+fn a_run_can_be_watched_and_does_not_change() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 4000);
+    // A port that is free now.
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|port| port.local_addr()).expect("a port").port();
+    let watched = folder.path().join("watched.h5");
+    let number = port.to_string();
+    let run = ["run", "-q", text(&scenario), "-o", text(&watched), "--watch", &number];
+    let mut child = crate::spawn(&run);
+    let mut state = String::new();
+    let mut page = None;
+    while child.try_wait().expect("a child").is_none() {
+        page = page.or_else(|| get(port, "/"));
+        if let Some(answer) = get(port, "/state").filter(|answer| answer.contains("\"curve\"")) {
+            state = answer;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(page.expect("a page").contains("<canvas id=\"slice\""));
+    let (head, body) = state.split_once("\r\n\r\n").expect("a state");
+    assert!(head.starts_with("HTTP/1.1 200 OK"), "{head}");
+    let state: serde_json::Value = serde_json::from_str(body).expect("JSON");
+    assert_eq!(state["title"], "Prism");
+    assert!(state["curve"].as_array().is_some_and(|curve| !curve.is_empty()), "{body}");
+    assert!(state["particles"].as_str().is_some_and(|particles| particles.len() > 100), "{body}");
+    let alone = folder.path().join("prism.h5");
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let hash = |path: &std::path::Path| concordem(["info", "--hash", text(path)]).out;
+    assert_eq!(hash(&watched), hash(&alone));
+}
