@@ -308,7 +308,7 @@ fn different_columns(a: &State, b: &State) -> Vec<String> {
 fn twins(case: &Case, base: &Run, folder: &Path, add: &mut dyn FnMut(&'static str, String)) -> bool {
     let unturned = Turn(Mat3::identity());
     let mut noise = Differences::new();
-    let mut disturb = |noise: &mut Differences, size: f64, direction: usize| {
+    let disturb = |noise: &mut Differences, size: f64, direction: usize| {
         let options = Options { noise: size, direction, restart: None };
         let Ok(Outcome::Done(twin)) = run(case, folder, options) else { return false };
         let found = differences(base, &twin, &unturned);
