@@ -240,7 +240,7 @@ def test_no_bond_is_lost_without_a_word():
     builtins.bonded = e
     O.engines = [PyRunner(command="bonded.dead = %d < O.iter < %d" % (O.iter + 2, O.iter + 5), iterPeriod=1, initRun=True)] + O.engines
     with raises(RuntimeError, "did not act in iterations"):
-        run(10)
+        O.run(10, True)
     # Deleted with its bonds: only its mask is left.
     del e, good, builtins.bonded
     O.engines = others
