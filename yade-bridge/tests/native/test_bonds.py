@@ -247,7 +247,7 @@ def test_no_bond_is_lost_without_a_word():
     refused("BondedEngine_Rust")
     engine()
     O.engines = O.engines[:4] + [BondedEngine_Rust()] + O.engines[4:]
-    with raises(RuntimeError, "excluded from contacts"):
+    with raises(RuntimeError, "no bonds to take over"):
         O.engines[4].takeOver()
 
 
