@@ -103,20 +103,20 @@ void BondedEngine_Rust::checkEngines(bool atTakeOver)
 {
 	inPython([&](const boost::python::object& rules) {
 		boost::python::list mine;
-		for (size_t k = 0; k < scene->engines.size(); k++)
-			if (scene->engines[k].get() == this) mine.append(k);
-		rules.attr("check_native")(listOf(scene->engines), mine, title, atTakeOver && updateStates > 0 ? stateUpdater : "");
+		for (size_t k = 0; k < enginesOf(*scene).size(); k++)
+			if (enginesOf(*scene)[k].get() == this) mine.append(k);
+		rules.attr("check_native")(listOf(enginesOf(*scene)), mine, title, atTakeOver && updateStates > 0 ? stateUpdater : "");
 	});
 	checkedEngines.clear();
-	for (const auto& engine : scene->engines)
+	for (const auto& engine : enginesOf(*scene))
 		checkedEngines.emplace_back(engine.get(), engine->dead);
 }
 
 bool BondedEngine_Rust::enginesChanged() const
 {
-	if (checkedEngines.size() != scene->engines.size()) return true;
+	if (checkedEngines.size() != enginesOf(*scene).size()) return true;
 	for (size_t k = 0; k < checkedEngines.size(); k++)
-		if (checkedEngines[k].first != scene->engines[k].get() || checkedEngines[k].second != scene->engines[k]->dead) return true;
+		if (checkedEngines[k].first != enginesOf(*scene)[k].get() || checkedEngines[k].second != enginesOf(*scene)[k]->dead) return true;
 	return false;
 }
 
@@ -142,7 +142,7 @@ void BondedEngine_Rust::watch()
 	settings.clear();
 	if (scenario.empty())
 		inPython([&](const boost::python::object& rules) {
-			settings = boost::python::extract<string>(rules.attr("settings_text")(listOf(scene->engines), watchedMaterials()))();
+			settings = boost::python::extract<string>(rules.attr("settings_text")(listOf(enginesOf(*scene)), watchedMaterials()))();
 		});
 }
 
@@ -162,7 +162,7 @@ void BondedEngine_Rust::verify(bool deep)
 			refuse("the radius of " + which + " differs from that at the take-over (growParticles?); the engine keeps the old one: change radii before the take-over");
 	}
 	if (!settings.empty())
-		inPython([&](const boost::python::object& rules) { rules.attr("check_settings")(settings, listOf(scene->engines), watchedMaterials(), title); });
+		inPython([&](const boost::python::object& rules) { rules.attr("check_settings")(settings, listOf(enginesOf(*scene)), watchedMaterials(), title); });
 }
 
 void BondedEngine_Rust::check()
@@ -181,7 +181,7 @@ BondedEngine_Rust::~BondedEngine_Rust()
 bool BondedEngine_Rust::isMissingIn(const Scene& now) const
 {
 	if (!bonds) return false;
-	for (const auto& engine : now.engines)
+	for (const auto& engine : enginesOf(now))
 		if (engine.get() == this) return false;
 	// A new scene may have the address of a deleted one, but not its bodies.
 	for (const auto& body : seen)
@@ -198,7 +198,7 @@ string abandonedBonds()
 	const auto found = abandoned.find(scene);
 	if (found == abandoned.end()) return "";
 	bool excluded = false;
-	for (const auto& engine : scene->engines) {
+	for (const auto& engine : enginesOf(*scene)) {
 		if (const auto* collider = dynamic_cast<const InsertionSortCollider*>(engine.get())) excluded |= (collider->avoidSelfInteractionMask & found->second) != 0;
 		const auto* other = dynamic_cast<const BondedEngine_Rust*>(engine.get());
 		if (other && other->selfMask == found->second) return "";

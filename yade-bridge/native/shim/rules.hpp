@@ -3,6 +3,7 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
 #include <core/Engine.hpp>
+#include <core/Scene.hpp>
 #include <lib/pyutil/gil.hpp>
 
 namespace yade {
@@ -22,6 +23,10 @@ template <class Call> void inPython(Call call)
 		throw std::runtime_error("BondedEngine_Rust: " + text);
 	}
 }
+
+/* O.engines. After a step that failed, YADE keeps a new list aside until the next one. */
+inline const vector<shared_ptr<Engine>>& enginesOf(const Scene& scene) { return scene._nextEngines.empty() ? scene.engines : scene._nextEngines; }
+
 inline boost::python::list listOf(const vector<shared_ptr<Engine>>& engines)
 {
 	boost::python::list found;

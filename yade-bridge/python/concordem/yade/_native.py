@@ -155,13 +155,16 @@ class _Engine:
     #: Unknown; it needs Python's lock only every 64 steps.
     period = 0.05
 
-    def __init__(self, engine: Any, lost: str = "") -> None:
-        self._engine, self._lost = engine, lost
+    def __init__(self, engine: Any, place: int = -1, lost: str = "") -> None:
+        self._engine, self._place, self._lost = engine, place, lost
 
     def check(self, deep: bool) -> None:
-        """Raise YadeError unless the engine is in order. It checks itself in every step, so only `deep` checks are needed."""
+        """Raise YadeError unless the engine is in its place and alive; in its steps, it checks the rest itself."""
         if self._lost:
             raise YadeError(self._lost, "EngineLost")
+        import yade.wrapper
+
+        _rules.refuse_order(yade.wrapper.Omega().engines, [self._place], "BondedEngine_Rust")
         if deep:
             self._ask()
 
@@ -190,10 +193,10 @@ def _here() -> list[_hooks.Bonded]:
     """The native bonded engines of the current scene with bonds."""
     import yade.wrapper
 
-    engines = [e for e in yade.wrapper.Omega().engines if type(e).__name__ == "BondedEngine_Rust"]
-    found: list[_hooks.Bonded] = [_Engine(e) for e in engines if e.selfMask]
+    engines = enumerate(yade.wrapper.Omega().engines)
+    found: list[_hooks.Bonded] = [_Engine(e, k) for k, e in engines if type(e).__name__ == "BondedEngine_Rust" and e.selfMask]
     lost = library().concordem_yade_abandoned()
-    return found + [_Engine(None, lost)] if lost else found
+    return found + [_Engine(None, lost=lost)] if lost else found
 
 
 def compare(samples: tuple[list[tuple[Any, dict[str, Any]]], dict[str, Any]]) -> None:
