@@ -9,6 +9,11 @@ pub const LONGEST_TEXT: u64 = 64 << 20;
 /// Number of symbolic links that [`target`] follows; the limit of Linux.
 const MOST_LINKS: usize = 40;
 
+/// Whether a packing file is HDF5, by its extension.
+pub fn is_hdf5(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "h5" || extension == "hdf5")
+}
+
 /// Opens a regular file, or a symbolic link to one, for reading.
 ///
 /// # Errors

@@ -60,10 +60,8 @@ impl ResultFile {
         // A plane specimen is seen from above; a body from its side: its last axis points up, the shorter of the others away.
         let normal = if length(2) <= 2.01 * radius.iter().copied().fold(0.0, f64::max) {
             2
-        } else if length(0) < length(1) {
-            0
         } else {
-            1
+            usize::from(length(0) >= length(1))
         };
         let axes = match normal {
             0 => [1, 2],

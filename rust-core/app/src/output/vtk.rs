@@ -93,7 +93,7 @@ impl<'a> VtkWriter<'a> {
     ) -> Result<(), OutputError> {
         let count = time.len();
         let width = 3 * self.cells.points() * count;
-        if count == 0 || step.len() != count || points.len() % width != 0 {
+        if count == 0 || step.len() != count || !points.len().is_multiple_of(width) {
             let problem = "the lengths of its snapshots differ".to_owned();
             return Err(OutputError::Damaged { path: self.path.to_owned(), problem });
         }

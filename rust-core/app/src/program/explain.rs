@@ -87,7 +87,7 @@ fn wrapped(text: &str, indent: &str) -> String {
     for word in text.split_whitespace() {
         if line.chars().count() + word.chars().count() + 1 > WIDTH && line.trim() != "" {
             let _ = writeln!(out, "{}", line.trim_end());
-            line = indent.to_owned();
+            indent.clone_into(&mut line);
         }
         line += word;
         line.push(' ');

@@ -296,6 +296,9 @@ impl Family<'_> {
     }
 }
 
+/// A column that a study always has.
+type Own = (&'static str, fn(&Outcome) -> f64);
+
 /// A column of the table: its header and its value.
 type Head = (String, Value);
 
@@ -321,7 +324,7 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
             let _ = write!(html, "<td>{}</td>", escape(&sweep.axes[axis].text(value)));
         }
         for (k, (_, of)) in heads.iter().enumerate() {
-            let cell = match mean(matching(sweep, outcomes, shown, values).map(|outcome| of(outcome))) {
+            let cell = match mean(matching(sweep, outcomes, shown, values).map(of)) {
                 None => "–".to_owned(),
                 Some((value, spread)) if (k < 2 || sweep.study != Study::Elastic) && spread > 0.0 => {
                     format!("{} ± {}", number(value), number(spread))
@@ -337,7 +340,7 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
 
 /// Columns of the table.
 fn heads(sweep: &Sweep) -> Vec<Head> {
-    let own = |heads: &[(&str, fn(&Outcome) -> f64)]| -> Vec<Head> {
+    let own = |heads: &[Own]| -> Vec<Head> {
         heads.iter().map(|&(head, of)| (head.to_owned(), Box::new(of) as Value)).collect()
     };
     if sweep.study == Study::Run {

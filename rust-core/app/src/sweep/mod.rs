@@ -129,23 +129,11 @@ impl Sweep {
             let message = "must be between 0 and 1e-3".to_owned();
             problems.push(problem(ProblemKind::OutOfRange, "residual".into(), message, "write 1e-11, or omit the key"));
         }
-        if written.study != Study::Run && written.results.is_some() {
-            let message = "has no effect: only the study \"run\" records results of runs".to_owned();
-            problems.push(problem(
-                ProblemKind::Conflict,
-                "results".into(),
-                message,
-                "write study = \"run\", or remove the key",
-            ));
-        }
-        if written.study != Study::Elastic {
-            for (key, given) in [("dynamics", written.dynamics), ("residual", written.residual.is_some())] {
-                if given {
-                    let message = "has no effect: only the study \"elastic\" computes a stiffness".to_owned();
-                    problems.push(problem(ProblemKind::Conflict, key.into(), message, "remove the key"));
-                }
-            }
-        }
+        let list = |found: Vec<KeyProblem>| {
+            let one = |(key, kind, message, help): KeyProblem| problem(kind, key, message, help);
+            found.into_iter().map(one).collect::<Vec<_>>()
+        };
+        problems.extend(list(without_effect(&written)));
         if written.axes.is_empty() {
             let help = "add [[axis]] with key = \"bonds.interaction_ratio\" and values = [1.25, 1.5]";
             problems.push(problem(ProblemKind::MissingKey, "axis".into(), "the sweep has no axis".into(), help));
@@ -162,34 +150,12 @@ impl Sweep {
         };
         // Problems of the scenario itself are reported at their position in the scenario.
         let first = Scenario::parse(&scenario.display().to_string(), &scenario_text)?;
-        let mut results = Vec::new();
-        if written.study == Study::Run {
-            let names = written.results.unwrap_or_else(|| DEFAULT.map(str::to_owned).to_vec());
-            for (k, name) in names.iter().enumerate() {
-                match RunResult::find(name, &first) {
-                    Ok(result) => results.push(result),
-                    Err(message) => problems.push(problem(
-                        ProblemKind::UnknownName,
-                        format!("results[{k}]"),
-                        message,
-                        "write \"f_t\", \"max stress\", or \"last broken\"",
-                    )),
-                }
-            }
-            if !(1..=MOST_RESULTS).contains(&names.len()) {
-                let message = format!("{} results are named; there must be 1 to {MOST_RESULTS}", names.len());
-                problems.push(problem(
-                    ProblemKind::OutOfRange,
-                    "results".into(),
-                    message,
-                    "name the results of interest",
-                ));
-            }
-        }
+        let (results, wrong_results) = results_of(&written, &first);
+        problems.extend(list(wrong_results));
         let base: toml::Table = toml::from_str(&scenario_text)
             .map_err(|error| wrong(vec![problem(ProblemKind::Syntax, "scenario".into(), error.to_string(), "")]))?;
         let (axes, wrong_axes) = resolve(written.axes, &base);
-        problems.extend(wrong_axes.into_iter().map(|(place, kind, message, help)| problem(kind, place, message, help)));
+        problems.extend(list(wrong_axes));
         let points = axes.iter().fold(1_usize, |points, axis| points.saturating_mul(axis.values.len()));
         if points > MOST_POINTS {
             let message = format!("the axes span {points} points; the limit is {MOST_POINTS}");
@@ -315,10 +281,51 @@ impl Sweep {
 }
 
 /// Key in the sweep, kind, message, and remedy of a problem.
-type AxisProblem = (String, ProblemKind, String, &'static str);
+type KeyProblem = (String, ProblemKind, String, &'static str);
+
+/// Problems of keys that the study does not use.
+fn without_effect(written: &Written) -> Vec<KeyProblem> {
+    let mut problems = Vec::new();
+    if written.study != Study::Run && written.results.is_some() {
+        let message = "has no effect: only the study \"run\" records results of runs".to_owned();
+        problems.push(("results".into(), ProblemKind::Conflict, message, "write study = \"run\", or remove the key"));
+    }
+    if written.study != Study::Elastic {
+        for (key, given) in [("dynamics", written.dynamics), ("residual", written.residual.is_some())] {
+            if given {
+                let message = "has no effect: only the study \"elastic\" computes a stiffness".to_owned();
+                problems.push((key.into(), ProblemKind::Conflict, message, "remove the key"));
+            }
+        }
+    }
+    problems
+}
+
+/// The results of runs of a scenario that a sweep names, and the problems of the others.
+fn results_of(written: &Written, scenario: &Scenario) -> (Vec<RunResult>, Vec<KeyProblem>) {
+    let (mut results, mut problems) = (Vec::new(), Vec::new());
+    if written.study != Study::Run {
+        return (results, problems);
+    }
+    let names = written.results.clone().unwrap_or_else(|| DEFAULT.map(str::to_owned).to_vec());
+    for (k, name) in names.iter().enumerate() {
+        match RunResult::find(name, scenario) {
+            Ok(result) => results.push(result),
+            Err(message) => {
+                let help = "write \"f_t\", \"max stress\", or \"last broken\"";
+                problems.push((format!("results[{k}]"), ProblemKind::UnknownName, message, help));
+            }
+        }
+    }
+    if !(1..=MOST_RESULTS).contains(&names.len()) {
+        let message = format!("{} results are named; there must be 1 to {MOST_RESULTS}", names.len());
+        problems.push(("results".into(), ProblemKind::OutOfRange, message, "name the results of interest"));
+    }
+    (results, problems)
+}
 
 /// The axes with all their values, and the problems of the others; `base` is the scenario.
-fn resolve(written: Vec<WrittenAxis>, base: &toml::Table) -> (Vec<Axis>, Vec<AxisProblem>) {
+fn resolve(written: Vec<WrittenAxis>, base: &toml::Table) -> (Vec<Axis>, Vec<KeyProblem>) {
     let mut axes: Vec<Axis> = Vec::new();
     let mut problems = Vec::new();
     for (k, axis) in written.into_iter().enumerate() {

@@ -151,7 +151,7 @@ fn try_run(
             return Ok(None);
         }
         let advance = simulation.advance().map_err(|error| error.to_string())?;
-        records.extend(advance.sample.iter().chain(&advance.last).map(|record| record.to_row().to_vec()));
+        records.extend(advance.sample.iter().chain(&advance.last).map(Record::to_row));
         for row in advance.operators {
             rows[row.operator].push(row.values);
         }

@@ -89,7 +89,9 @@ fn encode(stored: &Stored, content: &mut Vec<u8>) {
     content.push(u8::from(stored.links.is_some()));
     for list in lists {
         content.extend_from_slice(&(list.len() as u64).to_le_bytes());
-        list.iter().for_each(|number| content.extend_from_slice(&number.to_le_bytes()));
+        for number in list {
+            content.extend_from_slice(&number.to_le_bytes());
+        }
     }
 }
 

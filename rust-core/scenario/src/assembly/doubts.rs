@@ -1,7 +1,10 @@
 //! Warnings about an assembled scenario that is valid but probably not what its author expects: spheres of meters, regions without
 //! particles, a loading that is too fast or never ends.
 
+use std::path::Path;
+
 use crate::checks::length;
+use crate::files::is_hdf5;
 use crate::sampling::{SampledRegion, ScheduledOperator};
 use crate::schedule::Schedule;
 use crate::schema::{Loading, Packing, Problem, Scenario};
@@ -63,7 +66,7 @@ fn strain_rate(scenario: &Scenario, schedule: &Schedule) -> Option<f64> {
 /// Warns about a text file whose spheres are so large or small that its unit is doubtful.
 pub(super) fn sizes(scenario: &Scenario, state: &State) -> Option<Problem> {
     let Packing::File { path, unit: None, .. } = &scenario.packing else { return None };
-    if path.ends_with(".h5") || path.ends_with(".hdf5") {
+    if is_hdf5(Path::new(path)) {
         return None;
     }
     let radii = &state.particles.radius;

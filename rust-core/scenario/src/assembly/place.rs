@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::cache::{PackingCache, Stored};
 use super::{AssemblyError, Progress, plane, unfit, walled};
-use crate::files::open_regular;
+use crate::files::{is_hdf5, open_regular};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Axis, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
@@ -238,7 +238,7 @@ fn cannot_read(file: &Path, message: &dyn ToString) -> AssemblyError {
 
 /// A sphere pack in HDF5, or a text file; `unit`: length of one unit of a text file, m.
 fn read_file(file: &Path, unit: Option<f64>, read_hdf5: PackReader) -> Result<Packing, AssemblyError> {
-    if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
+    if is_hdf5(file) {
         return read_hdf5(file).map_err(|message| cannot_read(file, &message));
     }
     let reader = BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?);

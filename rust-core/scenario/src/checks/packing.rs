@@ -1,6 +1,9 @@
 //! Checks of the packing: sizes, number of particles, and overlaps.
 
+use std::path::Path;
+
 use super::{Checker, length};
+use crate::files::is_hdf5;
 use crate::schema::quantity::{Length, vector};
 use crate::schema::{Lattice, Packing, Radii, Shape};
 use concordem_contact::math::{Mat3, Vec3};
@@ -33,7 +36,7 @@ impl Checker<'_> {
                 self.lattice(*lattice, *radius, *repeats, shape.as_ref());
             }
             Packing::File { path, unit, cell, shape } => {
-                if unit.is_some() && (path.ends_with(".h5") || path.ends_with(".hdf5")) {
+                if unit.is_some() && is_hdf5(Path::new(path)) {
                     let help = "remove the key: HDF5 sphere packs are in meters";
                     self.conflict("packing.unit", "has no effect on an HDF5 file", help);
                 }

@@ -40,7 +40,9 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
         let _ = writeln!(text, "ITEM: ENTRIES batom1 batom2 {}", names.join(" "));
         for (row, [a, b]) in lines.ids.iter().enumerate() {
             let _ = write!(text, "{} {}", a + 1, b + 1);
-            fields.iter().for_each(|field| text += &value(&field.column.data, row));
+            for field in &fields {
+                text += &value(&field.column.data, row);
+            }
             text.push('\n');
         }
         file.put(&text)
@@ -201,7 +203,9 @@ fn data_file(frame: &Frame, bonds: &[[u32; 2]], density: Vec<(u32, f64)>, bounds
     let mut text = format!("Written by concordem export, SI units\n\n{} atoms\n{types} atom types\n", points.len());
     if !bonds.is_empty() {
         let mut per_atom = std::collections::HashMap::new();
-        bonds.iter().for_each(|pair| *per_atom.entry(pair[0]).or_insert(0_usize) += 1);
+        for pair in bonds {
+            *per_atom.entry(pair[0]).or_insert(0_usize) += 1;
+        }
         let most = per_atom.values().max().copied().unwrap_or(0);
         let _ = writeln!(text, "{} bonds\n1 bond types\n{most} extra bond per atom", bonds.len());
     }

@@ -131,7 +131,9 @@ impl Live {
         let largest = if largest.is_finite() && largest > 0.0 { largest } else { 1.0 };
         let mut moved = Vec::with_capacity(5 * slice.chosen.len());
         for &p in &slice.chosen {
-            of(p).iter().for_each(|d| moved.extend(((d / largest * 32_767.0) as i16).to_le_bytes()));
+            for d in of(p) {
+                moved.extend(((d / largest * 32_767.0) as i16).to_le_bytes());
+            }
             moved.push((255.0 * damage.get(p).copied().unwrap_or(0.0)) as u8);
         }
         let mut bonds: Vec<u8> = Vec::new();
@@ -140,7 +142,9 @@ impl Live {
                 let pair = block.view(k).pair;
                 let [a, b] = [pair.a, pair.b].map(|p| slice.place[p as usize]);
                 if a != u32::MAX && b != u32::MAX && block.damage(k) >= SHOWN_DAMAGE {
-                    [a, b].iter().for_each(|place| bonds.extend((*place as u16).to_le_bytes()));
+                    for place in [a, b] {
+                        bonds.extend((place as u16).to_le_bytes());
+                    }
                 }
             }
         }
@@ -185,7 +189,9 @@ impl Slice {
         let mut bytes = Vec::with_capacity(6 * chosen.len());
         for &p in &chosen {
             let [u, v] = [0, 1].map(|k| initial[p][axes[k]] - low[k]);
-            [u, v, radius[p]].iter().for_each(|x| bytes.extend(number(*x).to_le_bytes()));
+            for x in [u, v, radius[p]] {
+                bytes.extend(number(x).to_le_bytes());
+            }
         }
         let [width, height] = axes.map(|axis| number(size[axis]));
         let head = format!("\"size\": [{width}, {height}], \"particles\": \"{}\"", base64(&bytes));
