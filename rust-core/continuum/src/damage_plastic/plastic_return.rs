@@ -271,9 +271,9 @@ impl PlasticReturn<'_> {
         for _ in 0..200 {
             let (f, slope, _) = value(s);
             if f > 0.0 {
-                beyond = s
+                beyond = s;
             } else {
-                inside = s
+                inside = s;
             }
             let newton = s - f / slope;
             let (low, high) = if inside < beyond { (inside, beyond) } else { (beyond, inside) };
