@@ -12,6 +12,7 @@ use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, Summary, assemble};
 use concordem::fracture::Event;
 use concordem::output::{checkpoint, hash};
+use concordem::sampling::Bonds as SampledBonds;
 use concordem::schedule::simulation::OperatorRow;
 use concordem::schedule::{Record, Simulation as Run, StopReason};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
@@ -414,6 +415,26 @@ impl Simulation {
         let loads = (scalars(py, &w.particle), vectors(py, &w.point)?, vectors(py, &w.force)?, vectors(py, &w.moment)?);
         let (contacts, loads) = (result(py, "Contacts", contacts)?, result(py, "Loads", loads)?);
         result(py, "Forces", (contacts, loads))
+    }
+
+    /// All bonds at the current positions, broken ones included, with their damage. Returns Bonds.
+    ///
+    /// Broken bonds keep the direction that they had when they broke, and have lost all strength.
+    fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut inner = self.lock()?;
+        let pool = self.pool.as_ref();
+        let find = |Inner { run, .. }: &mut Inner| {
+            inside(pool, || run.solver.record(&mut run.state).map(|forces| SampledBonds::of(&run.state, &forces)))
+        };
+        let bonds = inner.change(py, find)?.or_raise()?;
+        let fields = (
+            rows::<_, u32>(py, &bonds.pair, 2)?,
+            vectors(py, &bonds.midpoint)?,
+            vectors(py, &bonds.normal)?,
+            scalars(py, &bonds.damage),
+            scalars(py, &bonds.lost_strength),
+        );
+        result(py, "Bonds", fields)
     }
 
     /// Velocities (m/s) and angular velocities (rad/s) that prescribed degrees of freedom take from the next step on, (n, 3) each, one

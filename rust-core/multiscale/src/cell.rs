@@ -3,7 +3,7 @@
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_continuum::LinkDamage;
 use concordem_operator::couple_stress::conjugate;
-use concordem_operator::{Period, region::Region};
+use concordem_operator::{Period, Region};
 use concordem_scenario::assembly::Assembly;
 use concordem_scenario::sampling::Bonds;
 use concordem_scenario::schedule::{Histories, Loading, Schedule, Simulation};
