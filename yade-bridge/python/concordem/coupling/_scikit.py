@@ -79,13 +79,13 @@ class ScikitDynamics:
             raise ValueError(f"safety is {safety}; it must be greater than 0 and at most 1")
         if not (thickness > 0 and np.isfinite(thickness)) or (thickness != 1.0 and self.dimension == 3):
             raise ValueError(f"thickness is {thickness}; it must be positive, and is for plane meshes only")
+        _check_mesh(mesh, element.doflocs)
         basis = skfem.Basis(mesh, element, intorder=_ORDERS[kind])
         volumes = np.asarray(basis.dx) * thickness
-        _check_mesh(mesh, kind, volumes)
         # (elements, points, local nodes, dimension)
         gradients = np.stack([np.asarray(function[0].grad) for function in basis.basis], axis=-1)
         self._gradients: Reals = np.ascontiguousarray(np.moveaxis(gradients, [0, 1, 2], [-1, 0, 1]))
-        values = np.stack([np.broadcast_to(np.asarray(function[0].value), volumes.shape) for function in basis.basis], axis=-1)
+        values = np.stack([np.broadcast_to(np.asarray(function[0]), volumes.shape) for function in basis.basis], axis=-1)
         # For elements of first order the degrees of freedom of the basis are the nodes of the mesh.
         self._local: NDArray[np.int64] = np.ascontiguousarray(basis.dofs.element_dofs.T).astype(np.int64)
         self._volumes: Reals = volumes
@@ -297,24 +297,27 @@ class ScikitDynamics:
         return 2.0 / np.sqrt(largest)
 
 
-def _check_mesh(mesh: Any, kind: str, volumes: Reals) -> None:
-    """Whether all elements have a volume, and whether their nodes turn the right way."""
-    if kind in ("MeshTet1", "MeshTri1"):
-        corners = mesh.p[:, mesh.t]
-        edges = corners[:, 1:] - corners[:, :1]
-        signed = np.linalg.det(np.moveaxis(edges, -1, 0))
-        reference = np.abs(edges).max(axis=(0, 1)) ** mesh.p.shape[0]
-        flat = np.abs(signed) <= 1e-12 * reference
+def _check_mesh(mesh: Any, corners: Reals) -> None:
+    """Whether all elements have a volume, with the same orientation at all corners. `corners`: reference positions of their nodes."""
+    if not np.isfinite(mesh.p).all():
+        raise CouplingError("a node of the mesh is not finite; repair the mesh", "Mesh")
+    nodes, d = corners.shape
+    places = np.moveaxis(mesh.p[:, mesh.t], [0, 1, 2], [2, 1, 0])
+    if nodes == d + 1:
+        edges = places[:, 1:] - places[:, :1]
+        determinants = np.linalg.det(edges)[:, None]
     else:
-        flat = volumes.min(axis=1) <= 1e-12 * volumes.max()
-    if flat.any():
-        raise CouplingError(f"element {int(np.nonzero(flat)[0][0])} has no volume; repair the mesh", "Mesh")
-    mapping = mesh._mapping() if callable(getattr(mesh, "_mapping", None)) else mesh.mapping()
-    if kind in ("MeshHex1", "MeshQuad1"):
-        # The determinant has the same sign at all corners of a valid element.
-        d = mesh.p.shape[0]
-        grid = np.array(np.meshgrid(*([[0.0, 1.0]] * d), indexing="ij")).reshape(d, -1)
-        determinant = mapping.detDF(grid)
-        turned = (determinant.min(axis=1) <= 0) & (determinant.max(axis=1) >= 0)
-        if turned.any():
-            raise CouplingError(f"element {int(np.nonzero(turned)[0][0])} is inverted at a corner; repair the mesh", "Mesh")
+        # Derivatives of the products of linear functions at all corners.
+        at = np.where(corners[:, None, :] == 1.0, corners[None], 1.0 - corners[None])
+        slopes = np.empty((nodes, nodes, d))
+        for i in range(d):
+            others = np.prod(np.delete(at, i, axis=2), axis=2)
+            slopes[:, :, i] = np.where(corners[:, None, i] == 1.0, 1.0, -1.0) * others
+        determinants = np.linalg.det(np.einsum("ean,aci->ecni", places, slopes))
+    scale = np.ptp(places, axis=1).max(axis=1) ** d
+    least = np.abs(determinants).min(axis=1)
+    turned = determinants.min(axis=1) * determinants.max(axis=1) <= 0
+    bad = turned | (least <= 1e-9 * scale)
+    if bad.any():
+        element = int(np.nonzero(bad)[0][0])
+        raise CouplingError(f"element {element} of the mesh has no volume, or is inverted at a corner; repair the mesh", "Mesh")
