@@ -38,11 +38,12 @@ def hand_over(
     regions: list[Region],
     size: ArrayLike,
     formulas: Literal["printed", "coded"] = "printed",
+    volumes: ArrayLike | None = None,
 ) -> HandOver:
     """State of the damage-plastic model at points whose neighborhoods are `regions` of a simulation with CPM bonds.
 
     The stress is the mean of each region; the damage tensor counts the bonds whose midpoints lie in it. `size`: of the elements, m, one
-    or one per point. Raises CouplingError for regions without bonds, or bonds of another law.
+    or one per point. `volumes`: m^3, (n,), if a region reaches beyond the specimen; that of the regions by default. Raises CouplingError for regions without bonds, or bonds of another law.
     """
     positions = simulation.state.positions
     if "cpm" not in simulation.state.contacts():
@@ -52,12 +53,15 @@ def hand_over(
     count = len(regions)
     stress, tensor = np.empty((count, 3, 3)), np.empty((count, 3, 3))
     found = np.empty(count, dtype=np.int64)
+    filled = np.array([region.volume for region in regions]) if volumes is None else np.asarray(volumes, dtype=float)
+    if filled.shape != (count,) or not (filled > 0).all():
+        raise ValueError(f"volumes has shape {filled.shape}; give ({count},) positive numbers")
     for k, region in enumerate(regions):
         member = np.array([region.contains(point) for point in bonds.midpoint])
         found[k] = int(member.sum())
         if not member.any():
             raise CouplingError(f"region {k} contains no bond; enlarge it", "NoBonds")
-        mean = operators.region_stress(positions, forces.contacts, region).stress
+        mean = operators.region_stress(positions, forces.contacts, region).stress * (region.volume / filled[k])
         stress[k] = 0.5 * (mean + mean.T)
         tensor[k] = handover_tensor(bonds.normal[member], bonds.lost_strength[member], formulas)
     damage = handover_damage(tensor, formulas)
