@@ -76,6 +76,53 @@ def test_hand_over_returns_the_stress():
     assert np.allclose(np.diag(coupling.handover_tensor(np.eye(3), [1.0, 0.0, 0.0], "coded")), [1.5, -0.5, -0.5], atol=1e-15)
 
 
+def test_hand_over_of_a_specimen_takes_its_mean_stress(concrete, two):
+    specimen = concrete.simulation()
+    specimen.step(400)
+    positions = specimen.state.positions
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    region = concordem.operators.Region.box(low * 0.5 + high * 0.5 - 4e-3, low * 0.5 + high * 0.5 + 4e-3)
+    given = coupling.hand_over(specimen, LAW, [region], 0.1)
+    stress = concordem.operators.region_stress(positions, specimen.forces().contacts, region).stress
+    assert np.allclose(given.stress[0], 0.5 * (stress + stress.T), rtol=1e-12, atol=1e-6) and np.abs(stress).max() > 1e4
+    bonds = specimen.bonds()
+    inside = np.array([region.contains(point) for point in bonds.midpoint])
+    assert given.bonds[0] == inside.sum() > 100
+    tensor = concordem.operators.damage_tensor(bonds.normal[inside], bonds.lost_strength[inside])
+    assert np.allclose(given.damage_tensor[0], tensor, rtol=0, atol=1e-13)
+    start = LAW.update(np.zeros((1, 3, 3)), given.states, 0.1)
+    assert np.allclose(start.stress, given.stress, rtol=1e-9, atol=1.0)
+    # Twice the volume, half the stress.
+    twice = coupling.hand_over(specimen, LAW, [region], 0.1, volumes=[2 * region.volume])
+    assert np.allclose(twice.stress, 0.5 * given.stress, rtol=1e-12, atol=1e-9)
+    with pytest.raises(concordem.CouplingError, match="region 0 contains no bond"):
+        coupling.hand_over(specimen, LAW, [concordem.operators.Region.sphere(high + 1, 1e-3)], 0.1)
+    with pytest.raises(concordem.CouplingError, match="law cpm"):
+        coupling.hand_over(two.simulation(), LAW, [region], 0.1)
+    with pytest.raises(concordem.CouplingError, match="RepresentativeCells"):
+        coupling.hand_over(cell_scenario().simulation(), LAW, [region], 0.1)
+
+
+def test_motion_set_from_outside_moves_prescribed_particles_only(two):
+    tables = two.to_dict() | {
+        "set": [{"name": "left", "selection": {"kind": "box", "minimum": [-1, -1, -1], "maximum": [1e-4, 1, 1]}}],
+        "prescribe": [{"set": "left", "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}],
+    }
+    simulation = concordem.Scenario.from_dict(tables).simulation()
+    velocity, angular = np.full((2, 3), 1e-3), np.full((2, 3), 2.0)
+    simulation.set_motion(velocity, angular)
+    start = simulation.state.positions.copy()
+    simulation.step(1)
+    dt = simulation.state.time_step
+    assert np.allclose(simulation.state.positions[0] - start[0], velocity[0] * dt, rtol=1e-9)
+    assert np.array_equal(simulation.state.angular_velocities[0], angular[0])
+    # The bond had no strain in the first step, so the free particle has not moved.
+    assert np.array_equal(simulation.state.positions[1], start[1])
+    for bad in [(velocity[:1], angular), (velocity * np.nan, angular)]:
+        with pytest.raises(ValueError):
+            simulation.set_motion(*bad)
+
+
 # ---- Representative cells ------------------------------------------------------------------------------------------------------
 
 
@@ -508,3 +555,40 @@ def test_elements_can_run_in_threads():
     for thread in threads:
         thread.join()
     assert np.array_equal(own[0].displacement, own[1].displacement)
+
+
+# ---- Examples of the book ------------------------------------------------------------------------------------------------------
+
+
+def test_layers_of_the_multiscale_column_have_their_oedometric_stress(monkeypatch):
+    skfem()
+    from pathlib import Path
+
+    folder = Path(__file__).resolve().parents[1] / "examples"
+    if not folder.exists():
+        pytest.skip("the examples are not beside the tests")
+    monkeypatch.syspath_prepend(folder)
+    import multiscale_column
+
+    rows, _, balance = multiscale_column.column(1e-4, 400)
+    # Measured 0.9998, 0.9992, 0.9998 of the modulus: the geometry of the cells changes by the strain times some 10.
+    for row in rows:
+        assert row["stress"] == pytest.approx(row["modulus"] * row["strain"], rel=2e-3)
+    # In equilibrium the same force passes through all layers.
+    assert rows[0]["stress"] == pytest.approx(rows[2]["stress"], rel=1e-5)
+    assert balance < 1e-12
+
+
+def test_layers_are_checked():
+    one = coupling.Elastic(1e9, 0.2, 1.0)
+    with pytest.raises(ValueError, match="do not fit"):
+        coupling.Layers([one, one], [0, 0, 0])
+    with pytest.raises(concordem.CouplingError, match="one index per element"):
+        elements("hex", coupling.Layers([one], [0] * 11))
+    # Equal layers are one material, bit for bit.
+    plain, layered = elements("hex", one), elements("hex", coupling.Layers([one, one], [0, 1] * 6))
+    for fem in (plain, layered):
+        fem.velocity[:] = fem.nodes
+        for _ in range(10):
+            fem.step()
+    assert np.array_equal(plain.displacement, layered.displacement)

@@ -5,7 +5,7 @@ scikit-fem (``pip install concordem[coupling]``): explicit dynamics with lumped 
 tetrahedra, quadrilaterals, or triangles. :class:`CallbackElements` wraps functions of yours.
 
 Materials of the elements: :class:`Elastic`, :class:`Damaging` (the damage-plastic model :class:`DamagePlastic`), and
-:class:`CellMaterial`, a periodic cell of particles at each integration point.
+:class:`CellMaterial`, a periodic cell of particles at each integration point; :class:`Layers` gives elements different ones.
 
 SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 
@@ -19,11 +19,11 @@ SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 
 from .._core import CellStates, DamagePlastic, RepresentativeCells, handover_damage, handover_tensor
 from .._types import CellResponse, PointUpdate
-from ._materials import CellMaterial, Damaging, Elastic, Material
+from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
 from ._protocol import CallbackElements, FiniteElements, check_pair
-from ._sequential import HandOver, hand_over
 from ._pictures import write_vtk
 from ._scikit import ScikitDynamics
+from ._sequential import HandOver, hand_over
 
 __all__ = [
     "CallbackElements",
@@ -35,6 +35,7 @@ __all__ = [
     "Elastic",
     "FiniteElements",
     "HandOver",
+    "Layers",
     "Material",
     "PointUpdate",
     "RepresentativeCells",

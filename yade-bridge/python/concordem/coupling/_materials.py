@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, Protocol, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +16,8 @@ Reals = NDArray[np.float64]
 class Material(Protocol):
     """A material with its own state at n integration points."""
 
-    density: float
-    """Reference density, kg/m^3."""
+    density: Any
+    """Reference density, kg/m^3: one, or one per element."""
 
     def start(self, sizes: Reals) -> None:
         """Begin with n points in elements of these sizes, m, (n,)."""
@@ -28,7 +28,8 @@ class Material(Protocol):
         ...
 
     def stiffness(self) -> Reals:
-        """Elastic stiffness, components 11, 22, 33, 23, 31, 12 with engineering shears, Pa, (6, 6), for the time step."""
+        """Elastic stiffness, components 11, 22, 33, 23, 31, 12 with engineering shears, Pa, (6, 6) or (elements, 6, 6), for the
+        time step."""
         ...
 
     def energy(self, gradient: Reals) -> Reals | None:
@@ -220,6 +221,64 @@ class CellMaterial:
         saved: CellStates = state[0]
         self.cells.restore(saved)
         self.cauchy = state[1].copy()
+
+
+class Layers:
+    """Different materials in different elements.
+
+    `materials`, and `of`: the index of the material of each element, (elements,).
+    """
+
+    def __init__(self, materials: Sequence[Material], of: ArrayLike) -> None:
+        self.materials = list(materials)
+        self._of = np.asarray(of)
+        if self._of.ndim != 1 or not np.issubdtype(self._of.dtype, np.integer):
+            raise ValueError("of must be one index per element")
+        missing = set(range(len(self.materials))) ^ set(np.unique(self._of).tolist())
+        if missing:
+            raise ValueError(f"of and materials do not fit: {sorted(missing)} occurs in one of them only")
+        self.density: Reals = np.array([material.density for material in self.materials], dtype=float)[self._of]
+        self._points: list[NDArray[np.int64]] = []
+
+    def start(self, sizes: Reals) -> None:
+        """Begin with the points of each material."""
+        if len(sizes) % len(self._of):
+            raise CouplingError(f"{len(self._of)} elements, but {len(sizes)} integration points; give one index per element", "Count")
+        of = np.repeat(self._of, len(sizes) // len(self._of))
+        self._points = [np.nonzero(of == k)[0] for k in range(len(self.materials))]
+        for material, points in zip(self.materials, self._points, strict=True):
+            material.start(sizes[points])
+
+    def stress(self, gradient: Reals) -> Reals:
+        """First Piola-Kirchhoff stress, Pa."""
+        stress = np.empty_like(gradient)
+        for material, points in zip(self.materials, self._points, strict=True):
+            stress[points] = material.stress(gradient[points])
+        return stress
+
+    def stiffness(self) -> Reals:
+        """Stiffness of each element, Pa, (elements, 6, 6)."""
+        matrices: Reals = np.stack([material.stiffness() for material in self.materials])[self._of]
+        return matrices
+
+    def energy(self, gradient: Reals) -> Reals | None:
+        """Stored energy, if all materials know it."""
+        energy = np.empty(len(gradient))
+        for material, points in zip(self.materials, self._points, strict=True):
+            part = material.energy(gradient[points])
+            if part is None:
+                return None
+            energy[points] = part
+        return energy
+
+    def save(self) -> Any:
+        """The states of all materials."""
+        return [material.save() for material in self.materials]
+
+    def restore(self, state: Any) -> None:
+        """Go back."""
+        for material, saved in zip(self.materials, state, strict=True):
+            material.restore(saved)
 
 
 _ORDER = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)]

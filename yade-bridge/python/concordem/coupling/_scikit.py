@@ -98,7 +98,10 @@ class ScikitDynamics:
         per_element = volumes.sum(axis=1) / thickness
         sizes = per_element ** (1.0 / self.dimension)
         material.start(np.repeat(sizes, volumes.shape[1]))
-        mass = np.einsum("eqa,eq->ea", values, volumes) * material.density
+        density = np.asarray(material.density, dtype=float)
+        if density.shape not in ((), (len(volumes),)):
+            raise CouplingError(f"{len(density)} densities for {len(volumes)} elements; give one per element", "Count")
+        mass = np.einsum("eqa,eq->ea", values, volumes) * np.broadcast_to(density, len(volumes))[:, None]
         self.mass: Reals = np.bincount(self._local.ravel(), weights=mass.ravel(), minlength=count)
         if (self.mass <= 0).any():
             raise CouplingError(f"node {int(np.argmin(self.mass))} belongs to no element; remove it from the mesh", "Mesh")
@@ -277,10 +280,11 @@ class ScikitDynamics:
         if d == 3:
             matrix = self.material.stiffness()
         elif self._condensed is None:
-            matrix = self.material.stiffness()[np.ix_([0, 1, 5], [0, 1, 5])]
+            matrix = self.material.stiffness()[..., [0, 1, 5], :][..., [0, 1, 5]]
         else:
             matrix = self._condensed
-        elements, points, nodes, _ = self._gradients.shape
+        elements, _, nodes, _ = self._gradients.shape
+        matrix = np.broadcast_to(matrix, (elements, *matrix.shape[-2:]))
         largest = 0.0
         # In blocks, so that the matrices of large meshes fit into memory.
         for begin in range(0, elements, 2048):
@@ -291,7 +295,9 @@ class ScikitDynamics:
                 if i != j:
                     b[:, :, row, :, j] += g[..., i]
             b = b.reshape(*b.shape[:3], nodes * d)
-            k = np.einsum("eqri,rs,eqsj,eq->eij", b, matrix, b, self._volumes[begin : begin + 2048], optimize=True)
+            k = np.einsum(
+                "eqri,ers,eqsj,eq->eij", b, matrix[begin : begin + 2048], b, self._volumes[begin : begin + 2048], optimize=True
+            )
             root = 1 / np.sqrt(np.repeat(mass[begin : begin + 2048], d, axis=1))
             largest = max(largest, float(np.linalg.eigvalsh(root[:, :, None] * k * root[:, None, :]).max()))
         return 2.0 / np.sqrt(largest)

@@ -45,6 +45,8 @@ def hand_over(
     The stress is the mean of each region; the damage tensor counts the bonds whose midpoints lie in it. `size`: of the elements, m, one
     or one per point. `volumes`: m^3, (n,), if a region reaches beyond the specimen; that of the regions by default. Raises CouplingError for regions without bonds, or bonds of another law.
     """
+    if simulation.state.cell is not None:
+        raise CouplingError("the hand-over takes specimens with a surface; for a periodic cell use RepresentativeCells", "Periodic")
     positions = simulation.state.positions
     if "cpm" not in simulation.state.contacts():
         raise CouplingError("the hand-over needs bonds of the law cpm; their lost strength is its damage", "NoBonds")
