@@ -103,9 +103,8 @@ impl RepresentativeCells {
         };
         let mut cells = self.cells.lock()?;
         let pool = self.pool.as_ref();
-        let found: Vec<_> = cells.change(py, |cells| {
-            inside(pool, || cells.par_iter_mut().map(RepresentativeCell::response).collect())
-        })?;
+        let found: Vec<_> = cells
+            .change(py, |cells| inside(pool, || cells.par_iter_mut().map(RepresentativeCell::response).collect()))?;
         let found: Vec<Response> = all(found)?;
         let damage = if found.iter().all(|response| response.damage.is_some()) {
             Some(tensors(py, found.iter().flat_map(|r| r.damage.map(|links| formulas.tensor(&links))).collect())?)
@@ -130,9 +129,8 @@ impl RepresentativeCells {
     fn stiffness<'py>(&self, py: Python<'py>) -> Any<'py> {
         let mut cells = self.cells.lock()?;
         let pool = self.pool.as_ref();
-        let found: Vec<_> = cells.change(py, |cells| {
-            inside(pool, || cells.par_iter().map(RepresentativeCell::stiffness).collect())
-        })?;
+        let found: Vec<_> =
+            cells.change(py, |cells| inside(pool, || cells.par_iter().map(RepresentativeCell::stiffness).collect()))?;
         let mut reals = Vec::with_capacity(36 * self.count);
         for matrix in all(found)? {
             reals.extend_from_slice(matrix.transpose().as_slice());

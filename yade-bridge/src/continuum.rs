@@ -152,7 +152,13 @@ impl DamagePlastic {
     ///
     /// Args: `stress` (n, 3, 3), Pa; `damage` (n,), see handover_damage; `size` of the elements, m, one or (n,). Returns (n, 8). Raises
     /// ContinuumError with the index of the point.
-    fn hand_over<'py>(&self, py: Python<'py>, stress: Tensors<'py>, damage: Scalars<'py>, size: Sizes<'py>) -> Any<'py> {
+    fn hand_over<'py>(
+        &self,
+        py: Python<'py>,
+        stress: Tensors<'py>,
+        damage: Scalars<'py>,
+        size: Sizes<'py>,
+    ) -> Any<'py> {
         let (stress, damage) = (stress.get()?, damage.get()?);
         same("damage", damage.len(), stress.len())?;
         let size = size.of(stress.len())?;
@@ -206,7 +212,10 @@ fn read_states(states: &Rows<'_>, points: usize) -> PyResult<Vec<State>> {
     let (count, columns) = states.shape();
     same("state", count, points)?;
     if columns != State::REALS {
-        return Err(PyValueError::new_err(format!("state has {columns} columns; give shape ({points}, {})", State::REALS)));
+        return Err(PyValueError::new_err(format!(
+            "state has {columns} columns; give shape ({points}, {})",
+            State::REALS
+        )));
     }
     let (rows, _) = states.get()?.as_chunks::<{ State::REALS }>();
     Ok(rows.iter().map(State::from_reals).collect())

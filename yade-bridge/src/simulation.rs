@@ -448,7 +448,9 @@ impl Simulation {
         let particles = inner.run.state.particles.len();
         if velocity.len() != particles || angular.len() != particles {
             let (v, a) = (velocity.len(), angular.len());
-            let message = format!("{v} velocities and {a} angular velocities for {particles} particles; give one row per particle");
+            let message = format!(
+                "{v} velocities and {a} angular velocities for {particles} particles; give one row per particle"
+            );
             return Err(PyValueError::new_err(message));
         }
         let finite = |vectors: &[concordem::math::Vec3]| vectors.iter().all(|v| v.iter().all(|c| c.is_finite()));

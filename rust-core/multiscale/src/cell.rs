@@ -143,11 +143,8 @@ impl RepresentativeCell {
             conjugate(&set, &Region::All { volume }, &center, Some(&Period::of(cell.matrix)))?.couple_stress
         };
         let bonds = Bonds::of(&run.state, &forces);
-        let damage = if bonds.normal.is_empty() {
-            None
-        } else {
-            Some(LinkDamage::of(&bonds.normal, &bonds.lost_strength)?)
-        };
+        let damage =
+            if bonds.normal.is_empty() { None } else { Some(LinkDamage::of(&bonds.normal, &bonds.lost_strength)?) };
         Ok(Response {
             stress: sum / volume,
             couple_stress: couple,

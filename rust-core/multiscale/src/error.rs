@@ -11,7 +11,9 @@ use concordem_statics::StaticsError;
 #[non_exhaustive]
 pub enum CellError {
     /// The scenario has no periodic cell.
-    #[error("the scenario has no periodic cell; a representative cell needs a periodic packing and `bonds` or `contacts` in it")]
+    #[error(
+        "the scenario has no periodic cell; a representative cell needs a periodic packing and `bonds` or `contacts` in it"
+    )]
     NoCell,
     /// Something else than the continuum moves the cell or ends the run.
     #[error("the scenario has {what}; the continuum alone deforms a representative cell, so remove it")]
@@ -29,13 +31,17 @@ pub enum CellError {
     #[error("a deformation in 0 steps; give at least 1")]
     NoSteps,
     /// All bonds broke.
-    #[error("the cell has lost its last bond at step {step}; it no longer represents the material: take the element out")]
+    #[error(
+        "the cell has lost its last bond at step {step}; it no longer represents the material: take the element out"
+    )]
     NoBonds {
         /// Step.
         step: u64,
     },
     /// A condition of the scenario's `[stop]` holds.
-    #[error("the cell has ended at step {step} ([stop] of its scenario: {reason:?}); give a larger limit, such as `steps`")]
+    #[error(
+        "the cell has ended at step {step} ([stop] of its scenario: {reason:?}); give a larger limit, such as `steps`"
+    )]
     Ended {
         /// Step.
         step: u64,

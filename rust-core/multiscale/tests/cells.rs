@@ -89,7 +89,13 @@ fn restored_cell_continues_bit_by_bit_alone_and_among_others() {
         alone.restore(&saved[k]).unwrap();
         alone.deform(&next[k], 9).unwrap();
         let bits = |cell: &RepresentativeCell| {
-            cell.state().particles.position.iter().chain(&cell.state().particles.velocity).flat_map(|v| v.map(f64::to_bits).data.0[0]).collect::<Vec<_>>()
+            cell.state()
+                .particles
+                .position
+                .iter()
+                .chain(&cell.state().particles.velocity)
+                .flat_map(|v| v.map(f64::to_bits).data.0[0])
+                .collect::<Vec<_>>()
         };
         assert_eq!(bits(&alone), bits(cell), "cell {k}");
     }
