@@ -13,8 +13,6 @@ from .._errors import CouplingError
 
 # VTK's numbers of cell types by nodes per cell: vertex, triangle, (quadrilateral or tetrahedron), hexahedron.
 _KINDS = {("vertex", 1): 1, ("triangle", 3): 5, ("quad", 4): 9, ("tetra", 4): 10, ("hexahedron", 8): 12}
-# scikit-fem numbers the nodes of hexahedra and quadrilaterals in its own order.
-_HEXAHEDRON = [0, 1, 4, 2, 3, 6, 7, 5]
 
 
 def write_vtk(
@@ -28,7 +26,7 @@ def write_vtk(
     """Write points and cells to a VTK file (.vtu, XML, text), which ParaView and VTK read.
 
     Args: `points` (n, 3), m; `cells` (m, nodes), none for particles; `kind`: "vertex", "triangle", "quad", "tetra", or "hexahedron" with
-    the nodes in VTK's order (of scikit-fem's hexahedra ``mesh.t.T[:, [0, 1, 4, 2, 3, 6, 7, 5]]``); data with one row per point or cell,
+    the nodes in VTK's order (of scikit-fem's hexahedra ``mesh.t.T[:, [7, 4, 1, 5, 6, 2, 0, 3]]``); data with one row per point or cell,
     (n,), (n, 3), or (n, 9).
     """
     places = np.asarray(points, dtype=float)

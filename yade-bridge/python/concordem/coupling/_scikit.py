@@ -102,7 +102,7 @@ class ScikitDynamics:
         if density.shape not in ((), (len(volumes),)):
             raise CouplingError(f"{len(density)} densities for {len(volumes)} elements; give one per element", "Count")
         mass = np.einsum("eqa,eq->ea", values, volumes) * np.broadcast_to(density, len(volumes))[:, None]
-        self.mass: Reals = np.bincount(self._local.ravel(), weights=mass.ravel(), minlength=count)
+        self.mass: Reals = np.asarray(np.bincount(self._local.ravel(), weights=mass.ravel(), minlength=count), dtype=float)
         if (self.mass <= 0).any():
             raise CouplingError(f"node {int(np.argmin(self.mass))} belongs to no element; remove it from the mesh", "Mesh")
         self.fixed: NDArray[np.bool_] = np.zeros((count, 3), dtype=bool)
