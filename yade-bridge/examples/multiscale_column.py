@@ -50,7 +50,7 @@ def column(strain, elements_steps, cell_steps=4, threads=None, folder=None):
         # A quarter of the steps moves the top, the others let the column come to rest.
         elements.prescribed[mesh.p[2] == 3, 2] = rate if k < elements_steps else 0.0
         if folder is not None and k % max(1, elements_steps // 4) == 0:
-            order = [7, 4, 1, 5, 6, 2, 0, 3]
+            order = [6, 2, 0, 3, 7, 4, 1, 5]
             coupling.write_vtk(folder / f"bricks-{k:05d}.vtu", mesh.p.T + elements.displacement, mesh.t.T[:, order], "hexahedron",
                                {"displacement": elements.displacement})
         elements.step()

@@ -140,7 +140,7 @@ def continue_as_elements(specimen, law, formulas, folder):
     elements = coupling.ScikitDynamics(mesh, material, safety=0.5, damping=2e4, fixed=fixed)
     elements.prescribed[:, 2] = np.where(mesh.p[2] > 0.5 * (low[2] + high[2]), -1, 1) * RATE * HEIGHT
     elements.velocity[:, 2] = -2 * RATE * (mesh.p[2] - 0.5 * (low[2] + high[2]))
-    order = [7, 4, 1, 5, 6, 2, 0, 3]
+    order = [6, 2, 0, 3, 7, 4, 1, 5]
     steps = int(2e-3 / (2 * RATE) / elements.time_step)
     for k in range(steps + 1):
         if k % max(1, steps // 8) == 0:

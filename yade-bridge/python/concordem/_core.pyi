@@ -649,7 +649,7 @@ class DamagePlastic:
         compressive_ductility: float = 0.003,
         ductility_pressure: float = 2.0,
         tensile_ductility: float = 1e-6,
-        dilation: float = -0.85,
+        dilation: float = ...,
         softening_ductility: float = 15.0,
     ) -> DamagePlastic: ...
     def update(

@@ -26,7 +26,7 @@ def write_vtk(
     """Write points and cells to a VTK file (.vtu, XML, text), which ParaView and VTK read.
 
     Args: `points` (n, 3), m; `cells` (m, nodes), none for particles; `kind`: "vertex", "triangle", "quad", "tetra", or "hexahedron" with
-    the nodes in VTK's order (of scikit-fem's hexahedra ``mesh.t.T[:, [7, 4, 1, 5, 6, 2, 0, 3]]``); data with one row per point or cell,
+    the nodes in VTK's order (of scikit-fem's hexahedra ``mesh.t.T[:, [6, 2, 0, 3, 7, 4, 1, 5]]``); data with one row per point or cell,
     (n,), (n, 3), or (n, 9).
     """
     places = np.asarray(points, dtype=float)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,9 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from .._errors import CouplingError
 from ._materials import Material
 from ._protocol import Reals, _vectors
-
-if TYPE_CHECKING:
-    import skfem
 
 _ORDERS = {"MeshHex1": 2, "MeshTet1": 1, "MeshQuad1": 2, "MeshTri1": 1}
 
@@ -50,7 +47,7 @@ class ScikitDynamics:
 
     def __init__(
         self,
-        mesh: skfem.Mesh,
+        mesh: Any,
         material: Material,
         time_step: float | None = None,
         *,
