@@ -46,9 +46,7 @@ fn stretched_lattice_has_the_stress_of_its_springs() {
     // Without rotation of the principal axes there is no shear in the bonds of a stretch along all axes alike.
     let mut cell = lattice("", "").unwrap();
     let gradient = Mat3::identity() * 1.001;
-    for _ in 0..2 {
-        cell.deform(&gradient, 1).unwrap();
-    }
+    cell.deform(&gradient, 1).unwrap();
     let response = cell.response().unwrap();
     let wanted = uniform(&gradient);
     // Rounding of positions, some 1e-18 m, over the elongation of 2e-6 m.
