@@ -78,10 +78,14 @@ fn restored_cell_continues_bit_by_bit_alone_and_among_others() {
     let turned = |k: f64| Mat3::new(1.0, 0.002 * k, 0.0, -0.001, 1.0 + 0.001 * k, 0.0, 0.0, 0.0, 1.0);
     let mut cells: Vec<_> = (0..4).map(|_| lattice("", "").unwrap()).collect();
     let gradients: Vec<_> = (0..4).map(|k| turned(f64::from(k))).collect();
-    deform(&mut cells, &gradients, 7).into_iter().for_each(|done| done.unwrap());
+    for done in deform(&mut cells, &gradients, 7) {
+        done.unwrap();
+    }
     let saved: Vec<_> = cells.iter().map(RepresentativeCell::snapshot).collect();
     let next: Vec<_> = (0..4).map(|k| turned(f64::from(k) + 1.0)).collect();
-    deform(&mut cells, &next, 9).into_iter().for_each(|done| done.unwrap());
+    for done in deform(&mut cells, &next, 9) {
+        done.unwrap();
+    }
     for (k, cell) in cells.iter().enumerate() {
         let mut alone = lattice("", "").unwrap();
         alone.restore(&saved[k]).unwrap();
