@@ -42,17 +42,19 @@ BUILD = WORK / "build"
 LIST = Path(__file__).with_name("mutants.toml")
 RESULT = Path(__file__).with_name("result.json")
 
-AREAS = "law kinematics integration damping ledger time-step walls forces operator scenario statics neighbor packing heat".split()
+AREAS = "law kinematics integration damping ledger time-step walls forces operator scenario statics neighbor packing heat continuum".split()
 KEYS = {"id", "area", "file", "original", "mutated", "breaks", "within", "survives"}
 
 # The package of each folder below rust-core/. All of them use the first one.
 PACKAGES = {
     "contact": "concordem-contact",
     "operator": "concordem-operator",
+    "continuum": "concordem-continuum",
     "solver": "concordem-solver",
     "packing": "concordem-packing",
     "statics": "concordem-statics",
     "scenario": "concordem-scenario",
+    "multiscale": "concordem-multiscale",
     "app": "concordem",
 }
 WITHOUT = {"fuzz"}

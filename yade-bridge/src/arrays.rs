@@ -4,7 +4,8 @@ use bytemuck::Pod;
 use concordem::math::{Mat3, Vec3};
 use nalgebra::Matrix6;
 use numpy::{
-    Element, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+    Element, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -95,6 +96,22 @@ input!(
     /// Booleans.
     Flags, PyReadonlyArray1<bool>, "bool", "(n,)", None
 );
+
+input!(
+    /// Tensors of three by three reals.
+    Tensors, PyReadonlyArray3<f64>, "float64", "(n, 3, 3)", Some(3)
+);
+
+impl Tensors<'_> {
+    /// The tensors.
+    pub fn get(&self) -> PyResult<Vec<Mat3>> {
+        if self.0.shape()[1] != 3 {
+            return Err(shape_error(self.0.as_any(), "(n, 3, 3)"));
+        }
+        let (rows, _) = self.raw()?.as_chunks::<9>();
+        Ok(rows.iter().map(|row| Mat3::from_row_slice(row)).collect())
+    }
+}
 
 impl Vectors<'_> {
     /// The rows.

@@ -114,6 +114,26 @@ raise! {
     ColumnError => "ResultError",
 }
 
+impl Raise for concordem_continuum::ContinuumError {
+    fn raise(self) -> PyErr {
+        exception("ContinuumError", &self.to_string(), &format!("{self:?}"))
+    }
+}
+
+impl<E: std::error::Error> Raise for (usize, E) {
+    /// An error at one of many points or cells.
+    fn raise(self) -> PyErr {
+        let (index, error) = self;
+        exception("ContinuumError", &format!("number {index}: {error}"), &format!("{error:?}"))
+    }
+}
+
+impl Raise for concordem_multiscale::CellError {
+    fn raise(self) -> PyErr {
+        exception("ContinuumError", &self.to_string(), &format!("{self:?}"))
+    }
+}
+
 impl Raise for ScenarioError {
     fn raise(self) -> PyErr {
         scenario("ScenarioError", &self)

@@ -11,6 +11,8 @@
 #![allow(clippy::too_many_arguments)]
 
 mod arrays;
+mod cells;
+mod continuum;
 mod elastic;
 mod errors;
 mod hosted;
@@ -84,5 +86,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     elastic::register(module)?;
     results::register(module)?;
     memory::register(module)?;
+    continuum::register(module)?;
+    cells::register(module)?;
     hosted::register(module)
 }

@@ -12,13 +12,14 @@ use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, Summary, assemble};
 use concordem::fracture::Event;
 use concordem::output::{checkpoint, hash};
+use concordem::sampling::Bonds as SampledBonds;
 use concordem::schedule::simulation::OperatorRow;
 use concordem::schedule::{Record, Simulation as Run, StopReason};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{TableColumn, result, rows, scalars, table, tensor, vectors};
+use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
 use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
 use crate::scenario::Scenario;
 use crate::shared::{Access, Shared};
@@ -414,6 +415,54 @@ impl Simulation {
         let loads = (scalars(py, &w.particle), vectors(py, &w.point)?, vectors(py, &w.force)?, vectors(py, &w.moment)?);
         let (contacts, loads) = (result(py, "Contacts", contacts)?, result(py, "Loads", loads)?);
         result(py, "Forces", (contacts, loads))
+    }
+
+    /// All bonds at the current positions, broken ones included, with their damage. Returns Bonds.
+    ///
+    /// Broken bonds keep the direction that they had when they broke, and have lost all strength.
+    fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut inner = self.lock()?;
+        let pool = self.pool.as_ref();
+        let find = |Inner { run, .. }: &mut Inner| {
+            inside(pool, || run.solver.record(&mut run.state).map(|forces| SampledBonds::of(&run.state, &forces)))
+        };
+        let bonds = inner.change(py, find)?.or_raise()?;
+        let fields = (
+            rows::<_, u32>(py, &bonds.pair, 2)?,
+            vectors(py, &bonds.midpoint)?,
+            vectors(py, &bonds.normal)?,
+            scalars(py, &bonds.damage),
+            scalars(py, &bonds.lost_strength),
+        );
+        result(py, "Bonds", fields)
+    }
+
+    /// Velocities (m/s) and angular velocities (rad/s) that prescribed degrees of freedom take from the next step on, (n, 3) each, one
+    /// row per particle; rows of free particles, and components that `[[prescribe]]` does not prescribe, have no effect.
+    ///
+    /// Histories of the scenario set the motion of their particles in every step, whatever is set here. Raises ValueError for arrays of
+    /// another length and numbers that are not finite.
+    fn set_motion(&self, py: Python<'_>, velocity: Vectors<'_>, angular_velocity: Vectors<'_>) -> PyResult<()> {
+        let (velocity, angular) = (velocity.get()?, angular_velocity.get()?);
+        let mut inner = self.lock()?;
+        let particles = inner.run.state.particles.len();
+        if velocity.len() != particles || angular.len() != particles {
+            let (v, a) = (velocity.len(), angular.len());
+            let message = format!(
+                "{v} velocities and {a} angular velocities for {particles} particles; give one row per particle"
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        let finite = |vectors: &[concordem::math::Vec3]| vectors.iter().all(|v| v.iter().all(|c| c.is_finite()));
+        if !(finite(velocity) && finite(angular)) {
+            return Err(PyValueError::new_err("a velocity is not finite"));
+        }
+        inner.change(py, |Inner { run, .. }| {
+            let targets = run.solver.targets_mut(&run.state.particles);
+            for ((target, v), w) in targets.iter_mut().zip(velocity).zip(angular) {
+                *target = (*v, *w);
+            }
+        })
     }
 
     /// Net contact force (N) and torque (N·m) of the last step on every particle, (n, 3) each.

@@ -139,6 +139,9 @@ def pages():
     lines += add("__init__.py", "")
     lines += ["## concordem.operators", "", *add("operators.py", "")]
     lines += ["## concordem.packing", "", *add("packing.py", "")]
+    lines += ["## concordem.coupling", "", *add("coupling/__init__.py", "")]
+    for path in ("_protocol", "_materials", "_scikit", "_sequential", "_pictures"):
+        lines += module(f"coupling/{path}.py", "")[2:]
     lines += ["## Result types", "", *named_tuples()]
     lines += ["## Errors", ""]
     for node in python_tree("_errors.py").body:

@@ -21,7 +21,7 @@ A scenario describes a run, a simulation computes it, and its state is available
 ['linear_bond']
 
 :class:`Result` reads result files of the command-line program. Operators on arrays are in :mod:`concordem.operators`, packings in
-:mod:`concordem.packing`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
+:mod:`concordem.packing`, couplings with finite elements in :mod:`concordem.coupling`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
 """
 
 from . import operators, packing
@@ -41,6 +41,8 @@ from ._errors import (
     CalibrationError,
     ConcordemError,
     ConcordemWarning,
+    ContinuumError,
+    CouplingError,
     InternalError,
     OperatorError,
     PackingError,
@@ -60,6 +62,8 @@ __all__ = [
     "CalibrationError",
     "ConcordemError",
     "ConcordemWarning",
+    "ContinuumError",
+    "CouplingError",
     "ElasticAnswers",
     "ElasticConstants",
     "ElasticFit",

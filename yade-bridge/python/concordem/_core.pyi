@@ -13,17 +13,21 @@ _Reals: TypeAlias = NDArray[np.float64]
 _Progress: TypeAlias = bool | Callable[[str, float], object] | None
 _Truncation: TypeAlias = Literal["branch-clipped", "half-crossing", "internal-only"]
 _Partition: TypeAlias = Literal["contact-point", "half-branch"]
+_Formulas: TypeAlias = Literal["printed", "coded"]
 _Path: TypeAlias = str | PathLike[str]
 
 __all__ = [
     "__version__",
     "_panic",
     "AffineFit",
+    "CellStates",
+    "DamagePlastic",
     "Hosted",
     "Mesh",
     "Period",
     "PowerDiagram",
     "Region",
+    "RepresentativeCells",
     "Result",
     "Scenario",
     "Simulation",
@@ -52,6 +56,8 @@ __all__ = [
     "delaunay",
     "elastic_constants",
     "fabric",
+    "handover_damage",
+    "handover_tensor",
     "hosted_text",
     "isotropic_moduli",
     "kinetic_stress",
@@ -163,6 +169,8 @@ class Simulation:
     @property
     def events(self) -> NDArray[np.void]: ...
     def forces(self) -> _types.Forces: ...
+    def bonds(self) -> _types.Bonds: ...
+    def set_motion(self, velocity: ArrayLike, angular_velocity: ArrayLike) -> None: ...
     def net_forces(self) -> tuple[_Reals, _Reals]: ...
     @property
     def cell_stress(self) -> _Reals | None: ...
@@ -625,3 +633,57 @@ def calibrate_cohesive_beam(
     threads: int | None = None,
     progress: _Progress = None,
 ) -> _types.BeamFit: ...
+
+@final
+class DamagePlastic:
+    def __new__(
+        cls,
+        young: float,
+        poisson: float,
+        compressive_strength: float,
+        tensile_strength: float,
+        fracture_energy: float,
+        *,
+        eccentricity: float = 0.525,
+        initial_hardening: float = 0.1,
+        confined_ductility: float = 0.08,
+        compressive_ductility: float = 0.003,
+        ductility_pressure: float = 2.0,
+        tensile_ductility: float = 1e-6,
+        dilation: float = ...,
+        softening_ductility: float = 15.0,
+    ) -> DamagePlastic: ...
+    def update(
+        self, strain: ArrayLike, state: ArrayLike, size: ArrayLike, tangent: bool = True
+    ) -> _types.PointUpdate: ...
+    def hand_over(self, stress: ArrayLike, damage: ArrayLike, size: ArrayLike) -> _Reals: ...
+    def damage(self, variable: float, size: float) -> float: ...
+    def damage_variable(self, damage: float, size: float) -> float: ...
+    @property
+    def parameters(self) -> dict[str, float]: ...
+    @property
+    def largest_size(self) -> float: ...
+
+def handover_tensor(normal: ArrayLike, damage: ArrayLike, formulas: _Formulas = "printed") -> _Reals: ...
+def handover_damage(tensor: ArrayLike, formulas: _Formulas = "printed") -> _Reals: ...
+@final
+class CellStates: ...
+
+@final
+class RepresentativeCells:
+    def __new__(
+        cls, scenario: Scenario, count: int = 1, threads: int | None = None, progress: _Progress = None
+    ) -> RepresentativeCells: ...
+    def deform(self, gradient: ArrayLike, steps: int = 1) -> None: ...
+    def response(self, formulas: _Formulas = "printed") -> _types.CellResponse: ...
+    def stiffness(self) -> _Reals: ...
+    @property
+    def deformation_gradient(self) -> _Reals: ...
+    @property
+    def time_step(self) -> float: ...
+    @property
+    def density(self) -> _Reals: ...
+    def state_hashes(self) -> list[str]: ...
+    def save(self) -> CellStates: ...
+    def restore(self, states: CellStates) -> None: ...
+    def __len__(self) -> int: ...

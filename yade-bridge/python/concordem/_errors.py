@@ -111,6 +111,14 @@ class ResultError(ConcordemError, RuntimeError):
     """A result or checkpoint cannot be read or written."""
 
 
+class ContinuumError(ConcordemError, ValueError):
+    """A continuum law or a representative cell cannot answer: parameters, strains, or states out of range, or no convergence."""
+
+
+class CouplingError(ConcordemError, RuntimeError):
+    """A coupled calculation cannot continue, or its two sides do not fit."""
+
+
 class InternalError(ConcordemError, RuntimeError):
     """An internal error; please report it. A simulation in which it occurs during a step cannot be used any more."""
 

@@ -50,6 +50,21 @@ class Forces(NamedTuple):
     """Forces of walls on particles."""
 
 
+class Bonds(NamedTuple):
+    """Bonds, one row each, broken ones included."""
+
+    pair: NDArray[np.uint32]
+    """Particles A and B, by index, (n, 2)."""
+    midpoint: Reals
+    """Midpoint, m, (n, 3)."""
+    normal: Reals
+    """Unit vector along the bond, (n, 3)."""
+    damage: Reals
+    """Lost fraction of the stiffness, (n,)."""
+    lost_strength: Reals
+    """Lost fraction of the strength, (n,)."""
+
+
 class RegionStress(NamedTuple):
     """Mean stress of a region."""
 
@@ -288,6 +303,36 @@ class BeamFit(NamedTuple):
     """Tensile strength of the specimen, Pa."""
     scenario: str
     """A scenario with these parameters, TOML."""
+
+
+class PointUpdate(NamedTuple):
+    """The result of a step of a continuum law at n points."""
+
+    stress: Reals
+    """Stress, Pa, (n, 3, 3)."""
+    state: Reals
+    """State at the end of the step, (n, 8)."""
+    damage: Reals
+    """Damage, (n,)."""
+    tangent: Reals | None
+    """Consistent tangent, components 11, 22, 33, 23, 31, 12 with engineering shears, Pa, (n, 6, 6); None if not requested."""
+
+
+class CellResponse(NamedTuple):
+    """What n representative cells answer."""
+
+    stress: Reals
+    """Stress, first index position, second force, Pa, (n, 3, 3)."""
+    couple_stress: Reals
+    """Couple stress about the center of the cell, N/m, (n, 3, 3)."""
+    damage_tensor: Reals | None
+    """Damage tensor of the bonds, broken ones included, (n, 3, 3); None without bonds."""
+    volume: Reals
+    """Volume, m^3, (n,)."""
+    bonds: NDArray[np.uint64]
+    """Intact bonds, (n,)."""
+    work: Reals
+    """Work of the deformation on the cell since its start, J, (n,)."""
 
 
 def _table(columns: Sequence[tuple[str, str, NDArray[Any]]]) -> NDArray[Any]:

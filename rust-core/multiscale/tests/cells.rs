@@ -1,0 +1,115 @@
+//! Representative cells against springs, and their saved states.
+
+use std::path::Path;
+
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_multiscale::{CellError, RepresentativeCell, deform};
+use concordem_scenario::assembly::assemble;
+use concordem_scenario::schema::Scenario;
+
+const RADIUS: f64 = 1e-3;
+const STIFFNESS: f64 = 1e6;
+
+fn lattice(strength: &str, extra: &str) -> Result<RepresentativeCell, CellError> {
+    let text = format!(
+        "version = 1\n\
+         [packing]\nkind = 'lattice'\nlattice = 'fcc'\nradius = '1 mm'\nrepeats = [2, 2, 2]\nshape = {{ kind = 'periodic' }}\n\
+         [[material]]\nname = 'm'\ndensity = '2500 kg/m^3'\n\
+         linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 2e5{strength} }}\n\
+         [bonds]\nlaw = 'linear_bond'\ninteraction_ratio = 1.01\n[contacts]\nlaw = 'none'\n\
+         [stop]\nsteps = 1000000\n{extra}"
+    );
+    let scenario = Scenario::parse("<test>", &text).unwrap();
+    RepresentativeCell::new(&assemble(&scenario, Path::new("."), &mut |_, _| ()).unwrap())
+}
+
+/// Stress of the uniform field of an fcc lattice: `q = ΣLk/V` by direction; here summed over the twelve neighbors of a particle.
+fn uniform(gradient: &Mat3) -> Mat3 {
+    let mut sum = Mat3::zeros();
+    for i in 0..3 {
+        for (a, b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let mut n = Vec3::zeros();
+            n[(i + 1) % 3] = a;
+            n[(i + 2) % 3] = b;
+            let branch = gradient * n.normalize() * (2.0 * RADIUS);
+            let normal = branch.normalize();
+            let force = normal * (STIFFNESS * (branch.norm() - 2.0 * RADIUS));
+            sum += branch * force.transpose() * 0.5;
+        }
+    }
+    // Volume per particle.
+    sum / (4.0 * 2.0_f64.sqrt() * RADIUS.powi(3) * gradient.determinant())
+}
+
+#[test]
+fn stretched_lattice_has_the_stress_of_its_springs() {
+    // Without rotation of the principal axes there is no shear in the bonds of a stretch along all axes alike.
+    let mut cell = lattice("", "").unwrap();
+    let gradient = Mat3::identity() * 1.001;
+    cell.deform(&gradient, 1).unwrap();
+    let response = cell.response().unwrap();
+    let wanted = uniform(&gradient);
+    // Rounding of positions, some 1e-18 m, over the elongation of 2e-6 m.
+    assert!((response.stress - wanted).norm() < 1e-10 * wanted.norm(), "{} {wanted}", response.stress);
+    assert!((cell.deformation_gradient() - gradient).norm() < 1e-15);
+    assert!(response.couple_stress.norm() < 1e-12 * wanted.norm());
+    assert_eq!(response.bonds, 6 * 32);
+}
+
+#[test]
+fn stiffness_is_that_of_the_uniform_field() {
+    let cell = lattice("", "").unwrap();
+    let stiffness = cell.stiffness().unwrap();
+    // q (k_N + k_T)/6 and so on, Stránský 2018, (3.31), with q = Σ L k/V and springs for moduli.
+    let q = 6.0 * 4.0 * RADIUS * RADIUS / (4.0 * 2.0_f64.sqrt() * RADIUS.powi(3));
+    let (normal, shear) = (STIFFNESS, 2e5);
+    for (found, wanted) in [
+        (stiffness[(0, 0)], q * (normal + shear) / 6.0),
+        (stiffness[(0, 1)], q * (normal - shear) / 12.0),
+        (stiffness[(3, 3)], q * (normal + shear) / 12.0),
+    ] {
+        // Conjugate gradients on a lattice end at once.
+        assert!((found - wanted).abs() < 1e-9 * wanted, "{found} {wanted}");
+    }
+}
+
+#[test]
+fn restored_cell_continues_bit_by_bit_alone_and_among_others() {
+    let turned = |k: f64| Mat3::new(1.0, 0.002 * k, 0.0, -0.001, 1.0 + 0.001 * k, 0.0, 0.0, 0.0, 1.0);
+    let mut cells: Vec<_> = (0..4).map(|_| lattice("", "").unwrap()).collect();
+    let gradients: Vec<_> = (0..4).map(|k| turned(f64::from(k))).collect();
+    for done in deform(&mut cells, &gradients, 7) {
+        done.unwrap();
+    }
+    let saved: Vec<_> = cells.iter().map(RepresentativeCell::snapshot).collect();
+    let next: Vec<_> = (0..4).map(|k| turned(f64::from(k) + 1.0)).collect();
+    for done in deform(&mut cells, &next, 9) {
+        done.unwrap();
+    }
+    for (k, cell) in cells.iter().enumerate() {
+        let mut alone = lattice("", "").unwrap();
+        alone.restore(&saved[k]).unwrap();
+        alone.deform(&next[k], 9).unwrap();
+        let bits = |cell: &RepresentativeCell| {
+            cell.state()
+                .particles
+                .position
+                .iter()
+                .chain(&cell.state().particles.velocity)
+                .flat_map(|v| v.map(f64::to_bits).data.0[0])
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(bits(&alone), bits(cell), "cell {k}");
+    }
+}
+
+#[test]
+fn what_a_cell_cannot_do_is_refused() {
+    let loading = "[loading]\nkind = 'cell-strain'\nvelocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 1]]\n";
+    assert!(matches!(lattice("", loading), Err(CellError::Driven { what: "a [loading]" })));
+    let mut cell = lattice(", normal_strength = 1.0", "").unwrap();
+    assert!(matches!(cell.deform(&-Mat3::identity(), 1), Err(CellError::Inverted { .. })));
+    assert!(matches!(cell.deform(&Mat3::identity(), 0), Err(CellError::NoSteps)));
+    cell.deform(&(Mat3::identity() * 1.0002), 5).unwrap();
+    assert!(matches!(cell.deform(&(Mat3::identity() * 1.002), 5), Err(CellError::NoBonds { .. })));
+}

@@ -1,0 +1,48 @@
+"""Couplings of particles with finite elements.
+
+Any finite element code takes part through the few calls of :class:`FiniteElements`. :class:`ScikitDynamics` implements them with
+scikit-fem (``pip install concordem[coupling]``): explicit dynamics with lumped masses, large displacements, and hexahedra,
+tetrahedra, quadrilaterals, or triangles. :class:`CallbackElements` wraps functions of yours.
+
+Materials of the elements: :class:`Elastic`, :class:`Damaging` (the damage-plastic model :class:`DamagePlastic`), and
+:class:`CellMaterial`, a periodic cell of particles at each integration point; :class:`Layers` gives elements different ones.
+
+SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
+
+>>> import numpy as np
+>>> from concordem.coupling import DamagePlastic
+>>> law = DamagePlastic(30e9, 0.2, 30e6, 3e6, 100.0)
+>>> strain = np.diag([1e-5, 0.0, 0.0])[None]
+>>> float(law.update(strain, np.zeros((1, 8)), 0.1).damage[0])
+0.0
+"""
+
+from .._core import CellStates, DamagePlastic, RepresentativeCells, handover_damage, handover_tensor
+from .._types import CellResponse, PointUpdate
+from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
+from ._protocol import CallbackElements, FiniteElements, check_pair
+from ._pictures import write_vtk
+from ._scikit import ScikitDynamics
+from ._sequential import HandOver, hand_over
+
+__all__ = [
+    "CallbackElements",
+    "CellMaterial",
+    "CellResponse",
+    "CellStates",
+    "DamagePlastic",
+    "Damaging",
+    "Elastic",
+    "FiniteElements",
+    "HandOver",
+    "Layers",
+    "Material",
+    "PointUpdate",
+    "RepresentativeCells",
+    "ScikitDynamics",
+    "check_pair",
+    "hand_over",
+    "handover_damage",
+    "handover_tensor",
+    "write_vtk",
+]
