@@ -98,11 +98,7 @@ fn lammps(folder: &Path, snapshots: usize, bonds: usize) {
         let scenario = write(folder, "again.toml", &scenario);
         let given = concordem(["pack", "--force", text(&scenario)]);
         assert_eq!(given.code, exit::DONE, "{}", given.err);
-        assert!(
-            given.out.contains(&format!("spheres  ")) && given.out.contains(&particles[0].to_string()),
-            "{}",
-            given.out
-        );
+        assert!(given.out.contains("spheres  ") && given.out.contains(&particles[0].to_string()), "{}", given.out);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Forty-eight typical mistakes of new users. None is silent, and every message says where (file and line, or the option), what (key and
 //! value), and how to mend it.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use concordem::program::exit;
@@ -390,7 +391,8 @@ fn missing(mistake: &Mistake, folder: &Path) -> (Vec<String>, String) {
     }
     write(folder, "m.toml", &scenario);
     let arguments = mistake.command.split(' ').enumerate().map(|(k, word)| {
-        let is_file = k > 0 && (word.ends_with(".toml") || word.ends_with(".h5")) && !word.starts_with('/');
+        let extension = Path::new(word).extension().and_then(std::ffi::OsStr::to_str);
+        let is_file = k > 0 && matches!(extension, Some("toml" | "h5")) && !word.starts_with('/');
         if is_file { text(&folder.join(word)).to_owned() } else { word.to_owned() }
     });
     let given = concordem(arguments);
@@ -428,7 +430,7 @@ fn typical_mistakes_are_explained() {
         let (lacks, shown) = missing(mistake, folder.path());
         points += 3 - lacks.len();
         if !lacks.is_empty() {
-            report += &format!("{} lacks {}:\n{shown}\n", mistake.name, lacks.join(", "));
+            writeln!(report, "{} lacks {}:\n{shown}", mistake.name, lacks.join(", ")).expect("a string");
         }
     }
     let mean = points as f64 / MISTAKES.len() as f64;
@@ -439,7 +441,7 @@ fn typical_mistakes_are_explained() {
 #[test]
 fn many_problems_are_counted() {
     let folder = TempDir::new().expect("a temporary folder");
-    let walls: String = (0..8).map(|k| format!("[[wall]]\nx{k} = 1\n")).collect();
+    let walls: String = ["a", "b", "c", "d", "e", "f", "g", "h"].map(|key| format!("[[wall]]\n{key} = 1\n")).concat();
     let path = write(folder.path(), "m.toml", &format!("{BAR}{walls}"));
     let given = concordem(["check", text(&path)]);
     assert_eq!(given.code, exit::USAGE);

@@ -107,7 +107,7 @@ impl RepresentativeCells {
             .change(py, |cells| inside(pool, || cells.par_iter_mut().map(RepresentativeCell::response).collect()))?;
         let found: Vec<Response> = all(found)?;
         let damage = if found.iter().all(|response| response.damage.is_some()) {
-            Some(tensors(py, found.iter().flat_map(|r| r.damage.map(|links| formulas.tensor(&links))).collect())?)
+            Some(tensors(py, found.iter().filter_map(|r| r.damage.map(|links| formulas.tensor(&links))).collect())?)
         } else {
             None
         };

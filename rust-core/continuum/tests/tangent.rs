@@ -65,9 +65,9 @@ fn tangent_is_the_derivative_of_the_stress_for_random_strains() {
                     continue;
                 }
                 if next.damage > 0.0 {
-                    damaging += 1
+                    damaging += 1;
                 } else {
-                    hardening += 1
+                    hardening += 1;
                 }
                 check(&law, &strain, &state, "random");
             }

@@ -17,7 +17,7 @@ use concordem_solver::state::{Cell, Particles, Sphere, State};
 use concordem_solver::{Model, PairCoefficients, Solver, integrate};
 
 /// 125 touching unit spheres with bonds to neighbors within 1.5 diameters, and contacts for those that break.
-fn block<B: LawLoops, C: LawLoops>(bond: B, contact: C, cell: Option<Cell>, speed: f64) -> State {
+fn block<B: LawLoops, C: LawLoops>(bond: B, contact: C, cell: Option<&Cell>, speed: f64) -> State {
     let mut particles = Particles::default();
     for k in 0..125_usize {
         let position = Vec3::new((k % 5) as f64, (k / 5 % 5) as f64, (k / 25) as f64) * 2.0;
@@ -29,7 +29,7 @@ fn block<B: LawLoops, C: LawLoops>(bond: B, contact: C, cell: Option<Cell>, spee
         particles.angular_velocity[p] = Vec3::new(u(4), u(5), u(6)) * (2.0 * speed);
     }
     let mut bonds = ContactBlock::new(vec![bond]);
-    for pair in candidate_pairs(&particles.position, &[1.5; 125], cell.as_ref()).unwrap() {
+    for pair in candidate_pairs(&particles.position, &[1.5; 125], cell).unwrap() {
         let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(pair.image));
         let [a, b] = [pair.a, pair.b].map(|p| &particles.position[p as usize]);
         let previous = sphere_sphere::initial_geometry(a, b, &shift);
@@ -38,7 +38,7 @@ fn block<B: LawLoops, C: LawLoops>(bond: B, contact: C, cell: Option<Cell>, spee
         bonds.push(Pair { a: pair.a, b: pair.b }, flags, Reference { length: previous.length, area: 1.0 }, previous);
     }
     let contacts = Some(Box::new(ContactBlock::new(vec![contact])) as Box<_>);
-    State { particles, bonds: vec![Box::new(bonds)], contacts, cell, ..State::default() }
+    State { particles, bonds: vec![Box::new(bonds)], contacts, cell: cell.copied(), ..State::default() }
 }
 
 /// Rows of contacts that live, with their forces and moments.
@@ -61,7 +61,7 @@ fn last_forces_are_those_of_the_step<B: LawLoops, C: LawLoops>(
     let model = Model { contact_rows, ..model };
     let mut cell = cell.then(|| Cell::new_box(Vec3::repeat(10.0)));
     let speed = if B::NAME == LinearBond::NAME { 0.1 } else { 0.15 };
-    let mut state = block(bond, contact, cell, speed);
+    let mut state = block(bond, contact, cell.as_ref(), speed);
     state.clock.dt = 0.1;
     let mut solver = Solver::new(model, &mut state).unwrap();
     let (mut worst, mut broken, mut touching, mut late) = (0.0_f64, 0, 0, 0.0_f64);

@@ -182,6 +182,36 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
     assert_eq!(own.bonds[0].history_reals().1, hosted.bonds[0].history_reals().1);
 }
 
+/// Two solvers, one of which searches anew in every step, take the same steps.
+fn compare<B: LawLoops, C: LawLoops>(bond: B, contact: C, periodic: bool, size: f64) {
+    let mut contact_rows = PairCoefficients::new(1);
+    contact_rows.set(0, 0, 0);
+    let model = Model { contact_rows, ..Model::default() };
+    let start = || {
+        let mut state = block_of(11, vec![bond], periodic);
+        for p in 0..state.particles.len() {
+            let u = |m: usize| ((p * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
+            state.particles.velocity[p] = Vec3::new(u(1), u(2), u(3)) * size;
+        }
+        state.contacts = Some(Box::new(ContactBlock::new(vec![contact])));
+        state.clock.dt = 0.02;
+        state
+    };
+    let (mut kept, mut anew) = (start(), start());
+    let mut solver = Solver::new(model.clone(), &mut kept).unwrap();
+    let (mut breaking, mut broken) = (0, 0);
+    for _ in 0..150 {
+        let report = solver.step_with(&mut kept, false).unwrap();
+        let here = report.bond_events.iter().filter(|(_, event)| event.broke).count();
+        (breaking, broken) = (breaking + u64::from(here > 0), broken + here);
+        Solver::new(model.clone(), &mut anew).unwrap().step_with(&mut anew, false).unwrap();
+    }
+    assert!(ColumnStore::of(&kept).unwrap() == ColumnStore::of(&anew).unwrap(), "{}, periodic {periodic}", B::NAME);
+    let searches = solver.neighbor_rebuilds();
+    println!("{}: {broken} bonds broke in {breaking} steps, {searches} searches", B::NAME);
+    assert!(breaking > 20 && searches < breaking, "{searches} searches, bonds broke in {breaking} steps");
+}
+
 /// A bond that breaks adds its pair to the neighbor list without a search, with the bits of a solver that searches anew in every step:
 /// pairs continue as contacts with and without a kept reference, also across a periodic border.
 #[test]
@@ -190,34 +220,6 @@ fn a_broken_bond_needs_no_search() {
     let friction = Frictional::new(ContactStiffness::Given { normal: 1.0, shear: 0.4 }, 0.5, 0.1).unwrap();
     let concrete = CpmParameters { omega_threshold: 0.9, ..CpmParameters::new(2.0, 0.4, 0.03, 0.6, 0.002, 1.5) };
     let concrete = Cpm::new(&concrete).unwrap();
-    fn compare<B: LawLoops, C: LawLoops>(bond: B, contact: C, periodic: bool, size: f64) {
-        let mut contact_rows = PairCoefficients::new(1);
-        contact_rows.set(0, 0, 0);
-        let model = Model { contact_rows, ..Model::default() };
-        let start = || {
-            let mut state = block_of(11, vec![bond], periodic);
-            for p in 0..state.particles.len() {
-                let u = |m: usize| ((p * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
-                state.particles.velocity[p] = Vec3::new(u(1), u(2), u(3)) * size;
-            }
-            state.contacts = Some(Box::new(ContactBlock::new(vec![contact])));
-            state.clock.dt = 0.02;
-            state
-        };
-        let (mut kept, mut anew) = (start(), start());
-        let mut solver = Solver::new(model.clone(), &mut kept).unwrap();
-        let (mut breaking, mut broken) = (0, 0);
-        for _ in 0..150 {
-            let report = solver.step_with(&mut kept, false).unwrap();
-            let here = report.bond_events.iter().filter(|(_, event)| event.broke).count();
-            (breaking, broken) = (breaking + u64::from(here > 0), broken + here);
-            Solver::new(model.clone(), &mut anew).unwrap().step_with(&mut anew, false).unwrap();
-        }
-        assert!(ColumnStore::of(&kept).unwrap() == ColumnStore::of(&anew).unwrap(), "{}, periodic {periodic}", B::NAME);
-        let searches = solver.neighbor_rebuilds();
-        println!("{}: {broken} bonds broke in {breaking} steps, {searches} searches", B::NAME);
-        assert!(breaking > 20 && searches < breaking, "{searches} searches, bonds broke in {breaking} steps");
-    }
     for periodic in [false, true] {
         compare(bond, friction, periodic, 0.03);
         compare(concrete, concrete, periodic, 0.06);
