@@ -2,7 +2,7 @@
 //!
 //! Laws are pure functions, so the response of the next step is known without the step: this module measures and
 //! evaluates every contact as the step does and discards the new histories. Same inputs, same bits. After a step, before
-//! the particles move, the forces of that step follow from the histories ([`last_record`]).
+//! the particles move, the forces of that step follow from the histories.
 
 use concordem_contact::kinematics::deformable::ParticleVirials;
 use concordem_contact::kinematics::{ContactInput, ImageShift, Motion};
