@@ -59,7 +59,7 @@ fn impossible_sizes_are_refused_with_a_number() {
             format!("kind = \"file\"\npath = \"empty.txt\"\n{CELL}\nshape = {{ kind = \"box\", size = [1, 1, 1] }}"),
             "no spheres",
         ),
-        ("kind = \"file\"\npath = \"empty.txt\"".to_owned(), "no particles"),
+        ("kind = \"file\"\npath = \"empty.txt\"".to_owned(), "no spheres"),
         ("kind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\nrepeats = [100000, 10000, 1]".to_owned(), "GB"),
         (
             "kind = \"random-dense\"\ncount = 100_000_000\nradius = \"1 mm\"\nshape = { kind = \"periodic\" }"

@@ -14,11 +14,12 @@ import sys
 import tempfile
 import threading
 import time
+import warnings
 from typing import Any, Callable, Iterator, Protocol, Sequence
 
 import numpy as np
 
-from .._errors import YadeError
+from .._errors import ConcordemWarning, YadeError
 from . import _rules
 
 
@@ -60,8 +61,6 @@ BLIND_FUNCTIONS = {
     "bodyStressTensors": "use update_states, or concordem.operators.particle_stress with the engine's forces()",
     "elasticEnergyInVolume": "use the energies of the engine (O.trackEnergy with BondedEngine_Rust)",
     "fabricTensor": _OPERATORS,
-    "forcesOnCoordPlane": _OPERATORS,
-    "forcesOnPlane": _OPERATORS,
     "getStressAndTangent": _OPERATORS,
     "getStressProfile": _OPERATORS,
     "getStressProfile_contact": _OPERATORS,
@@ -72,6 +71,10 @@ BLIND_FUNCTIONS = {
     "plotNumInteractionsHistogram": "use the engine's contacts()",
     "unbalancedForce": "compare O.forces with the engine's forces()",
 }
+
+
+#: Functions of YADE that scripts plot beside the stress of the strainer, such as YADE's own uniax.py. They give NaN and warn once.
+UNKNOWN_FUNCTIONS = ("forcesOnCoordPlane", "forcesOnPlane")
 
 
 def bonded() -> list[Bonded]:
@@ -250,6 +253,9 @@ def install() -> None:
         function = getattr(yade.utils, name, None)
         if function is not None:
             replace_everywhere(name, function, _blind(name, function, remedy))
+    for name in UNKNOWN_FUNCTIONS:
+        function = getattr(yade.utils, name)
+        replace_everywhere(name, function, _unknown(name, function))
     replace_everywhere("getStress", yade.utils.getStress, _stress(yade.utils.getStress))
     try:
         from yade import export
@@ -274,6 +280,25 @@ def _blind(name: str, function: Any, remedy: str) -> Any:
         if bonded():
             raise _rules.refuse(f"{name}() reads O.interactions, where the bonds no longer are; {remedy}", "BlindFunction")
         return function(*arguments, **named)
+
+    return checked
+
+
+def _unknown(name: str, function: Any) -> Any:
+    """A function of YADE that gives NaN while there are bonds, and warns the first time."""
+    warned = False
+
+    @functools.wraps(function)
+    def checked(*arguments: Any, **named: Any) -> Any:
+        nonlocal warned
+        found = function(*arguments, **named)
+        if not bonded():
+            return found
+        if not warned:
+            warned = True
+            message = f"{name}() reads O.interactions, where the bonds no longer are, and gives NaN; {_OPERATORS}"
+            warnings.warn(message, ConcordemWarning, stacklevel=2)
+        return found * float("nan")
 
     return checked
 
