@@ -20,8 +20,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from concordem_validate import scenario
-from concordem_validate.study import main
+from concordem_validate import scenario, study as studies
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/concordem"
@@ -272,6 +271,10 @@ def check_record(known):
     return wrong
 
 
+def main():
+    studies.run(__file__, __doc__, PROGRAM, RESULTS, full=partial(study, CASES), reduced=partial(study, REDUCED), check_reduced=check_same,
+                check_record=check_record, table=table)
+
+
 if __name__ == "__main__":
-    main(__file__, __doc__, PROGRAM, RESULTS, full=partial(study, CASES), reduced=partial(study, REDUCED), check_reduced=check_same,
-         check_record=check_record, table=table)
+    main()

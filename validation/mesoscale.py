@@ -17,8 +17,7 @@ from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from concordem_validate import scenario
-from concordem_validate.study import main
+from concordem_validate import scenario, study as studies
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/concordem"
@@ -307,6 +306,10 @@ CASES = [("low", 9.5, 1, None)] + [
     for mix in MIXES for interface in INTERFACES for largest in GRADINGS[mix] for placement in PLACEMENTS]
 
 
+def main():
+    studies.run(__file__, __doc__, PROGRAM, RESULTS, full=partial(study, CASES, 50.0), reduced=partial(study, REDUCED, REDUCED_SIZE),
+                check_reduced=check_reduced, check_record=lambda known: check_geometry(known) + check_published(known), table=table)
+
+
 if __name__ == "__main__":
-    main(__file__, __doc__, PROGRAM, RESULTS, full=partial(study, CASES, 50.0), reduced=partial(study, REDUCED, REDUCED_SIZE),
-         check_reduced=check_reduced, check_record=lambda known: check_geometry(known) + check_published(known), table=table)
+    main()

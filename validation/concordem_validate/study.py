@@ -11,7 +11,7 @@ import tempfile
 from . import provenance
 
 
-def main(file, description, program, results, *, full, reduced, check_reduced, check_record, table):
+def run(file, description, program, results, *, full, reduced, check_reduced, check_record, table):
     """Run the study in `file` with the executable `program`; `results` is its record, a JSON file.
 
     `full` and `reduced` are called with `(known, save, about, program, options)`: they add the missing cases to the dictionary `known`, with

@@ -175,9 +175,9 @@ def test_the_mesoscale_is_held_to_its_source(change, message):
 def test_mixes_of_equal_geometry_run_once(tmp_path, monkeypatch):
     module = study("mesoscale")
     ran = []
-    monkeypatch.setattr(module, "test", lambda program, text, threads: (ran.append(text), ({"particles": 1}, {"steps": 1}))[1])
+    monkeypatch.setattr(module, "test", lambda program, text, options: (ran.append(text), ({"particles": 1}, {"steps": 1}))[1])
     known = {}
-    module.study([("low", 12.5, 1, 1), ("high", 12.5, 1, 1), ("high", 9.5, 1, 1)], 50.0, known, lambda cases: None, "commit", None)
+    module.study([("low", 12.5, 1, 1), ("high", 12.5, 1, 1), ("high", 9.5, 1, 1)], 50.0, known, lambda: None, {"commit": "commit", "machine": "machine"}, None, [])
     assert len(ran) == 4 and len(known) == 3
     assert known["high, 12.5 mm, placement 1, interface 1"]["same_as"] == "low, 12.5 mm, placement 1, interface 1"
 
