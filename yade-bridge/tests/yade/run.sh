@@ -13,7 +13,7 @@ for script in test_*.py; do
     # A script that needs one thread (YADE's own sums are not reproducible with more) says so in its second line.
     grep -q '^# threads: 1$' "$script" && [ "$threads" != 1 ] && continue
     # Without a terminal YADE ends with 0 although a script failed early; the last line of each says that it came through.
-    if BRIDGE_WORK=$work yade -n -x "-j$threads" "$script" >"$work/log" 2>&1 && grep -q '^ALL TESTS PASSED' "$work/log"; then
+    if BRIDGE_WORK=$work timeout 900 yade -n -x "-j$threads" "$script" >"$work/log" 2>&1 && grep -q '^ALL TESTS PASSED' "$work/log"; then
       echo "$script -j$threads: $(grep -c '^ok ' "$work/log") tests passed"
     else
       echo "$script -j$threads FAILED:" >&2
