@@ -276,7 +276,8 @@ class BondedEngine:
         if scene != self._scene or known_pointer(scene + yade.layout["Scene.bodies"]) != self._container:
             raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")
         now = time.perf_counter()
-        self.period, self._began = now - self._began, now
+        # Unknown after the first step.
+        self.period, self._began = now - self._began if self._began else 0.0, now
         self.check(deep=omega.iter % 64 == 0)
         self._next = omega.iter + 1
         try:

@@ -268,7 +268,8 @@ def install() -> None:
 def _await_end_of_step(omega: Any, engine: Bonded) -> None:
     """Wait until no step is under way. YADE does not tell, but a step that has begun soon reaches our engine."""
     quiet, last = 0.1 + 5 * engine.period, time.perf_counter()
-    while time.perf_counter() - last < quiet:
+    # A step that failed does not end.
+    while time.perf_counter() - last < quiet and _failed is None:
         time.sleep(0.002)
         if engine.in_step(omega.iter):
             last = time.perf_counter()
