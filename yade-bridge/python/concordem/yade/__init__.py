@@ -38,7 +38,7 @@ __all__ = [
 
 # Check now, so that an incompatible YADE fails at import and not during a run.
 try:
-    host()
+    host().layout
 except YadeError as error:
     if error.kind not in ("NotInYade", "Version"):
         raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import threading
 from typing import Any, Literal, NamedTuple
 
@@ -23,7 +24,7 @@ Partition = Literal["contact-point", "half-branch"]
 
 
 class _Yade:
-    """The running YADE and the memory layout of its objects."""
+    """The running YADE and, once it is needed, the memory layout of its objects."""
 
     def __init__(self) -> None:
         try:
@@ -39,7 +40,11 @@ class _Yade:
         self.wrapper: Any = yade.wrapper
         self.omega: Any = yade.wrapper.Omega()
         self.names = _Names(yade, self.omega)
-        self.layout: Layout = probe(self.names)
+
+    @functools.cached_property
+    def layout(self) -> Layout:
+        """Where YADE stores the fields of its objects."""
+        return probe(self.names)
 
 
 class _Names:
