@@ -245,7 +245,8 @@ const SAME_OVERLAP: f64 = 1e-9;
 /// other contact.
 ///
 /// The faces of the crack touch where they parted: at the bond's unstrained length. Where the particles of a bond overlap, this
-/// holds for all laws whose contacts would otherwise start with the overlap, and with energy that nobody stored.
+/// holds for all laws: their contacts would otherwise start with the overlap, and with energy that nobody stored, or, like those of
+/// the concrete law, at the length of their first step, which rounding decides if the particles move as one body.
 ///
 /// A bond that breaks under pressure hands its normal force over, not more: a contact stiffer than the bond gets a smaller
 /// overlap. Its force `F` at the overlap `δ` then stores less than the bond did, because `∫F dδ ≤ ½Fδ` for a force that grows at
@@ -260,11 +261,11 @@ fn reference_after(
     let view = bonds.view(k);
     let (a, b) = (view.pair.a as usize, view.pair.b as usize);
     let (radius_a, radius_b, length) = (particles.radius[a], particles.radius[b], view.previous.length);
-    let unstrained = bonds.unstrained_length(k, particles);
+    let (unstrained, touching) = (bonds.unstrained_length(k, particles), radius_a + radius_b);
     let of_others = contacts.unbonded_reference(length, radius_a, radius_b);
     let mut reference = match bonds.kept_reference(k) {
         Some(reference) => reference,
-        None if of_others.length > length => Reference { length: unstrained.min(of_others.length), ..of_others },
+        None if touching > length => Reference { length: unstrained.min(touching), ..of_others },
         None => return None,
     };
     let overlap = reference.length - length;
