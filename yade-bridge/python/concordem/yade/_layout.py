@@ -17,7 +17,7 @@ from ._memory import address_of, memory
 from ._probe import Layout, find_layout
 
 #: Versions that were tested.
-KNOWN_VERSIONS = ("2023.02a",)
+KNOWN_VERSIONS = ("2023.02a", "2025.2.0")
 #: Environment variable that allows other versions; all checks stay.
 ANY_VERSION = "CONCORDEM_YADE_ANY_VERSION"
 
