@@ -147,7 +147,8 @@ fn restarted(scenario: &Scenario, folder: &Path, state: &State) -> Simulation {
     Simulation::new(assembly.state, assembly.model, assembly.schedule).expect("the same scenario")
 }
 
-/// Moves particles and clumps by random vectors.
+/// Moves particles and clumps by random vectors, and changes velocities by as much in one second (spins over a length of 1 mm): some
+/// hundred roundings of 1 m/s.
 fn disturb(state: &mut State, Options { noise, direction, .. }: Options, planar: bool) {
     let change = |id: u32| {
         let change = noise_vector(id as usize, 5 + direction) * noise;
@@ -157,7 +158,21 @@ fn disturb(state: &mut State, Options { noise, direction, .. }: Options, planar:
     let of_clumps: Vec<Vec3> = state.clumps.iter().map(|clump| change(first(clump))).collect();
     for p in 0..state.particles.len() {
         let of_clump = of_clumps.get(state.particles.clump[p] as usize).copied();
-        state.particles.position[p] += of_clump.unwrap_or_else(|| change(state.particles.id[p]));
+        let (id, constraint) = (state.particles.id[p], state.particles.constraint[p]);
+        state.particles.position[p] += of_clump.unwrap_or_else(|| change(id));
+        if of_clump.is_some() {
+            continue;
+        }
+        // Where a component of the motion is exactly zero, its sign, by which damping acts, is that of a rounding in another frame.
+        let (slide, spin) = (change(id), noise_vector(id as usize, 50 + direction) * (noise / 1e-3));
+        for i in 0..3 {
+            if !constraint.translation(i) {
+                state.particles.velocity[p][i] += slide[i];
+            }
+            if !constraint.rotation(i) && (!planar || i == 2) {
+                state.particles.angular_velocity[p][i] += spin[i];
+            }
+        }
     }
     for (clump, change) in state.clumps.iter_mut().zip(&of_clumps) {
         clump.position += change;

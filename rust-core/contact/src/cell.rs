@@ -1,5 +1,7 @@
 //! The triclinic periodic cell.
 
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::{Mat3, Vec3};
 
 /// Periodic cell `H`, whose columns are the three edge vectors. It deforms by its velocity gradient `L`: `Ḣ = L H`.

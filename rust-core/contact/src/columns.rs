@@ -195,7 +195,7 @@ impl Arrays for SymmetricArrays {
 
     #[inline(always)]
     fn get(&self, i: usize) -> Symmetric {
-        Symmetric(std::array::from_fn(|k| self.0[k][i]))
+        Symmetric(core::array::from_fn(|k| self.0[k][i]))
     }
 
     #[inline(always)]

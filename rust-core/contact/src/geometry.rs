@@ -1,8 +1,8 @@
 //! Geometry of a contact: its constants, its unstrained reference, and its normal and length of the previous step.
 
-use std::f64::consts::PI;
+use core::f64::consts::PI;
 
-use crate::math::Vec3;
+use crate::math::{Vec3, norm};
 
 /// Constants of a contact and of its two particles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +65,7 @@ crate::column_arrays! { pub PreviousGeometry { normal: Vec3, length: f64 } }
 #[inline]
 pub fn initial_geometry(a: &Vec3, b: &Vec3, shift: &Vec3) -> PreviousGeometry {
     let l = b + shift - a;
-    let length = l.norm();
+    let length = norm(&l);
     PreviousGeometry { normal: l / length, length }
 }
 

@@ -11,17 +11,23 @@
 //! | [`law`] | force, moment, history, and energy from that motion |
 //! | [`conformance`] | tests that every law must pass |
 
+#![cfg_attr(not(feature = "std"), no_std)]
+#![cfg_attr(target_arch = "nvptx64", feature(core_float_math))]
+
 pub mod cell;
 pub mod columns;
+#[cfg(feature = "std")]
 pub mod conformance;
 pub mod constraint;
 pub mod elastic;
 pub mod geometry;
 pub mod kinematics;
 pub mod law;
+#[cfg(feature = "std")]
 pub mod material;
 pub mod math;
 pub mod prefetch;
+#[cfg(feature = "std")]
 pub mod quantity;
 pub mod wall;
 

@@ -16,6 +16,49 @@ pub type Mat3 = Matrix3<f64>;
 /// Quaternion (unit where it is an orientation; maps body to world). Storage order i, j, k, w.
 pub type Quat = Quaternion<f64>;
 
+/// Functions of `f64` from the standard library, for builds without it.
+#[cfg(not(feature = "std"))]
+pub(crate) trait Real {
+    /// `√x`, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// Largest integer that is not larger.
+    fn floor(self) -> Self;
+    /// `tan x`, `x` in rad.
+    fn tan(self) -> Self;
+    /// `exp x`.
+    fn exp(self) -> Self;
+}
+
+#[cfg(not(feature = "std"))]
+impl Real for f64 {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // An instruction of the GPU; libm would compute it in integers.
+        #[cfg(target_arch = "nvptx64")]
+        return core::f64::math::sqrt(self);
+        #[cfg(not(target_arch = "nvptx64"))]
+        libm::sqrt(self)
+    }
+    #[inline]
+    fn floor(self) -> Self {
+        libm::floor(self)
+    }
+    #[inline]
+    fn tan(self) -> Self {
+        libm::tan(self)
+    }
+    #[inline]
+    fn exp(self) -> Self {
+        libm::exp(self)
+    }
+}
+
+/// Length `‖v‖` with the bits of `v.norm()`, which is slow on a GPU.
+#[inline(always)]
+pub fn norm(v: &Vec3) -> f64 {
+    v.norm_squared().sqrt()
+}
+
 /// `exp(x)` in pure Rust, the same bits on every processor.
 #[inline]
 pub fn exp(x: f64) -> f64 {
@@ -90,7 +133,7 @@ pub fn rotate(q: &Quat, v: &Vec3) -> Vec3 {
 /// Scale a quaternion to unit length.
 #[inline(always)]
 pub fn normalized(q: &Quat) -> Quat {
-    Quat::from(q.coords / q.coords.norm())
+    Quat::from(q.coords / q.coords.norm_squared().sqrt())
 }
 
 /// A unit vector perpendicular to the unit vector `n`.
@@ -98,11 +141,13 @@ pub fn normalized(q: &Quat) -> Quat {
 pub fn any_perpendicular(n: &Vec3) -> Vec3 {
     let other = if n.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     let t = n.cross(&other);
-    t / t.norm()
+    t / norm(&t)
 }
 
 /// Vector products in the operation order of Eigen 3.4 without vectorization, as compiled into Debian's YADE.
 pub mod yade_order {
+    #[cfg(not(feature = "std"))]
+    use super::Real as _;
     use super::Vec3;
 
     /// `x₀y₀ + (x₁y₁ + x₂y₂)`.

@@ -12,8 +12,9 @@ use concordem_contact::law::{ContactGeometry, Stiffness};
 use concordem_contact::math::{Vec3, pow};
 
 use crate::Model;
+use crate::forces::BegunContact;
 use crate::integrate::Damping;
-use crate::state::contacts::Contacts;
+use crate::state::contacts::{ContactFlags, Contacts};
 use crate::state::{Particles, State, WallShape};
 use crate::time_step::{damping_ratio, limit};
 use crate::walls::element_table;
@@ -131,10 +132,29 @@ pub struct Outgrown {
     pub bound: f64,
 }
 
-/// The first contact or candidate whose time step bound is below the time step of `state`, at the overlap that it will
-/// reach at its present speed. `None` for laws whose stiffness does not grow with the overlap: [`stiffest`] covers them
-/// from the start.
+/// The first contact whose time step bound is below the time step of `state`, at the overlap that it will reach at its present speed.
+/// `None` for laws whose stiffness does not grow with the overlap: [`stiffest`] covers them from the start.
+///
+/// Considers contacts that touch, not candidates: which candidates exist depends on when the neighbor list was made, and a restarted
+/// run makes it at another time.
 pub fn outgrown(state: &State, model: &Model) -> Option<Outgrown> {
+    let touching = |block: &dyn Contacts| -> Vec<BegunContact> {
+        let views = (0..block.len()).map(|k| block.view(k)).filter(|view| view.flags.has(ContactFlags::ACTIVE));
+        views.map(|view| BegunContact { pair: view.pair, image: view.flags.image, row: view.flags.row }).collect()
+    };
+    let of = |block: Option<&dyn Contacts>| block.filter(|block| block.stiffens()).map(touching).unwrap_or_default();
+    let contacts = of(state.contacts.as_ref().map(|block| block.contacts()));
+    let walls = of(state.wall_contacts.as_ref().map(|block| block.contacts()));
+    if contacts.is_empty() && walls.is_empty() { None } else { outgrown_among(state, model, &contacts, &walls) }
+}
+
+/// [`outgrown`] among some contacts between particles, and some with walls.
+pub fn outgrown_among(
+    state: &State,
+    model: &Model,
+    contacts: &[BegunContact],
+    walls: &[BegunContact],
+) -> Option<Outgrown> {
     let particles = &state.particles;
     let fractions: Vec<f64> = state.clumps.iter().map(|clump| clump.mass_fraction(particles)).collect();
     let body = |p: usize| Body::of(particles, p, fractions.get(particles.clump[p] as usize).copied().unwrap_or(1.0));
@@ -149,35 +169,32 @@ pub fn outgrown(state: &State, model: &Model) -> Option<Outgrown> {
         let found = collision(bodies, &stiffness, bodies.map(|body| body.radius), speed, overlap);
         (overlap, found.limit(&model.damping))
     };
-    if let Some(block) = state.contacts.as_ref().map(|block| block.contacts()).filter(|block| block.stiffens()) {
-        for k in 0..block.len() {
-            let view = block.view(k);
-            let (a, b) = (view.pair.a as usize, view.pair.b as usize);
-            let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(view.flags.image));
+    if let Some(block) = state.contacts.as_ref().map(|block| block.contacts()) {
+        for contact in contacts {
+            let (a, b) = (contact.pair.a as usize, contact.pair.b as usize);
+            let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(contact.image));
             let branch = particles.position[b] + shift - particles.position[a];
             let velocity = particles.velocity[b] + gradient * shift - particles.velocity[a];
             let gap = branch.norm() - particles.radius[a] - particles.radius[b];
             let speed = (-velocity.dot(&branch.normalize())).max(0.0);
-            let (overlap, bound) = bound_of(block, view.flags.row, [&body(a), &body(b)], gap, speed);
+            let (overlap, bound) = bound_of(block, contact.row, [&body(a), &body(b)], gap, speed);
             if state.clock.dt > bound {
                 return Some(Outgrown { a, b, with_wall: false, overlap, bound });
             }
         }
     }
-    let block = state.wall_contacts.as_ref().map(|block| block.contacts()).filter(|block| block.stiffens())?;
-    let elements = element_table(&state.walls);
-    for k in 0..block.len() {
-        let view = block.view(k);
-        let (a, (w, e)) = (view.pair.a as usize, elements[view.pair.b as usize]);
+    let block = state.wall_contacts.as_ref().map(|block| block.contacts())?;
+    let elements = if walls.is_empty() { Vec::new() } else { element_table(&state.walls) };
+    for contact in walls {
+        let (a, (w, e)) = (contact.pair.a as usize, elements[contact.pair.b as usize]);
         let (wall, cell) = (&state.walls[w as usize], state.cell.as_ref());
-        let Some(point) = wall.closest_point_of_image(e as usize, &particles.position[a], cell, view.flags.image)
-        else {
+        let Some(point) = wall.closest_point_of_image(e as usize, &particles.position[a], cell, contact.image) else {
             continue;
         };
         let speed = (particles.velocity[a] - wall.velocity).dot(&point.normal).max(0.0);
         let surface = Body { material: wall.material, radius: 0.0, mass: f64::INFINITY, inverse: [0.0; 2] };
         let gap = point.distance - particles.radius[a];
-        let (overlap, bound) = bound_of(block, view.flags.row, [&body(a), &surface], gap, speed);
+        let (overlap, bound) = bound_of(block, contact.row, [&body(a), &surface], gap, speed);
         if state.clock.dt > bound {
             return Some(Outgrown { a, b: w as usize, with_wall: true, overlap, bound });
         }

@@ -1,7 +1,7 @@
 //! Why a step fails.
 
 use concordem_contact::law::LawName;
-use concordem_contact::law::registry::listing;
+use concordem_contact::law::names::listing;
 
 use crate::neighbor::NeighborError;
 

@@ -4,7 +4,7 @@ use concordem_contact::law::EnergySplit;
 use concordem_contact::math::Mat3;
 
 use crate::deformation::DeformationSums;
-use crate::forces::BondEvent;
+use crate::forces::{BegunContact, BondEvent};
 use crate::integrate::KickSums;
 use crate::state::contacts::Pair;
 
@@ -23,6 +23,8 @@ pub struct StepReport {
     pub bond_events: Vec<(usize, BondEvent)>,
     /// Unbonded contacts between particles that opened.
     pub opened: Vec<Pair>,
+    /// Unbonded contacts between particles, and those with walls, that began under laws whose stiffness grows with the overlap.
+    pub begun: [Vec<BegunContact>; 2],
     /// `Σ|f|²` over all contacts, N², in steps that sample.
     pub force_squared: f64,
     /// `Σ|m|²` of the moments that contacts transmit, N²·m², in steps that sample.

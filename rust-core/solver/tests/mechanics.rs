@@ -411,7 +411,8 @@ fn contacts_are_judged_by_the_overlap_to_come() {
     let glass = Elastic { young: 1e4, poisson: 0.3 };
     let law = HertzMindlin::new(glass, glass, 0.0, 1.0).unwrap();
     let mut contacts = ContactBlock::new(vec![law]);
-    contacts.push(Pair { a: 0, b: 1 }, ContactFlags::default(), Reference::default(), PreviousGeometry::default());
+    let touching = ContactFlags { bits: ContactFlags::ACTIVE, ..ContactFlags::default() };
+    contacts.push(Pair { a: 0, b: 1 }, touching, Reference::default(), PreviousGeometry::default());
     let mut state = State {
         particles: spheres(&[[0.0; 3], [0.95, 0.0, 0.0]]),
         contacts: Some(Box::new(contacts)),

@@ -14,7 +14,9 @@
 
 use super::{ContactInput, Kinematics, MotionMeasure, PointKinematics, Transport, WallInput};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
-use crate::math::{Quat, Vec3, atan2, rotate};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
+use crate::math::{Quat, Vec3, atan2, norm, rotate};
 
 /// Motion of a bond with two ends.
 #[derive(Debug, Clone, Copy)]
@@ -86,7 +88,7 @@ impl EndLoads {
     /// Size of its part that bends a bond of this unit branch vector, N·m.
     #[inline(always)]
     pub fn bending(&self, branch: &Vec3) -> f64 {
-        0.5 * across(branch, self.moment_a - self.moment_b).norm()
+        0.5 * norm(&across(branch, self.moment_a - self.moment_b))
     }
 }
 
@@ -208,7 +210,7 @@ impl BranchVector {
     /// Length and direction of the vector `branch`, m.
     #[inline(always)]
     pub fn of(branch: &Vec3) -> Self {
-        let length = branch.norm();
+        let length = norm(&branch);
         Self { length, normal: branch * (1.0 / length) }
     }
 

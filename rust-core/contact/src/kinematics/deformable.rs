@@ -27,15 +27,22 @@
 //! **Energy.** Shear forces strain the particles, but this strain does not change shear increments, so the scheme has no
 //! potential under shear. The ledger books the difference as a term of its own (`Ledger::deformation_other`).
 
-use std::f64::consts::PI;
+#[cfg(feature = "std")]
+use core::f64::consts::PI;
 
+#[cfg(feature = "std")]
 use crate::Constraint;
+#[cfg(feature = "std")]
 use crate::elastic::Elastic;
 use crate::math::{Symmetric, Vec3};
 
 /// Relation between the strains and stresses of a particle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Condition {
     /// Spheres.
     #[default]
@@ -74,6 +81,7 @@ pub enum Update {
 }
 
 /// Parameters of the deformation of particles.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deformable {
     /// Elastic constants by material; [`Elastic::RIGID`] for particles that keep their shape.
@@ -97,6 +105,7 @@ pub struct Compliance {
     condition: Condition,
 }
 
+#[cfg(feature = "std")]
 impl Deformable {
     /// Volume of a sphere, or of a disc of unit depth, m³; `radius` in m.
     #[inline(always)]
@@ -224,7 +233,7 @@ pub struct VirialParts {
     pub other: Symmetric,
 }
 
-impl std::ops::AddAssign for VirialParts {
+impl core::ops::AddAssign for VirialParts {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.normal += other.normal;

@@ -6,8 +6,12 @@ use crate::math::{Quat, Symmetric, Vec3};
 use crate::wall::ClosestPoint;
 
 /// How relative motion is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(rename_all = "kebab-case")
+)]
 pub enum MotionMeasure {
     /// Finite increments, exactly objective under rigid motion.
     #[default]

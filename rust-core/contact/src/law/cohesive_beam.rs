@@ -31,19 +31,30 @@
 //! strength, if its twist or an end rotation exceeds 3 rad: orientations are unique up to half a turn, π, beyond which
 //! the moment would change its sign. The stored energy is released as damage.
 
-use std::f64::consts::{FRAC_2_SQRT_PI, PI};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
+use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
+#[cfg(feature = "std")]
+use super::Factors;
 use super::batch::{Batch, BatchResult, evaluate_each, evaluate_one};
-use super::common::{ParameterError, mean_strength, require};
+#[cfg(feature = "std")]
+use super::common::mean_strength;
+use super::common::{ParameterError, require};
+#[cfg(feature = "std")]
 use super::factors::times;
+#[cfg(feature = "std")]
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Reference, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::bond_frame::across;
 use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Vec3, norm};
+#[cfg(feature = "std")]
 use crate::quantity::{Length, Number, Stress};
+#[cfg(feature = "std")]
 use schemars::JsonSchema;
+#[cfg(feature = "std")]
 use serde::{Deserialize, Serialize};
 
 /// Deformations that the bond resists.
@@ -66,8 +77,12 @@ pub enum BeamModel {
 }
 
 /// Bending moment in the failure criterion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(rename_all = "kebab-case")
+)]
 pub enum BendingTerm {
     /// At the middle section, `½‖(M_A−M_B)_⊥‖`.
     #[default]
@@ -215,9 +230,9 @@ impl CohesiveBeam {
     pub fn rankine_stress(&self, area: f64, axial: f64, branch: &Vec3, forces: &EndLoads) -> f64 {
         let bending = match self.bending_term {
             BendingTerm::MidSection => forces.bending(branch),
-            BendingTerm::HalfSum => 0.5 * (forces.moment_a + forces.moment_b).norm(),
+            BendingTerm::HalfSum => 0.5 * norm(&(forces.moment_a + forces.moment_b)),
             BendingTerm::LargerEnd => {
-                across(branch, forces.moment_a).norm().max(across(branch, forces.moment_b).norm())
+                norm(&across(branch, forces.moment_a)).max(norm(&across(branch, forces.moment_b)))
             }
         };
         Self::principal_stress(area, axial, branch, forces, bending)
@@ -440,6 +455,7 @@ impl ContactLaw for CohesiveBeam {
 
 /// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
 /// principal stress or at the mean stress of a particle.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "CohesiveBeam", deny_unknown_fields)]
 pub struct CohesiveBeamTable {
@@ -478,6 +494,7 @@ pub struct CohesiveBeamTable {
 }
 
 /// Models of a cohesive bond.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "BeamModel", rename_all = "kebab-case")]
 pub enum BeamKind {
@@ -492,10 +509,12 @@ pub enum BeamKind {
     Spring,
 }
 
+#[cfg(feature = "std")]
 fn beam_poisson() -> Number {
     Number::new(0.3)
 }
 
+#[cfg(feature = "std")]
 impl LawTable for CohesiveBeamTable {
     fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
@@ -533,6 +552,7 @@ impl LawTable for CohesiveBeamTable {
     }
 }
 
+#[cfg(feature = "std")]
 impl RegisteredLaw for CohesiveBeam {
     type Table = CohesiveBeamTable;
     type Unbonded = Self;

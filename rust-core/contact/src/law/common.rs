@@ -1,14 +1,17 @@
 //! Code that several laws share: parameter errors, energy bookkeeping, and a dashpot under a Coulomb limit.
 
 use super::EnergySplit;
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::Vec3;
 
 /// A parameter of a law outside its valid range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "std", derive(thiserror::Error))]
 #[non_exhaustive]
 pub enum ParameterError {
     /// A value outside of its range.
-    #[error("law {law}: {parameter} = {value} must be {requirement}")]
+    #[cfg_attr(feature = "std", error("law {law}: {parameter} = {value} must be {requirement}"))]
     OutOfRange {
         /// Name of the law.
         law: &'static str,
@@ -20,11 +23,11 @@ pub enum ParameterError {
         requirement: &'static str,
     },
     /// Tables of two materials that cannot be combined.
-    #[error("{0}")]
+    #[cfg_attr(feature = "std", error("{0}"))]
     Unlike(&'static str),
     /// The concrete particle model rejects its parameters.
-    #[error(transparent)]
-    Cpm(#[from] super::cpm::CpmError),
+    #[cfg_attr(feature = "std", error(transparent))]
+    Cpm(#[cfg_attr(feature = "std", from)] super::cpm::CpmError),
 }
 
 /// Return an error unless `accepted`. Comparisons with NaN are false, so NaN is an error too.

@@ -64,7 +64,7 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     fn unbonded_reference(length: f64, radius_a: f64, radius_b: f64) -> Reference {
         let _ = length;
         let smaller = if radius_b > 0.0 { radius_a.min(radius_b) } else { radius_a };
-        Reference { length: radius_a + radius_b, area: std::f64::consts::PI * (smaller * smaller) }
+        Reference { length: radius_a + radius_b, area: core::f64::consts::PI * (smaller * smaller) }
     }
 
     /// Reference that a broken bond keeps when it continues as an unbonded contact. `None`: the pair is treated like any
@@ -207,7 +207,7 @@ pub struct EnergySplit {
     pub integration: f64,
 }
 
-impl std::ops::AddAssign for EnergySplit {
+impl core::ops::AddAssign for EnergySplit {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.stored_normal += other.stored_normal;

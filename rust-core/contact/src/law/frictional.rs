@@ -16,14 +16,23 @@
 //! opens within a step, the rule overestimates or underestimates the work of the kinked spring by
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
+#[cfg(feature = "std")]
+use super::Factors;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
+#[cfg(feature = "std")]
 use super::factors::times;
+#[cfg(feature = "std")]
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use crate::kinematics::PointKinematics;
-use crate::math::Vec3;
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
+use crate::math::{Vec3, norm};
+#[cfg(feature = "std")]
 use crate::quantity::{self, Number, Stress};
+#[cfg(feature = "std")]
 use schemars::JsonSchema;
+#[cfg(feature = "std")]
 use serde::{Deserialize, Serialize};
 
 /// Source of the stiffnesses of a contact.
@@ -183,7 +192,7 @@ impl ContactLaw for Frictional {
 
         let limit = self.friction * (-normal_force).max(0.0);
         let trial = old_shear + slide;
-        let trial_force = shear_stiffness * trial.norm();
+        let trial_force = shear_stiffness * norm(&trial);
         let (shear_displacement, shear_dashpot) = if trial_force > limit {
             let shear_displacement = trial * (limit / trial_force);
             let slip = trial - shear_displacement;
@@ -229,13 +238,14 @@ impl ContactLaw for Frictional {
     fn exchanged(&self) -> Self {
         let mut out = *self;
         if let ContactStiffness::Moduli { young_a, young_b, .. } = &mut out.stiffness {
-            std::mem::swap(young_a, young_b);
+            core::mem::swap(young_a, young_b);
         }
         out
     }
 }
 
 /// Linear elastic contact with Coulomb friction; no tension.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "Frictional", deny_unknown_fields)]
 pub struct FrictionalTable {
@@ -261,6 +271,7 @@ pub struct FrictionalTable {
     pub damping_ratio: Number,
 }
 
+#[cfg(feature = "std")]
 impl LawTable for FrictionalTable {
     fn faults(&self) -> Vec<Fault> {
         let moduli = [("young", self.young.is_some()), ("stiffness_ratio", self.stiffness_ratio.is_some())];
@@ -294,6 +305,7 @@ impl LawTable for FrictionalTable {
     }
 }
 
+#[cfg(feature = "std")]
 impl RegisteredLaw for Frictional {
     type Table = FrictionalTable;
     type Unbonded = Self;

@@ -27,16 +27,25 @@
 //! `(k/10)(√δ − √δ_old)³(δ_old + 3√(δ_old δ) + δ)`, of third order in the step. It is the
 //! [`EnergySplit::integration`] term, together with the error from the part of a step without contact.
 
+#[cfg(feature = "std")]
+use super::Factors;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
+#[cfg(feature = "std")]
 use super::factors::times;
 use super::restitution::{End, damping_of_restitution};
+#[cfg(feature = "std")]
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 pub use crate::elastic::Elastic;
 use crate::kinematics::PointKinematics;
-use crate::math::{Vec3, pow};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
+use crate::math::{Vec3, norm, pow};
+#[cfg(feature = "std")]
 use crate::quantity::{Number, Stress};
+#[cfg(feature = "std")]
 use schemars::JsonSchema;
+#[cfg(feature = "std")]
 use serde::{Deserialize, Serialize};
 
 /// Parameters of the Hertz-Mindlin contact.
@@ -207,7 +216,7 @@ impl ContactLaw for HertzMindlin {
         let unloading = overlap < old_overlap;
         let kept = if unloading { old_shear * (root / old_root) } else { old_shear };
         let trial = kept + slide * shear_stiffness;
-        let trial_size = trial.norm();
+        let trial_size = norm(&trial);
         let limit = self.friction * (-normal_force).max(0.0);
         let (shear_force, shear_dashpot) = if trial_size > limit {
             let shear_force = trial * (limit / trial_size);
@@ -299,6 +308,7 @@ impl HertzMindlin {
 }
 
 /// Hertz contact with Mindlin's shear stiffness, Coulomb friction, and restitution.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "HertzMindlin", deny_unknown_fields)]
 pub struct HertzMindlinTable {
@@ -322,16 +332,19 @@ pub struct HertzMindlinTable {
     pub shear_damping_ratio: Number,
 }
 
+#[cfg(feature = "std")]
 fn one() -> Number {
     Number::new(1.0)
 }
 
+#[cfg(feature = "std")]
 impl LawTable for HertzMindlinTable {
     fn modulus(&self) -> Option<f64> {
         Some(self.young.si())
     }
 }
 
+#[cfg(feature = "std")]
 impl RegisteredLaw for HertzMindlin {
     type Table = HertzMindlinTable;
     type Unbonded = Self;

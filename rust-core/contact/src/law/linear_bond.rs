@@ -18,19 +18,31 @@
 //!
 //! Madan 2019 does not say whether the springs start unstressed; see [`LinearBond::subtract_initial_gap`].
 
+#[cfg(feature = "std")]
+use super::Factors;
 use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
-use super::common::{ParameterError, mean_strength, reciprocal_of_step, require};
+#[cfg(feature = "std")]
+use super::common::mean_strength;
+use super::common::{ParameterError, reciprocal_of_step, require};
+#[cfg(feature = "std")]
 use super::factors::times;
+#[cfg(feature = "std")]
 use super::frictional::{Frictional, FrictionalTable};
+#[cfg(feature = "std")]
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Reference, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::FiniteInput;
 use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics, torques};
-use crate::math::{Symmetric, Vec3};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
+use crate::math::{Symmetric, Vec3, norm};
+#[cfg(feature = "std")]
 use crate::quantity::{self, Force, Number};
+#[cfg(feature = "std")]
 use schemars::JsonSchema;
+#[cfg(feature = "std")]
 use serde::{Deserialize, Serialize};
 
 /// Parameters of the brittle linear bond.
@@ -167,7 +179,7 @@ impl LinearBond {
 
         let normal_force = elastic_normal + normal_dashpot;
         let shear_force = elastic_shear + shear_dashpot;
-        let fails = normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength;
+        let fails = normal_force >= self.normal_strength || norm(&shear_force) >= self.shear_strength;
         let stored_normal = 0.5 * elastic_normal * stretch;
         let stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
         let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
@@ -435,6 +447,7 @@ impl ContactLaw for LinearBond {
 }
 
 /// Linear elastic bond with dashpots and brittle failure; after failure a contact with Coulomb friction.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "LinearBond", deny_unknown_fields)]
 pub struct LinearBondTable {
@@ -465,10 +478,12 @@ pub struct LinearBondTable {
     pub subtract_initial_gap: bool,
 }
 
+#[cfg(feature = "std")]
 fn yes() -> bool {
     true
 }
 
+#[cfg(feature = "std")]
 impl LawTable for LinearBondTable {
     fn keys_of_bonds(&self) -> Vec<&'static str> {
         let keys = [
@@ -484,6 +499,7 @@ impl LawTable for LinearBondTable {
     }
 }
 
+#[cfg(feature = "std")]
 impl LinearBondTable {
     /// The contact that replaces a broken bond: the same springs and dashpots, with friction.
     fn after_breaking(&self) -> FrictionalTable {
@@ -498,6 +514,7 @@ impl LinearBondTable {
     }
 }
 
+#[cfg(feature = "std")]
 impl RegisteredLaw for LinearBond {
     type Table = LinearBondTable;
     type Unbonded = Frictional;

@@ -9,10 +9,14 @@
 pub mod batch;
 pub mod common;
 pub mod contract;
+#[cfg(feature = "std")]
 pub mod factors;
+#[cfg(feature = "std")]
+pub mod names;
 pub mod registry;
 pub mod restitution;
 pub mod state;
+#[cfg(feature = "std")]
 pub mod table;
 
 // `cargo fmt` does not see these files; `make check` formats them by name.
@@ -32,10 +36,13 @@ pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, Section};
 pub use common::ParameterError;
 pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness};
 pub use cpm::{CpmParameters, CpmState};
+#[cfg(feature = "std")]
 pub use factors::Factors;
 pub use frictional::{ContactStiffness, FrictionalState};
 pub use hertz_mindlin::HertzMindlinState;
 pub use linear_bond::LinearBondState;
-pub use registry::{ContactLawName, LawName};
+#[cfg(feature = "std")]
+pub use names::{ContactLawName, LawName};
 pub use state::{Field, LawState, Parity};
+#[cfg(feature = "std")]
 pub use table::{Fault, FaultKind, HasTable, LawFacts, LawTable, RegisteredLaw};

@@ -11,6 +11,8 @@
 //! `τ = 2 arcosh(ζ)/√(ζ²−1)`. Here the latter is written with `s = √|1−ζ²|` as `τ = 2 atan2(s, ζ)/s` and
 //! `2 arsinh(s)/s`, which lose no digits near `ζ = 1`.
 
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::{atan2, exp, ln};
 
 /// When a collision ends.
@@ -27,7 +29,7 @@ pub fn restitution_of_damping(zeta: f64, end: End) -> f64 {
     let s2 = (1.0 - zeta) * (1.0 + zeta);
     let s = s2.abs().sqrt();
     let duration = match end {
-        End::OverlapSpent if s2 > 0.0 => std::f64::consts::PI / s,
+        End::OverlapSpent if s2 > 0.0 => core::f64::consts::PI / s,
         // Critically damped or more: the overlap never returns to zero.
         End::OverlapSpent => return 0.0,
         End::ForceSpent if s == 0.0 => 2.0,
@@ -49,7 +51,7 @@ pub fn damping_of_restitution(e: f64, end: End) -> f64 {
         End::OverlapSpent if e == 0.0 => 1.0,
         End::OverlapSpent => {
             let l = -ln(e);
-            l / (std::f64::consts::PI * std::f64::consts::PI + l * l).sqrt()
+            l / (core::f64::consts::PI * core::f64::consts::PI + l * l).sqrt()
         }
         End::ForceSpent if e == 0.0 => f64::INFINITY,
         End::ForceSpent if e == 1.0 => 0.0,

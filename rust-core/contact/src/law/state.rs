@@ -33,19 +33,19 @@ pub const COLUMNS_OF_EVERY_CONTACT: &[&str] =
     &["a", "b", "index_a", "index_b", "image", "bonded", "reference_length", "area", "length", "normal", "damage"];
 
 /// History of one contact: reals, all zero before the first evaluation.
-pub trait LawState: Pod + Item + Default + Send + Sync + std::fmt::Debug + PartialEq {
+pub trait LawState: Pod + Item + Default + Send + Sync + core::fmt::Debug + PartialEq {
     /// The fields in storage order. The sum of their components is the number of reals in the struct.
     const FIELDS: &'static [Field];
 
     /// The history as reals, in the order of [`Self::FIELDS`].
     fn as_reals(&self) -> &[f64] {
-        bytemuck::cast_slice(std::slice::from_ref(self))
+        bytemuck::cast_slice(core::slice::from_ref(self))
     }
 
     /// The same contact seen with A and B exchanged.
     fn swapped(&self) -> Self {
         let mut out = *self;
-        let reals: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut out));
+        let reals: &mut [f64] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut out));
         let mut offset = 0;
         for field in Self::FIELDS {
             if field.parity == Parity::Odd {

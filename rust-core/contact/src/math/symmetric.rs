@@ -64,23 +64,23 @@ impl Symmetric {
     }
 }
 
-impl std::ops::Add for Symmetric {
+impl core::ops::Add for Symmetric {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] + other.0[i]))
+        Self(core::array::from_fn(|i| self.0[i] + other.0[i]))
     }
 }
 
-impl std::ops::Sub for Symmetric {
+impl core::ops::Sub for Symmetric {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] - other.0[i]))
+        Self(core::array::from_fn(|i| self.0[i] - other.0[i]))
     }
 }
 
-impl std::ops::Mul<f64> for Symmetric {
+impl core::ops::Mul<f64> for Symmetric {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
@@ -88,7 +88,7 @@ impl std::ops::Mul<f64> for Symmetric {
     }
 }
 
-impl std::ops::AddAssign for Symmetric {
+impl core::ops::AddAssign for Symmetric {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;

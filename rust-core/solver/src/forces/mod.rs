@@ -28,7 +28,7 @@ pub use context::{ExpansionRates, StepContext, motion_of};
 pub use laws::LawLoops;
 pub use tile::{Tile, evaluate_tile};
 pub use tile_map::{TileMap, Wrench};
-pub use totals::{BondEvent, Totals};
+pub use totals::{BegunContact, BondEvent, Totals};
 
 /// Particles per tile. The solver of a subdomain has a single tile instead
 /// ([`Solver::for_subdomain`](super::Solver::for_subdomain)).

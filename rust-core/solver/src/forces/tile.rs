@@ -16,7 +16,7 @@ use concordem_contact::prefetch::prefetch_row;
 
 use super::activate::{activate, length_of};
 use super::tile_map::is_local;
-use super::{StepContext, Totals, Wrench, motion_of};
+use super::{BegunContact, StepContext, Totals, Wrench, motion_of};
 use crate::state::contacts::{ContactFlags, Pair};
 
 /// The contacts of a tile, and the particles and halo slots they act on.
@@ -246,7 +246,12 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let (flags, reference, previous) = (&mut tile.flags[k], &mut tile.reference[k], &mut tile.previous[k]);
         let radii = [radius_a, radius_b];
         let length = length_of(&between, self.context.mode);
-        activate::<L>(flags, reference, previous, length, &before, radii, surface_displacement)
+        let begins = activate::<L>(flags, reference, previous, length, &before, radii, surface_displacement);
+        if L::STIFFENS && begins {
+            let ContactFlags { row, image, .. } = *flags;
+            self.totals.begun.push(BegunContact { pair: tile.pair[k], image, row });
+        }
+        begins
     }
 }
 

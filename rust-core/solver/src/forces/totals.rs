@@ -22,6 +22,17 @@ pub struct BondEvent {
     pub stored: [f64; 4],
 }
 
+/// An unbonded contact that began in this step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BegunContact {
+    /// Its particles, or its particle and wall element, by index.
+    pub pair: Pair,
+    /// Periodic image of B.
+    pub image: [i8; 3],
+    /// Index of its pair coefficients.
+    pub row: u16,
+}
+
 /// Sums over a block of contacts, and its bond events.
 #[derive(Debug, Clone, Default)]
 pub struct Totals {
@@ -43,6 +54,8 @@ pub struct Totals {
     pub bond_events: Vec<BondEvent>,
     /// Unbonded contacts that opened, in the order of the contacts.
     pub opened: Vec<Pair>,
+    /// Unbonded contacts that began, in the order of the contacts, under laws whose stiffness grows with the overlap.
+    pub begun: Vec<BegunContact>,
 }
 
 impl Totals {
@@ -58,5 +71,6 @@ impl Totals {
         self.expansion[1] += other.expansion[1];
         self.bond_events.extend(other.bond_events);
         self.opened.extend(other.opened);
+        self.begun.extend(other.begun);
     }
 }

@@ -15,7 +15,7 @@ use concordem_contact::math::Vec3;
 use concordem_contact::wall::ClosestPoint;
 
 use super::record::{WallForce, WallForces};
-use super::{BondEvent, ParticleSums, StepContext, Totals, motion_of};
+use super::{BegunContact, BondEvent, ParticleSums, StepContext, Totals, motion_of};
 use crate::state::Wall;
 use crate::state::contacts::{ContactBlock, ContactFlags};
 
@@ -201,7 +201,12 @@ impl WallEvaluator<'_> {
             deactivate(block, k);
             return None;
         };
+        let begins = !block.flags[k].has(ContactFlags::ACTIVE);
         let kinematics = self.measure(block, k, &closest_point, &walls[wall as usize].velocity)?;
+        if L::STIFFENS && begins {
+            let ContactFlags { row, image, .. } = block.flags[k];
+            self.totals.begun.push(BegunContact { pair: block.pair[k], image, row });
+        }
         let context = self.context;
         let response = block.rows[block.flags[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
         block.previous[k] = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };

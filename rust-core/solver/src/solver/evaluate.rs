@@ -55,10 +55,12 @@ impl Solver {
             let totals = block.evaluate(&context, &mut self.contact_map, sums.reborrow());
             add(report, &totals, 1, &mut crossing);
             report.opened.extend(totals.opened);
+            report.begun[0].extend(totals.begun);
         }
         if let Some(block) = &mut state.wall_contacts {
             let totals = block.evaluate_walls(&context, &mut state.walls, sums.reborrow());
             add(report, &totals, 2, &mut crossing);
+            report.begun[1].extend(totals.begun);
         }
         let maps = maps(&self.bond_maps, &self.contact_map, state);
         integrate::gather(&mut self.force, &mut self.torque, &maps);

@@ -10,7 +10,7 @@ use concordem_contact::math::{Mat3, Vec3};
 
 use crate::collision;
 use crate::deformation::{self, DeformationPass};
-use crate::forces::{TILE, TileMap};
+use crate::forces::{BegunContact, TILE, TileMap};
 use crate::fracture::virial;
 use crate::heat::expansion::Expansion;
 use crate::heat::pass::HeatPass;
@@ -21,6 +21,9 @@ use crate::record::Forces;
 use crate::state::{Cell, Particles, State};
 use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
+
+/// Number of steps between two checks of all contacts whose stiffness grows with the overlap.
+const STIFFNESS_INTERVAL: u64 = 128;
 
 /// Advances a state. It holds only scratch data and can be rebuilt from the state at any time.
 ///
@@ -221,8 +224,8 @@ impl Solver {
             return Ok(self.only_conduct(state));
         }
         let (crossing, strain) = self.compute_forces(state, sample, &mut report)?;
-        if self.model.watch_contacts && report.rebuilt {
-            self.check_stiffness(state)?;
+        if self.model.watch_contacts {
+            self.check_stiffness(state, &report.begun)?;
         }
         self.kick_and_drift(state, &mut report);
         let work = self.move_cell_and_walls(state, &crossing);
@@ -328,10 +331,16 @@ impl Solver {
         state.particles.poses(self.oriented, &mut self.poses);
     }
 
-    /// Fail if the stiffness of a contact has outgrown the time step.
-    fn check_stiffness(&self, state: &State) -> Result<(), SolverError> {
-        let Some(collision::Outgrown { a, b, with_wall, overlap, bound }) = collision::outgrown(state, &self.model)
-        else {
+    /// Fail if the stiffness of a contact has outgrown the time step. Checks contacts that have `begun` in this step, and all others from
+    /// time to time.
+    fn check_stiffness(&self, state: &State, begun: &[Vec<BegunContact>; 2]) -> Result<(), SolverError> {
+        let all = state.clock.step.is_multiple_of(STIFFNESS_INTERVAL);
+        let outgrown = match begun {
+            _ if all => collision::outgrown(state, &self.model),
+            [contacts, walls] if contacts.is_empty() && walls.is_empty() => None,
+            [contacts, walls] => collision::outgrown_among(state, &self.model, contacts, walls),
+        };
+        let Some(collision::Outgrown { a, b, with_wall, overlap, bound }) = outgrown else {
             return Ok(());
         };
         let id = |p: usize| state.particles.id[p];

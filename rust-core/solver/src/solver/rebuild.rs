@@ -245,8 +245,9 @@ const SAME_OVERLAP: f64 = 1e-9;
 /// other contact.
 ///
 /// The faces of the crack touch where they parted: at the bond's unstrained length. Where the particles of a bond overlap, this
-/// holds for all laws: their contacts would otherwise start with the overlap, and with energy that nobody stored, or, like those of
-/// the concrete law, at the length of their first step, which rounding decides if the particles move as one body.
+/// holds for all contacts that would otherwise start with the overlap, and with energy that nobody stored. It also holds for those of
+/// the concrete law that follow a bond of another law: they would start at the length of their first step, and rounding decides which
+/// step that is if the particles move as one body. After a bond of the concrete law they do, as in YADE.
 ///
 /// A bond that breaks under pressure hands its normal force over, not more: a contact stiffer than the bond gets a smaller
 /// overlap. Its force `F` at the overlap `δ` then stores less than the bond did, because `∫F dδ ≤ ½Fδ` for a force that grows at
@@ -263,9 +264,12 @@ fn reference_after(
     let (radius_a, radius_b, length) = (particles.radius[a], particles.radius[b], view.previous.length);
     let (unstrained, touching) = (bonds.unstrained_length(k, particles), radius_a + radius_b);
     let of_others = contacts.unbonded_reference(length, radius_a, radius_b);
+    let of_other_law = bonds.law() != contacts.law();
     let mut reference = match bonds.kept_reference(k) {
         Some(reference) => reference,
-        None if touching > length => Reference { length: unstrained.min(touching), ..of_others },
+        None if of_others.length > length || of_other_law && touching > length => {
+            Reference { length: unstrained.min(touching), ..of_others }
+        }
         None => return None,
     };
     let overlap = reference.length - length;

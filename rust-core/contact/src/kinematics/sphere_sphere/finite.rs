@@ -4,7 +4,7 @@ use super::super::transport::Turn;
 use super::super::{ContactInput, MotionSink, MotionSource, PointKinematics};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Vec3, norm};
 
 crate::columns! {
     /// Input of the finite measure.
@@ -52,7 +52,7 @@ impl FiniteInput {
     #[inline(always)]
     pub fn measure(&self) -> FiniteMeasure {
         let Self { branch, rotation_a, rotation_b, radius_a, radius_b, previous } = *self;
-        let length = branch.norm();
+        let length = norm(&branch);
         let normal = branch * (1.0 / length);
         let gap = length - radius_a - radius_b;
         let rotation_sum = Quat::from(rotation_a.coords + rotation_b.coords);

@@ -27,6 +27,7 @@ pub use finite::{FiniteInput, FiniteMeasure, finite_batch};
 pub use yade::{Yade, YadeInput, YadeMeasure, write_yade_input, yade_batch};
 
 use super::{ContactInput, MotionMeasure, PointKinematics, Transport};
+use crate::math::norm;
 
 /// Measure a contact.
 #[inline(always)]
@@ -43,7 +44,7 @@ pub fn measure(mode: MotionMeasure, input: &ContactInput<'_>) -> PointKinematics
 fn first_order(input: &ContactInput<'_>) -> PointKinematics {
     let ContactInput { a, b, image, geometry, previous, bonded, dt } = *input;
     let l = input.branch();
-    let length = l.norm();
+    let length = norm(&l);
     let normal = l / length;
     let gap = length - geometry.radius_a - geometry.radius_b;
     let arm_a = geometry.radius_a + 0.5 * gap;

@@ -83,6 +83,7 @@
 mod columns;
 mod damage;
 mod parameters;
+#[cfg(feature = "std")]
 mod table;
 #[cfg(test)]
 mod tests;
@@ -92,6 +93,7 @@ mod yade;
 
 pub use crate::geometry::contact_area;
 pub use parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
+#[cfg(feature = "std")]
 pub use table::CpmTable;
 pub use woo::solve_beta;
 pub use yade::YadeParameters;
@@ -99,6 +101,8 @@ pub use yade::YadeParameters;
 use super::{Batch, ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
 use crate::columns::Columns;
 use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::Vec3;
 
 crate::law_state! {

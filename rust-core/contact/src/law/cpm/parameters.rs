@@ -1,11 +1,13 @@
 //! Parameters of the cohesive particle model and their validation.
 
+#[cfg(feature = "std")]
 use schemars::JsonSchema;
+#[cfg(feature = "std")]
 use serde::{Deserialize, Serialize};
 
 /// Published form of the law. The [module documentation](super) lists the differences.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "kebab-case"))]
 pub enum CpmFormulation {
     /// Stránský 2018, corrected; with all options, the full model of Šmilauer 2010.
     #[default]
@@ -30,8 +32,8 @@ impl CpmFormulation {
 }
 
 /// Form of the damage function g(κ).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "kebab-case"))]
 pub enum DamageLaw {
     /// Linear softening to zero stress at ε_f (`damLaw = 0`).
     Linear,
@@ -41,8 +43,8 @@ pub enum DamageLaw {
 }
 
 /// Bound of the shear stress as a function of the normal stress. Formulas in the [module documentation](super).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "kebab-case"))]
 pub enum YieldSurface {
     /// Linear, (2.19).
     #[default]
@@ -56,11 +58,11 @@ pub enum YieldSurface {
 }
 
 /// Parameters of the law as a user gives them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
 pub struct CpmParameters {
     /// Formulation.
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub mode: CpmFormulation,
     /// Normal modulus Ē, Pa (YADE `young`).
     pub normal_modulus: f64,
@@ -75,60 +77,63 @@ pub struct CpmParameters {
     /// Ratio ε_f/ε₀, 1 (YADE `relDuctility`).
     pub relative_ductility: f64,
     /// Form of the damage function.
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub damage_law: DamageLaw,
     /// Damage at which a bond in tension breaks, 1; with 1 or more a bond breaks only when its strength is zero.
-    #[serde(default = "one")]
+    #[cfg_attr(feature = "std", serde(default = "one"))]
     pub omega_threshold: f64,
     /// Whether bonds never damage (ω stays 0).
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub never_damage: bool,
     /// Weight ξ of shear in the equivalent strain, 1.
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub shear_contribution: f64,
     /// Strain ε_s < 0 at which plasticity in compression starts, 1 (`epsSoft`); 0 or more: none.
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub soft_strain: f64,
     /// Relative stiffness K̃ of the plastic branch in compression, 1 (`relKnSoft`).
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub relative_soft_stiffness: f64,
     /// Isotropic prestress σ₀ of the bonds, Pa, negative for confinement (`isoPrestress`).
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub isotropic_prestress: f64,
     /// Bound of the shear stress.
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub yield_surface: YieldSurface,
     /// Parameter Y₀ of the logarithmic surfaces, 1 (`yieldLogSpeed`).
-    #[serde(default = "tenth")]
+    #[cfg_attr(feature = "std", serde(default = "tenth"))]
     pub yield_log_speed: f64,
     /// Characteristic time τ_d of viscous damage, s (`dmgTau`); 0 or less: none.
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub damage_time: f64,
     /// Exponent M_d of viscous damage, 1 (`dmgRateExp`).
-    #[serde(default = "one")]
+    #[cfg_attr(feature = "std", serde(default = "one"))]
     pub damage_rate_exponent: f64,
     /// Characteristic time τ_p of viscous slip, s (`plTau`); 0 or less: none.
-    #[serde(default)]
+    #[cfg_attr(feature = "std", serde(default))]
     pub plastic_time: f64,
     /// Exponent M_p of viscous slip, 1 (`plRateExp`).
-    #[serde(default = "one")]
+    #[cfg_attr(feature = "std", serde(default = "one"))]
     pub plastic_rate_exponent: f64,
 }
 
+#[cfg(feature = "std")]
 fn one() -> f64 {
     1.0
 }
 
+#[cfg(feature = "std")]
 fn tenth() -> f64 {
     0.1
 }
 
 /// Parameters outside their valid range, or that contradict each other.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "std", derive(thiserror::Error))]
 #[non_exhaustive]
 pub enum CpmError {
     /// A value outside its range.
-    #[error("CPM parameter `{name}` is {value}, but must be {requirement}")]
+    #[cfg_attr(feature = "std", error("CPM parameter `{name}` is {value}, but must be {requirement}"))]
     OutOfRange {
         /// Field of [`CpmParameters`], or argument.
         name: &'static str,
@@ -138,13 +143,16 @@ pub enum CpmError {
         requirement: &'static str,
     },
     /// An option that the formulation does not have.
-    #[error("CPM option `{name}` has no effect in mode yade-public; use mode thesis or woo, or remove it")]
+    #[cfg_attr(
+        feature = "std",
+        error("CPM option `{name}` has no effect in mode yade-public; use mode thesis or woo, or remove it")
+    )]
     NotInYade {
         /// Field of [`CpmParameters`].
         name: &'static str,
     },
     /// Two materials whose parameters cannot be averaged.
-    #[error("CPM materials with different `{name}` cannot be averaged")]
+    #[cfg_attr(feature = "std", error("CPM materials with different `{name}` cannot be averaged"))]
     Unlike {
         /// Field of [`CpmParameters`].
         name: &'static str,
@@ -241,7 +249,7 @@ impl CpmParameters {
         check("shear_ratio", self.shear_ratio, self.shear_ratio >= 0.0, "zero or positive")?;
         check("cohesion", self.cohesion, self.cohesion >= 0.0, "zero or positive")?;
         let angle = self.friction_angle;
-        let right_angle = std::f64::consts::FRAC_PI_2;
+        let right_angle = core::f64::consts::FRAC_PI_2;
         check("friction_angle", angle, (0.0..right_angle).contains(&angle), "an angle from 0 to below π/2 rad")?;
         check("limit_strain", self.limit_strain, self.limit_strain > 0.0, "positive")?;
         let ductility = self.relative_ductility;

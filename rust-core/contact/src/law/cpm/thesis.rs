@@ -6,6 +6,8 @@
 use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 
 impl Cpm {
     /// Response in the plain thesis form.

@@ -7,6 +7,8 @@ use super::parameters::{CpmFormulation, YieldSurface};
 use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::{self, Vec3};
 
 impl Cpm {
@@ -163,7 +165,7 @@ impl Cpm {
                 scale = self.viscous_slip_scale(trial_norm, bound, dt);
                 energy.viscous = step.volume
                     * (trial_norm * scale - bound)
-                    * (plastic_shear + trial_strain * (1.0 - scale) - carried_plastic).norm();
+                    * math::norm(&(plastic_shear + trial_strain * (1.0 - scale) - carried_plastic));
             }
             shear_stress = trial * scale;
             plastic_shear += trial_strain * (1.0 - scale);

@@ -4,6 +4,8 @@ use super::parameters::{CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
 use super::{Cpm, CpmState, StressResponse, omega_before, release, strain_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response, Status};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::Vec3;
 
 /// Parameters of one contact in YADE's `CpmPhys` and `Law2_ScGeom_CpmPhys_Cpm`.
