@@ -15,9 +15,14 @@
 //! `ε = α (T − T_ref)` of their particles ([`expansion`]). Every law of bonds reads the reference length, so none knows
 //! of temperatures.
 //!
+//! Heat capacity, conductivity, and expansion may vary with the temperature ([`curve`]). The temperatures then follow from the heat
+//! that each particle takes up, `∫ C dT`, so heat is conserved as with constants. Conductances have the temperatures of the start of
+//! a step.
+//!
 //! The network is that of the initial positions. It changes where bonds break: there, the resistance of the crack lies in
 //! series with the link.
 
+pub mod curve;
 pub mod expansion;
 pub mod implicit;
 pub mod network;
@@ -25,6 +30,7 @@ pub mod pass;
 pub mod supply;
 pub mod tables;
 
+pub use curve::{Curve, Curves, MaterialCurves};
 pub use network::{Exposure, Link, Network};
 pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange};
 
@@ -47,9 +53,11 @@ pub struct ThermalMaterial {
 pub struct HeatModel {
     /// Constants of the materials.
     pub materials: Vec<ThermalMaterial>,
+    /// How they vary with the temperature; empty if they do not.
+    pub curves: Curves,
     /// Links, volumes, and surfaces.
     pub network: Network,
-    /// Heat capacity of each particle, J/K.
+    /// Heat capacity of each particle, J/K; of a factor of 1 if it varies with the temperature.
     pub capacity: Vec<f64>,
     /// Heat that enters from outside.
     pub supply: Supply,
@@ -74,15 +82,53 @@ impl HeatModel {
     /// Thermal strain of a particle of material `material` at `temperature` (K).
     #[inline]
     pub fn strain(&self, material: u16, temperature: f64) -> f64 {
-        self.materials[material as usize].expansion * (temperature - self.reference_temperature)
+        self.strain_of(material, self.reference_temperature, temperature - self.reference_temperature)
     }
 
-    /// Heat content `Σ C (T − T_ref)`, J.
+    /// Thermal strain that a particle of material `material` gains from the temperature `from` (K) over a change (K).
+    #[inline]
+    pub fn strain_of(&self, material: u16, from: f64, change: f64) -> f64 {
+        let warming = self.curves.expansion(material).map_or(change, |curve| curve.integral(from, change));
+        self.materials[material as usize].expansion * warming
+    }
+
+    /// Conductivity of a material at `temperature` (K), W/(m·K).
+    #[inline]
+    pub fn conductivity(&self, material: u16, temperature: f64) -> f64 {
+        let constant = self.materials[material as usize].conductivity;
+        self.curves.conductivity(material).map_or(constant, |curve| constant * curve.at(temperature))
+    }
+
+    /// Largest conductivity of a material, W/(m·K).
+    pub fn largest_conductivity(&self, material: u16) -> f64 {
+        let constant = self.materials[material as usize].conductivity;
+        self.curves.conductivity(material).map_or(constant, |curve| constant * curve.range()[1])
+    }
+
+    /// Lowest heat capacity of particle `p`, J/K.
+    pub fn lowest_capacity(&self, p: usize) -> f64 {
+        self.curves.specific_heat(p).map_or(self.capacity[p], |curve| self.capacity[p] * curve.range()[0])
+    }
+
+    /// Heat that particle `p` takes up from the temperature `from` (K) over a change (K), J.
+    #[inline]
+    pub fn heat_of(&self, p: usize, from: f64, change: f64) -> f64 {
+        self.capacity[p] * self.curves.specific_heat(p).map_or(change, |curve| curve.integral(from, change))
+    }
+
+    /// Change of the temperature of particle `p` from `from` (K) as it takes up heat (J), K.
+    #[inline]
+    pub fn warming_of(&self, p: usize, from: f64, heat: f64) -> f64 {
+        let change = heat / self.capacity[p];
+        self.curves.specific_heat(p).map_or(change, |curve| curve.change(from, change))
+    }
+
+    /// Heat content `Σ C (T − T_ref)`, J; `Σ ∫ C dT` if capacities vary.
     pub fn content(&self, heat: &HeatState) -> f64 {
         let mut sum = Sum::default();
-        for ((capacity, temperature), correction) in self.capacity.iter().zip(&heat.temperature).zip(&heat.correction) {
-            sum.add(capacity * (temperature - self.reference_temperature));
-            sum.add(capacity * correction);
+        for (p, (temperature, correction)) in heat.temperature.iter().zip(&heat.correction).enumerate() {
+            sum.add(self.heat_of(p, self.reference_temperature, temperature - self.reference_temperature));
+            sum.add(self.heat_of(p, *temperature, *correction));
         }
         sum.get()
     }
@@ -105,9 +151,13 @@ impl HeatModel {
         sum.get()
     }
 
-    /// Mean temperature, weighted by heat capacity, K.
+    /// Mean temperature, weighted by heat capacity (of a factor of 1), K.
     pub fn mean_temperature(&self, heat: &HeatState) -> f64 {
         let capacity: f64 = self.capacity.iter().sum();
+        if self.curves.specific_heat_varies() {
+            let products = self.capacity.iter().zip(&heat.temperature).map(|(capacity, temperature)| capacity * temperature);
+            return products.sum::<f64>() / capacity;
+        }
         self.reference_temperature + self.content(heat) / capacity
     }
 }

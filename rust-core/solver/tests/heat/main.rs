@@ -1,13 +1,14 @@
 //! Heat conduction and thermal expansion against closed forms, stencils, and balances.
 
 mod conduction;
+mod curves;
 mod expansion;
 
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;
 use concordem_packing::Random;
 use concordem_solver::heat::network::{self, Network, Plane};
-use concordem_solver::heat::{HeatModel, Supply, ThermalMaterial, capacities};
+use concordem_solver::heat::{Curves, HeatModel, Supply, ThermalMaterial, capacities};
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Solver};
 
@@ -58,6 +59,7 @@ fn model(network: Network, particles: &Particles, materials: &[ThermalMaterial])
     HeatModel {
         capacity: capacities(&network, particles, materials, &none),
         materials: materials.to_vec(),
+        curves: Curves::default(),
         network,
         supply: Supply::default(),
         reference_temperature: 300.0,
