@@ -137,7 +137,7 @@ fn network_of(scenario: &Scenario, heat: &Heat, state: &State) -> Result<Network
     }
     let pairs = if heat.pairs == Some(HeatPairs::Bonds) {
         let views = state.bonds.iter().flat_map(|block| (0..block.len()).map(|k| block.view(k)));
-        views.map(|view| (view.pair.a, view.pair.b, view.previous.length)).collect()
+        views.map(|view| (view.pair.a, view.pair.b, view.previous.normal * view.previous.length)).collect()
     } else {
         network::touching(particles, cell, heat.contact_ratio.map_or(1.0, Quantity::si))?
     };

@@ -6,12 +6,12 @@ use super::guard::{self, EnergyFault, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
 use super::{Record, Schedule, Stage, StageReason};
-use crate::sampling::{Bonds, SampledHeat, SampledState, ScheduledOperator, rigid_links};
+use crate::sampling::{Bonds, Operator, SampledHeat, SampledState, ScheduledOperator, rigid_links};
 use concordem_contact::math::Mat3;
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::fracture::Event;
-use concordem_solver::heat::HeatLedger;
+use concordem_solver::heat::{HeatFlows, HeatLedger};
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::{Model, Solver, SolverError, StepReport};
@@ -212,9 +212,17 @@ impl Simulation {
         let failed = |name: &str, source| RunError::Operator { name: name.to_owned(), step, source };
         let links = rigid_links(&self.state.particles, &forces, &bodies).map_err(|error| failed("clumps", error))?;
         let needs_bonds = due().any(|(_, sample)| sample.operator.definition().needs_bonds);
+        let needs_flows = due().any(|(_, sample)| sample.operator == Operator::HeatFlux);
+        let flows = match (self.solver.heat(), &self.solver.model().heat, &self.state.heat) {
+            (Some(pass), Some(model), Some(heat)) if needs_flows => {
+                pass.flows(model, &self.state.particles, self.state.cell.as_ref(), heat)
+            }
+            _ => HeatFlows::default(),
+        };
         let heat = match (&self.solver.model().heat, &self.state.heat) {
             (Some(model), Some(heat)) => {
-                Some(SampledHeat { temperature: &heat.temperature, capacity: &model.capacity })
+                let (temperature, capacity) = (&heat.temperature, &model.capacity);
+                Some(SampledHeat { temperature, capacity, flows: &flows })
             }
             _ => None,
         };

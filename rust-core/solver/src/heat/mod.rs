@@ -24,6 +24,7 @@
 
 pub mod curve;
 pub mod expansion;
+pub mod flow;
 pub mod implicit;
 pub mod network;
 pub mod pass;
@@ -31,6 +32,7 @@ pub mod supply;
 pub mod tables;
 
 pub use curve::{Curve, Curves, MaterialCurves};
+pub use flow::HeatFlows;
 pub use network::{Exposure, Link, Network};
 pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange};
 

@@ -128,8 +128,17 @@ impl HeatPass {
 
     /// Compute the conductances at the present temperatures.
     fn refresh(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState) {
-        let of = |p: usize, material: u16| model.conductivity(material, heat.temperature[p]);
-        self.conductance = self.conductances(model, particles, of);
+        self.conductance = self.present_conductances(model, particles, heat);
+    }
+
+    /// Conductance of each link at the present temperatures, W/K.
+    pub(super) fn present_conductances(
+        &self,
+        model: &HeatModel,
+        particles: &Particles,
+        heat: &HeatState,
+    ) -> Vec<f64> {
+        self.conductances(model, particles, |p, material| model.conductivity(material, heat.temperature[p]))
     }
 
     /// Conductance of each link with the conductivities `of` (W/(m·K)) of a particle and its material, W/K.
