@@ -68,6 +68,7 @@ pub(super) fn build(
         time_factor: heat.time_factor.si(),
         implicit: heat.scheme == HeatScheme::Implicit,
         mechanics: heat.motion,
+        dissipation: heat.dissipation,
         crack_resistance: heat.crack_resistance.map_or(f64::INFINITY, Quantity::si),
     };
     let mut temperatures = vec![temperature; state.particles.len()];

@@ -138,6 +138,7 @@ impl Checker<'_> {
             for (key, given) in [
                 ("loading", !matches!(scenario.loading, Loading::None)),
                 ("heat.crack_resistance", heat.crack_resistance.is_some()),
+                ("heat.dissipation", heat.dissipation),
                 ("heat.reference_temperature", heat.reference_temperature.is_some()),
                 ("prescribe", !scenario.prescribed.is_empty()),
                 ("force", !scenario.forces.is_empty()),

@@ -163,7 +163,7 @@ struct BeforeStep {
     /// Volume of the periodic cell, m³; 1 without a cell.
     volume: f64,
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero unless a record is due.
-    heat: [f64; 4],
+    heat: [f64; 5],
 }
 
 impl Simulation {
@@ -295,7 +295,7 @@ impl Simulation {
         } else {
             (0.0, 0.0)
         };
-        let heat = if due { self.heat() } else { [0.0; 4] };
+        let heat = if due { self.heat() } else { [0.0; 5] };
         let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
         let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::STAGE]);
         loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress, &mut lasting);
@@ -331,10 +331,10 @@ impl Simulation {
     }
 
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero without heat conduction.
-    fn heat(&self) -> [f64; 4] {
-        let (Some(model), Some(heat)) = (&self.solver.model().heat, &self.state.heat) else { return [0.0; 4] };
-        let HeatLedger { sources, boundary, .. } = &heat.ledger;
-        [model.mean_temperature(heat), sources.get(), boundary.get(), model.residual(heat)]
+    fn heat(&self) -> [f64; 5] {
+        let (Some(model), Some(heat)) = (&self.solver.model().heat, &self.state.heat) else { return [0.0; 5] };
+        let HeatLedger { sources, boundary, dissipation, .. } = &heat.ledger;
+        [model.mean_temperature(heat), sources.get(), boundary.get(), dissipation.get(), model.residual(heat)]
     }
 
     /// Stores in the state the data of this step that the next step and a resumed run need.
@@ -400,7 +400,7 @@ impl Simulation {
     /// The record of a step, and the values that end runs and stages. `factor`: of the loading, from the present stage.
     fn record(&mut self, before: &BeforeStep, report: &StepReport, factor: f64) -> (Record, StopValues) {
         let &BeforeStep { time, step, strain, gauge_strain, volume, heat } = before;
-        let [mean_temperature, heat_sources, heat_boundary, heat_residual] = heat;
+        let [mean_temperature, heat_sources, heat_boundary, heat_dissipation, heat_residual] = heat;
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
         stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
         let contacts: u64 = report.active.iter().sum();
@@ -442,6 +442,7 @@ impl Simulation {
             mean_temperature,
             heat_sources,
             heat_boundary,
+            heat_dissipation,
             heat_residual,
             broken: self.state.schedule_memory[memory::BROKEN],
             damaged: self.state.schedule_memory[memory::DAMAGED],

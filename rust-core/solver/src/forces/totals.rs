@@ -37,6 +37,8 @@ pub struct Totals {
     pub moment_squared: f64,
     /// Work of the thermal expansion of bonds over the half steps before and after the present instant, J.
     pub expansion: [f64; 2],
+    /// Energy that contacts dissipated by damage, friction, and dashpots, in the order of the contacts, J, if it becomes heat.
+    pub dissipated: Vec<(Pair, f64)>,
     /// Number of contacts with a force.
     pub active: u64,
     /// Bond events in the order of the contacts.
@@ -58,5 +60,6 @@ impl Totals {
         self.expansion[1] += other.expansion[1];
         self.bond_events.extend(other.bond_events);
         self.opened.extend(other.opened);
+        self.dissipated.extend(other.dissipated);
     }
 }

@@ -38,6 +38,7 @@ pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange};
 
 use crate::energy::Sum;
 use crate::state::Particles;
+use crate::state::contacts::Pair;
 
 /// Thermal constants of a material.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -71,6 +72,8 @@ pub struct HeatModel {
     pub implicit: bool,
     /// Whether particles move; otherwise a step only conducts heat.
     pub mechanics: bool,
+    /// Whether the energy that contacts dissipate heats their particles.
+    pub dissipation: bool,
     /// Resistance of a crack, m²·K/W; infinite if cracks insulate.
     pub crack_resistance: f64,
 }
@@ -138,8 +141,9 @@ impl HeatModel {
     /// The state of particles at the given temperatures, K, from which a run starts.
     pub fn start(&self, temperature: Vec<f64>) -> HeatState {
         let n = temperature.len();
-        let mut heat =
-            HeatState { temperature, correction: vec![0.0; n], warming: vec![0.0; n], ledger: HeatLedger::default() };
+        let dissipated = if self.dissipation { vec![0.0; n] } else { Vec::new() };
+        let (correction, warming) = (vec![0.0; n], vec![0.0; n]);
+        let mut heat = HeatState { temperature, correction, warming, dissipated, ledger: HeatLedger::default() };
         heat.ledger.initial = self.content(&heat);
         heat
     }
@@ -147,8 +151,12 @@ impl HeatModel {
     /// Error of the balance of heat, J: heat at the start plus supplied heat minus the present heat.
     pub fn residual(&self, heat: &HeatState) -> f64 {
         let mut sum = Sum::default();
-        for term in [heat.ledger.initial, heat.ledger.sources.get(), heat.ledger.boundary.get(), -self.content(heat)] {
+        let HeatLedger { initial, sources, boundary, dissipation } = &heat.ledger;
+        for term in [*initial, sources.get(), boundary.get(), dissipation.get(), -self.content(heat)] {
             sum.add(term);
+        }
+        for waiting in &heat.dissipated {
+            sum.add(-waiting);
         }
         sum.get()
     }
@@ -198,8 +206,22 @@ pub struct HeatState {
     pub correction: Vec<f64>,
     /// Change of each temperature in the last step, K.
     pub warming: Vec<f64>,
+    /// Heat from dissipation in the last step, which each particle takes up in the next one, J; empty if none becomes heat.
+    pub dissipated: Vec<f64>,
     /// Balance of heat.
     pub ledger: HeatLedger,
+}
+
+impl HeatState {
+    /// Take the energy that contacts dissipated in a step (J), half of it by each particle.
+    pub fn take_up(&mut self, dissipated: &[(Pair, f64)]) {
+        for (pair, energy) in dissipated {
+            let half = 0.5 * energy;
+            self.dissipated[pair.a as usize] += half;
+            self.dissipated[pair.b as usize] += half;
+            self.ledger.dissipation.add(*energy);
+        }
+    }
 }
 
 /// Balance of heat, J.
@@ -211,10 +233,12 @@ pub struct HeatLedger {
     pub sources: Sum,
     /// Heat through the surface, and heat that holds prescribed temperatures; positive into the body.
     pub boundary: Sum,
+    /// Heat from damage, friction, and dashpots.
+    pub dissipation: Sum,
 }
 
 impl HeatLedger {
-    /// All terms, for checkpoints.
+    /// All terms but dissipation, for checkpoints.
     pub fn to_reals(&self) -> [f64; 5] {
         let ([a, b], [c, d]) = (self.sources.parts(), self.boundary.parts());
         [self.initial, a, b, c, d]
@@ -222,6 +246,6 @@ impl HeatLedger {
 
     /// The ledger of [`Self::to_reals`].
     pub fn from_reals([initial, a, b, c, d]: [f64; 5]) -> Self {
-        Self { initial, sources: Sum::from_parts([a, b]), boundary: Sum::from_parts([c, d]) }
+        Self { initial, sources: Sum::from_parts([a, b]), boundary: Sum::from_parts([c, d]), ..Self::default() }
     }
 }

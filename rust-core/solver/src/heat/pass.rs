@@ -234,6 +234,11 @@ impl HeatPass {
         let middle = if dt.is_finite() { time + 0.5 * dt } else { time };
         let entering = self.find_rates(model, particles, heat, middle);
         heat.ledger.sources.add(entering * dt);
+        if dt.is_finite() {
+            for (rate, dissipated) in self.rate.iter_mut().zip(&mut heat.dissipated) {
+                *rate += std::mem::take(dissipated) / dt;
+            }
+        }
         for (k, held) in model.supply.held.iter().enumerate() {
             let target = held.temperature * factor(&self.factors.held, k);
             for &p in &held.particles {

@@ -2,6 +2,7 @@
 
 mod conduction;
 mod curves;
+mod dissipation;
 mod expansion;
 
 use concordem_contact::math::Vec3;
@@ -66,6 +67,7 @@ fn model(network: Network, particles: &Particles, materials: &[ThermalMaterial])
         time_factor: 1.0,
         implicit: false,
         mechanics: false,
+        dissipation: false,
         crack_resistance: f64::INFINITY,
     }
 }
