@@ -5,7 +5,7 @@ pub use concordem_contact::kinematics::deformable::Condition;
 pub use concordem_contact::law::cohesive_beam::{BeamKind as BeamModel, BendingTerm};
 pub use concordem_contact::law::cpm::{CpmFormulation, DamageLaw, YieldSurface};
 pub use concordem_contact::law::{ContactLawName, LawName};
-pub use concordem_contact::material::{Interface, Material, ParticleElasticity, Thermal, ThermalVariation};
+pub use concordem_contact::material::{Interface, Material, ParticleElasticity, Thermal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
