@@ -17,7 +17,9 @@ pub fn add(random: &mut Random, case: &mut Case) {
     let conductivity = random.one_of(&[0.5, 1.5, 100.0]);
     let variation = if random.happens(0.3) {
         let expands = if expansion > 0.0 { ", expansion = [1, 1.5]" } else { "" };
-        format!(", variation = {{ temperature = [280, 350], specific_heat = [1, 2], conductivity = [1, 0.5]{expands} }}")
+        format!(
+            ", variation = {{ temperature = [280, 350], specific_heat = [1, 2], conductivity = [1, 0.5]{expands} }}"
+        )
     } else {
         String::new()
     };

@@ -13,7 +13,8 @@ use concordem_solver::heat::implicit::to_steady_state;
 use concordem_solver::heat::network::{self, Exposure, Network, Plane};
 use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{
-    Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange, ThermalMaterial, capacities, expansion,
+    Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange, ThermalMaterial,
+    capacities, expansion,
 };
 use concordem_solver::state::{Particles, State};
 
@@ -54,10 +55,8 @@ pub(super) fn build(
     let mut histories = HeatHistories { time_factor: heat.time_factor.si(), ..HeatHistories::default() };
     let supply = supply(scenario, heat, state, &network, &mut histories)?;
     let temperature = heat.temperature.si();
-    let curves = Curves {
-        materials: scenario.materials.iter().map(curves).collect(),
-        of: state.particles.material.clone(),
-    };
+    let curves =
+        Curves { materials: scenario.materials.iter().map(curves).collect(), of: state.particles.material.clone() };
     let model = HeatModel {
         materials,
         curves,

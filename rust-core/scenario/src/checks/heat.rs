@@ -81,7 +81,11 @@ impl Checker<'_> {
                 } else if name != "expansion" && factors.iter().any(|factor| factor.si() <= 0.0) {
                     self.range(&key, "factors must be positive", "write factors on the constant, such as [1, 1.4]");
                 } else if name == "expansion" && thermal.expansion.si() == 0.0 {
-                    self.conflict(&key, "has no effect: the material does not expand", "give `expansion`, or remove the key");
+                    self.conflict(
+                        &key,
+                        "has no effect: the material does not expand",
+                        "give `expansion`, or remove the key",
+                    );
                 }
             }
         }

@@ -22,13 +22,7 @@ impl HeatPass {
     /// The heat that flows at the present temperatures and positions.
     ///
     /// Of the images of a particle, a link ends at that whose branch is nearest to its branch at the start.
-    pub fn flows(
-        &self,
-        model: &HeatModel,
-        particles: &Particles,
-        cell: Option<&Cell>,
-        heat: &HeatState,
-    ) -> HeatFlows {
+    pub fn flows(&self, model: &HeatModel, particles: &Particles, cell: Option<&Cell>, heat: &HeatState) -> HeatFlows {
         let conductances = self.present_conductances(model, particles, heat);
         let inverse = cell.and_then(|cell| cell.matrix.try_inverse().map(|inverse| (cell.matrix, inverse)));
         let mut flows = HeatFlows::default();

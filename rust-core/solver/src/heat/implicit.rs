@@ -45,12 +45,7 @@ const SETTLED: f64 = 1e-9;
 ///
 /// # Errors
 /// As [`solve`]; capacities that do not settle.
-pub(super) fn solve_step(
-    pass: &mut HeatPass,
-    model: &HeatModel,
-    heat: &HeatState,
-    dt: f64,
-) -> Result<(), SolverError> {
+pub(super) fn solve_step(pass: &mut HeatPass, model: &HeatModel, heat: &HeatState, dt: f64) -> Result<(), SolverError> {
     if !dt.is_finite() || !model.curves.specific_heat_varies() {
         return solve(pass, &model.capacity, dt);
     }

@@ -165,7 +165,8 @@ impl HeatModel {
     pub fn mean_temperature(&self, heat: &HeatState) -> f64 {
         let capacity: f64 = self.capacity.iter().sum();
         if self.curves.specific_heat_varies() {
-            let products = self.capacity.iter().zip(&heat.temperature).map(|(capacity, temperature)| capacity * temperature);
+            let products =
+                self.capacity.iter().zip(&heat.temperature).map(|(capacity, temperature)| capacity * temperature);
             return products.sum::<f64>() / capacity;
         }
         self.reference_temperature + self.content(heat) / capacity

@@ -132,12 +132,7 @@ impl HeatPass {
     }
 
     /// Conductance of each link at the present temperatures, W/K.
-    pub(super) fn present_conductances(
-        &self,
-        model: &HeatModel,
-        particles: &Particles,
-        heat: &HeatState,
-    ) -> Vec<f64> {
+    pub(super) fn present_conductances(&self, model: &HeatModel, particles: &Particles, heat: &HeatState) -> Vec<f64> {
         self.conductances(model, particles, |p, material| model.conductivity(material, heat.temperature[p]))
     }
 

@@ -13,8 +13,7 @@ use super::{PLAIN, cubes, lattice, model, run, scattered, stable_step, temperatu
 /// Factors that rise from 1 at 300 K to `capacity` and `conductivity` at 500 K; the expansion doubles.
 fn rising(particles: &Particles, capacity: f64, conductivity: f64) -> Curves {
     let of = |factor: f64| Some(Curve::new(vec![300.0, 500.0], vec![1.0, factor]));
-    let material =
-        MaterialCurves { specific_heat: of(capacity), conductivity: of(conductivity), expansion: of(2.0) };
+    let material = MaterialCurves { specific_heat: of(capacity), conductivity: of(conductivity), expansion: of(2.0) };
     Curves { materials: vec![material], of: particles.material.clone() }
 }
 
@@ -34,8 +33,11 @@ fn a_particle_takes_up_the_heat_under_its_curve() {
             solver.step(&mut state).unwrap();
             // Heat over the capacity of 3 J/K; 400 K up to the end of the table.
             let rise = 60.0 * 0.5 * f64::from(step) / 3.0;
-            let expected =
-                if rise < 400.0 { ((1.0 + 2.0 * slope * rise).sqrt() - 1.0) / slope } else { 200.0 + (rise - 400.0) / 3.0 };
+            let expected = if rise < 400.0 {
+                ((1.0 + 2.0 * slope * rise).sqrt() - 1.0) / slope
+            } else {
+                200.0 + (rise - 400.0) / 3.0
+            };
             // Some roundings of the temperature per step.
             assert!((temperatures(&state)[0] - 300.0 - expected).abs() < 1e-11, "{implicit} {step}");
         }
@@ -117,16 +119,15 @@ fn implicit_steps_agree_with_explicit_ones_under_curves() {
     heat.supply.held.push(Held { particles: vec![0], temperature: 500.0 });
     let at_end = |implicit: bool, steps: usize| {
         let heat = HeatModel { implicit, ..heat.clone() };
-        let (mut state, mut solver): (State, Solver) = run(heat, particles.clone(), vec![300.0; 12], 40.0 / steps as f64);
+        let (mut state, mut solver): (State, Solver) =
+            run(heat, particles.clone(), vec![300.0; 12], 40.0 / steps as f64);
         for _ in 0..steps {
             solver.step(&mut state).unwrap();
         }
         temperatures(&state).to_vec()
     };
     let exact = at_end(false, 20_000);
-    let error = |steps: usize| {
-        at_end(true, steps).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
+    let error = |steps: usize| at_end(true, steps).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let [coarse, fine] = [error(100), error(200)];
     assert!((1.8..2.2).contains(&(coarse / fine)), "{coarse} {fine}");
 }

@@ -2,11 +2,11 @@
 
 use concordem_contact::law::LinearBond;
 use concordem_contact::math::Vec3;
+use concordem_solver::Solver;
 use concordem_solver::heat::HeatModel;
+use concordem_solver::integrate::Damping;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::{ColumnStore, WriteColumns};
-use concordem_solver::Solver;
-use concordem_solver::integrate::Damping;
 
 use super::expansion::{bonded, solver};
 use super::{cubes, temperatures};
