@@ -15,8 +15,16 @@ pub const SPECIFIC_HEAT: f64 = 800.0;
 pub fn add(random: &mut Random, case: &mut Case) {
     let expansion = if case.bonds.is_some() && random.happens(0.7) { random.one_of(&[1e-6, 1e-5]) } else { 0.0 };
     let conductivity = random.one_of(&[0.5, 1.5, 100.0]);
+    let variation = if random.happens(0.3) {
+        let expands = if expansion > 0.0 { ", expansion = [1, 1.5]" } else { "" };
+        format!(
+            ", variation = {{ temperature = [280, 350], specific_heat = [1, 2], conductivity = [1, 0.5]{expands} }}"
+        )
+    } else {
+        String::new()
+    };
     let thermal = format!(
-        "thermal = {{ specific_heat = {SPECIFIC_HEAT:?}, conductivity = {conductivity:?}, expansion = {expansion:?} }}\n"
+        "thermal = {{ specific_heat = {SPECIFIC_HEAT:?}, conductivity = {conductivity:?}, expansion = {expansion:?}{variation} }}\n"
     );
     case.materials = case.materials.replace("density = 2500\n", &format!("density = 2500\n{thermal}"));
     let model = random.one_of(&["power", "power", "disordered", "ordered"]);
@@ -37,6 +45,8 @@ pub fn add(random: &mut Random, case: &mut Case) {
     }
     if random.happens(0.1) {
         keys += "motion = false\n";
+    } else if random.happens(0.3) {
+        keys += "dissipation = true\n";
     }
     keys += &format!("[[heat.initial]]\nset = \"hot\"\ntemperature = {:?}\n", random.between(250.0, 400.0));
     if random.happens(0.5) {

@@ -9,6 +9,7 @@ mod deformable;
 mod determinism;
 mod energy;
 mod flows;
+mod dissipated_heat;
 mod heat;
 mod impacts;
 mod lattices;

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::law::{self, Elastic, Factors, Fault, HasTable, LawName, LawTable, RegisteredLaw};
-use crate::quantity::{Conductivity, Density, Expansion, Number, SpecificHeat, Stress};
+use crate::quantity::{Conductivity, Density, Expansion, Number, SpecificHeat, Stress, Temperature};
 
 /// Elastic constants of particles that deform under their contacts (Madan 2019).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,6 +35,23 @@ pub struct Thermal {
     /// divided by the volume of their cells, so that all particles together have the heat capacity of their mass.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub bulk_density: Option<Density>,
+    /// How the constants vary with the temperature; default: not at all.
+    /// Example: `variation = { temperature = ["300 K", "900 K"], specific_heat = [1, 1.4], conductivity = [1, 0.6] }`.
+    pub variation: Option<ThermalVariation>,
+}
+
+/// Factors on the thermal constants at given temperatures: linear in between, constant below the first and above the last temperature.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ThermalVariation {
+    /// Temperatures in ascending order, at least two, K. Required.
+    pub temperature: Vec<Temperature>,
+    /// Factors on the heat capacity, one per temperature; default: 1.
+    pub specific_heat: Option<Vec<Number>>,
+    /// Factors on the conductivity; default: 1.
+    pub conductivity: Option<Vec<Number>>,
+    /// Factors on the thermal expansion, `d(strain)/dT`; default: 1.
+    pub expansion: Option<Vec<Number>>,
 }
 
 /// Title of the table of a law, for the schema.

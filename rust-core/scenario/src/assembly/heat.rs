@@ -5,7 +5,7 @@ use super::histories::history;
 use super::{AssemblyError, unfit};
 use crate::checks::length;
 use crate::schedule::{HeatHistories, History};
-use crate::schema::quantity::vector;
+use crate::schema::quantity::{Number, vector};
 use crate::schema::{Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatScheme, HeatSource, Quantity, Scenario, Shape};
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;
@@ -13,7 +13,8 @@ use concordem_solver::heat::implicit::to_steady_state;
 use concordem_solver::heat::network::{self, Exposure, Network, Plane};
 use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{
-    Exchange, HeatModel, Held, Source, Spread, Supply, SurfaceExchange, ThermalMaterial, capacities, expansion,
+    Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange, ThermalMaterial,
+    capacities, expansion,
 };
 use concordem_solver::state::{Particles, State};
 
@@ -54,8 +55,11 @@ pub(super) fn build(
     let mut histories = HeatHistories { time_factor: heat.time_factor.si(), ..HeatHistories::default() };
     let supply = supply(scenario, heat, state, &network, &mut histories)?;
     let temperature = heat.temperature.si();
+    let curves =
+        Curves { materials: scenario.materials.iter().map(curves).collect(), of: state.particles.material.clone() };
     let model = HeatModel {
         materials,
+        curves,
         network,
         capacity,
         supply,
@@ -63,6 +67,7 @@ pub(super) fn build(
         time_factor: heat.time_factor.si(),
         implicit: heat.scheme == HeatScheme::Implicit,
         mechanics: heat.motion,
+        dissipation: heat.dissipation,
         crack_resistance: heat.crack_resistance.map_or(f64::INFINITY, Quantity::si),
     };
     let mut temperatures = vec![temperature; state.particles.len()];
@@ -105,6 +110,22 @@ fn thermal(material: &crate::schema::Material) -> ThermalMaterial {
     })
 }
 
+/// How the thermal constants of a material vary with the temperature.
+fn curves(material: &crate::schema::Material) -> MaterialCurves {
+    let variation = material.thermal.as_ref().and_then(|thermal| thermal.variation.as_ref());
+    variation.map_or_else(MaterialCurves::default, |variation| {
+        let of = |factors: &Option<Vec<Number>>| {
+            let temperature = variation.temperature.iter().map(|t| t.si()).collect();
+            factors.as_ref().map(|factors| Curve::new(temperature, factors.iter().map(|f| f.si()).collect()))
+        };
+        MaterialCurves {
+            specific_heat: of(&variation.specific_heat),
+            conductivity: of(&variation.conductivity),
+            expansion: of(&variation.expansion),
+        }
+    })
+}
+
 fn network_of(scenario: &Scenario, heat: &Heat, state: &State) -> Result<Network, AssemblyError> {
     let (particles, cell, planar) = (&state.particles, state.cell.as_ref(), scenario.dimension == 2);
     let planes = if cell.is_some() { Vec::new() } else { planes(scenario, heat.model, particles) };
@@ -116,7 +137,7 @@ fn network_of(scenario: &Scenario, heat: &Heat, state: &State) -> Result<Network
     }
     let pairs = if heat.pairs == Some(HeatPairs::Bonds) {
         let views = state.bonds.iter().flat_map(|block| (0..block.len()).map(|k| block.view(k)));
-        views.map(|view| (view.pair.a, view.pair.b, view.previous.length)).collect()
+        views.map(|view| (view.pair.a, view.pair.b, view.previous.normal * view.previous.length)).collect()
     } else {
         network::touching(particles, cell, heat.contact_ratio.map_or(1.0, Quantity::si))?
     };

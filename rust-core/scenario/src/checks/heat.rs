@@ -34,6 +34,7 @@ impl Checker<'_> {
                 self.missing(&format!("material[{at}].thermal"), message, help);
             }
         }
+        self.thermal_variation();
         self.heat_network(heat);
         self.expansion(heat);
         for (at, initial) in heat.initials.iter().enumerate() {
@@ -44,6 +45,49 @@ impl Checker<'_> {
         }
         for (at, boundary) in heat.boundaries.iter().enumerate() {
             self.heat_boundary(&format!("heat.boundary[{at}]"), boundary);
+        }
+    }
+
+    /// Tables of the thermal constants over the temperature.
+    fn thermal_variation(&mut self) {
+        for (at, material) in self.scenario.materials.iter().enumerate() {
+            let Some(thermal) = &material.thermal else { continue };
+            let Some(variation) = &thermal.variation else { continue };
+            let key = format!("material[{at}].thermal.variation");
+            let temperatures: Vec<f64> = variation.temperature.iter().map(|t| t.si()).collect();
+            if temperatures.len() < 2
+                || temperatures.windows(2).any(|pair| pair[0] >= pair[1])
+                || temperatures.iter().any(|t| *t < 0.0)
+            {
+                let help = "write at least two temperatures in K, such as [\"300 K\", \"900 K\"]";
+                self.range(&format!("{key}.temperature"), "must ascend from 0 K or more", help);
+                continue;
+            }
+            let columns = [
+                ("specific_heat", &variation.specific_heat),
+                ("conductivity", &variation.conductivity),
+                ("expansion", &variation.expansion),
+            ];
+            if columns.iter().all(|(_, factors)| factors.is_none()) {
+                let help = "add `specific_heat`, `conductivity`, or `expansion` with a factor for each temperature";
+                self.missing(&key, "has no factors", help);
+            }
+            for (name, factors) in columns {
+                let Some(factors) = factors else { continue };
+                let key = format!("{key}.{name}");
+                if factors.len() != temperatures.len() {
+                    let message = format!("has {} factors for {} temperatures", factors.len(), temperatures.len());
+                    self.conflict(&key, message, "write one factor for each temperature");
+                } else if name != "expansion" && factors.iter().any(|factor| factor.si() <= 0.0) {
+                    self.range(&key, "factors must be positive", "write factors on the constant, such as [1, 1.4]");
+                } else if name == "expansion" && thermal.expansion.si() == 0.0 {
+                    self.conflict(
+                        &key,
+                        "has no effect: the material does not expand",
+                        "give `expansion`, or remove the key",
+                    );
+                }
+            }
         }
     }
 
@@ -98,6 +142,7 @@ impl Checker<'_> {
             for (key, given) in [
                 ("loading", !matches!(scenario.loading, Loading::None)),
                 ("heat.crack_resistance", heat.crack_resistance.is_some()),
+                ("heat.dissipation", heat.dissipation),
                 ("heat.reference_temperature", heat.reference_temperature.is_some()),
                 ("prescribe", !scenario.prescribed.is_empty()),
                 ("force", !scenario.forces.is_empty()),

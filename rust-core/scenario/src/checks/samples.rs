@@ -168,7 +168,7 @@ impl Checker<'_> {
             {
                 self.known_set(&format!("{path}.{key}"), set);
             }
-            if sample.operator == Operator::Temperature && self.scenario.heat.is_none() {
+            if matches!(sample.operator, Operator::Temperature | Operator::HeatFlux) && self.scenario.heat.is_none() {
                 let message = "the scenario has no heat conduction";
                 self.conflict(&format!("{path}.operator"), message, "add [heat] with `temperature`");
             }

@@ -82,6 +82,8 @@ series! {
     heat_sources: "J",
     /// Heat through the surface and from prescribed temperatures
     heat_boundary: "J",
+    /// Heat from damage, friction, and dashpots; 0 unless heat.dissipation is on
+    heat_dissipation: "J",
     /// Residual of the balance of heat
     heat_residual: "J",
     /// Bonds broken so far

@@ -7,6 +7,7 @@ use concordem_operator::strain::Dimension;
 use concordem_operator::stress::{Partition, particle_moments};
 use concordem_operator::tessellation::{Mesh, delaunay};
 use concordem_operator::{ContactSet, LoadSet, OperatorError, Period, couple_stress};
+use concordem_solver::heat::HeatFlows;
 use concordem_solver::record::{ContactForces, Forces};
 use concordem_solver::state::contacts::Pair;
 use concordem_solver::state::particles::Load;
@@ -71,6 +72,8 @@ pub struct SampledHeat<'a> {
     pub temperature: &'a [f64],
     /// Heat capacity of each particle, J/K.
     pub capacity: &'a [f64],
+    /// Heat that flows along links and through the surface; may be empty unless an operator needs it.
+    pub flows: &'a HeatFlows,
 }
 
 /// The state of a run at one moment: the input of operators.

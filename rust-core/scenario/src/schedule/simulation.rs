@@ -6,12 +6,12 @@ use super::guard::{self, EnergyFault, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
 use super::{Record, Schedule, Stage, StageReason};
-use crate::sampling::{Bonds, SampledHeat, SampledState, ScheduledOperator, rigid_links};
+use crate::sampling::{Bonds, Operator, SampledHeat, SampledState, ScheduledOperator, rigid_links};
 use concordem_contact::math::Mat3;
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::fracture::Event;
-use concordem_solver::heat::HeatLedger;
+use concordem_solver::heat::{HeatFlows, HeatLedger};
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::{Model, Solver, SolverError, StepReport};
@@ -163,7 +163,7 @@ struct BeforeStep {
     /// Volume of the periodic cell, m³; 1 without a cell.
     volume: f64,
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero unless a record is due.
-    heat: [f64; 4],
+    heat: [f64; 5],
 }
 
 impl Simulation {
@@ -212,9 +212,17 @@ impl Simulation {
         let failed = |name: &str, source| RunError::Operator { name: name.to_owned(), step, source };
         let links = rigid_links(&self.state.particles, &forces, &bodies).map_err(|error| failed("clumps", error))?;
         let needs_bonds = due().any(|(_, sample)| sample.operator.definition().needs_bonds);
+        let needs_flows = due().any(|(_, sample)| sample.operator == Operator::HeatFlux);
+        let flows = match (self.solver.heat(), &self.solver.model().heat, &self.state.heat) {
+            (Some(pass), Some(model), Some(heat)) if needs_flows => {
+                pass.flows(model, &self.state.particles, self.state.cell.as_ref(), heat)
+            }
+            _ => HeatFlows::default(),
+        };
         let heat = match (&self.solver.model().heat, &self.state.heat) {
             (Some(model), Some(heat)) => {
-                Some(SampledHeat { temperature: &heat.temperature, capacity: &model.capacity })
+                let (temperature, capacity) = (&heat.temperature, &model.capacity);
+                Some(SampledHeat { temperature, capacity, flows: &flows })
             }
             _ => None,
         };
@@ -290,7 +298,7 @@ impl Simulation {
         } else {
             (0.0, 0.0)
         };
-        let heat = if due { self.heat() } else { [0.0; 4] };
+        let heat = if due { self.heat() } else { [0.0; 5] };
         let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
         let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::STAGE]);
         loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress, &mut lasting);
@@ -326,10 +334,10 @@ impl Simulation {
     }
 
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero without heat conduction.
-    fn heat(&self) -> [f64; 4] {
-        let (Some(model), Some(heat)) = (&self.solver.model().heat, &self.state.heat) else { return [0.0; 4] };
-        let HeatLedger { sources, boundary, .. } = &heat.ledger;
-        [model.mean_temperature(heat), sources.get(), boundary.get(), model.residual(heat)]
+    fn heat(&self) -> [f64; 5] {
+        let (Some(model), Some(heat)) = (&self.solver.model().heat, &self.state.heat) else { return [0.0; 5] };
+        let HeatLedger { sources, boundary, dissipation, .. } = &heat.ledger;
+        [model.mean_temperature(heat), sources.get(), boundary.get(), dissipation.get(), model.residual(heat)]
     }
 
     /// Stores in the state the data of this step that the next step and a resumed run need.
@@ -395,7 +403,7 @@ impl Simulation {
     /// The record of a step, and the values that end runs and stages. `factor`: of the loading, from the present stage.
     fn record(&mut self, before: &BeforeStep, report: &StepReport, factor: f64) -> (Record, StopValues) {
         let &BeforeStep { time, step, strain, gauge_strain, volume, heat } = before;
-        let [mean_temperature, heat_sources, heat_boundary, heat_residual] = heat;
+        let [mean_temperature, heat_sources, heat_boundary, heat_dissipation, heat_residual] = heat;
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
         stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
         let contacts: u64 = report.active.iter().sum();
@@ -437,6 +445,7 @@ impl Simulation {
             mean_temperature,
             heat_sources,
             heat_boundary,
+            heat_dissipation,
             heat_residual,
             broken: self.state.schedule_memory[memory::BROKEN],
             damaged: self.state.schedule_memory[memory::DAMAGED],

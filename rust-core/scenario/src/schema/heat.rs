@@ -41,6 +41,10 @@ pub struct Heat {
     /// Whether particles move; default: true. With false, the run only conducts heat.
     #[serde(default = "yes")]
     pub motion: bool,
+    /// Whether the energy that contacts dissipate by damage, friction, and dashpots heats their two particles, half each (at a wall: its
+    /// particle); default: false.
+    #[serde(default)]
+    pub dissipation: bool,
     /// Thermal resistance of the crack where a bond broke, m²·K/W; default: cracks insulate. Example: `crack_resistance = 1e-4`.
     #[schemars(extend("minimum" = 0))]
     pub crack_resistance: Option<ThermalResistance>,

@@ -44,9 +44,11 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let history = &mut self.tile.history[k];
         let totals = &mut self.totals;
         let &PointKinematics { normal, arm_a, arm_b, .. } = point;
+        let mut dissipated = response.energy.dissipated();
         if inherits && !flags.has(ContactFlags::NOT_OWNED) && point.elongation_old < 0.0 {
             let [regained, undone] = inherited_energy::<L>(point, &response.force, &response.energy);
             totals.energy.damage -= regained;
+            dissipated -= regained;
             totals.energy.integration -= undone;
         }
         self.tile.previous[k] = PreviousGeometry { normal, length: point.length };
@@ -66,12 +68,16 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
                 let undone = not_released([point.elongation_old + offset, point.elongation + offset], &response.energy);
                 if counted {
                     totals.energy.damage -= undone;
+                    dissipated -= undone;
                     totals.energy.integration += undone;
                 }
                 let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
                 log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, true);
             } else if !begins {
                 log_opening(&mut totals.opened, pair);
+            }
+            if SAMPLE && self.context.heats {
+                log_heat(&mut totals.dissipated, pair, dissipated);
             }
             if slot != LOCAL {
                 self.clear_slot(slot);
@@ -85,6 +91,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             let position = self.context.poses[a].position + normal * arm_a;
             let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
             log_event(&mut totals.bond_events, pair, damage, position, energy, stored, false);
+        }
+        if SAMPLE && self.context.heats {
+            log_heat(&mut totals.dissipated, pair, dissipated);
         }
         let force = response.force;
         if SAMPLE && counted {
@@ -238,6 +247,15 @@ fn stored_by_mode(energy: &EnergySplit) -> [f64; 4] {
 #[inline(never)]
 fn log_opening(log: &mut Vec<Pair>, pair: Pair) {
     log.push(pair);
+}
+
+/// Add the energy (J) that a contact dissipated, if any.
+#[cold]
+#[inline(never)]
+pub(super) fn log_heat(log: &mut Vec<(Pair, f64)>, pair: Pair, energy: f64) {
+    if energy != 0.0 {
+        log.push((pair, energy));
+    }
 }
 
 /// Add a bond event to the log.

@@ -37,6 +37,8 @@ pub struct StepContext<'a> {
     pub dashpots_strain: bool,
     /// Thermal expansion of bonds, if they expand.
     pub expansion: Option<ExpansionRates<'a>>,
+    /// Whether dissipated energy becomes heat, so that each contact lists it.
+    pub heats: bool,
     /// Whether the step has just been evaluated, for [`record`](super::record).
     pub evaluated: bool,
     /// Prescribed translations whose reactions strain the particles: all of them, or those in the plane.

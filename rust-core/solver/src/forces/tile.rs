@@ -70,8 +70,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> 
 #[inline(always)]
 pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Totals {
     let (mode, periodic) = (context.mode, context.cell.is_some());
-    // The loops without a sample do not compute the work of thermal expansion.
-    let plain = !context.sample && context.expansion.is_none();
+    // The loops without a sample compute neither the work of thermal expansion nor the heat of single contacts.
+    let plain = !context.sample && context.expansion.is_none() && !context.heats;
     let finite = plain && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
     let yade = plain && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
     let arch = pulp::Arch::new();

@@ -48,6 +48,8 @@ pub struct Totals {
     pub moment_squared: f64,
     /// Work of the thermal expansion of bonds over the half steps before and after the present instant, J.
     pub expansion: [f64; 2],
+    /// Energy that contacts dissipated by damage, friction, and dashpots, in the order of the contacts, J, if it becomes heat.
+    pub dissipated: Vec<(Pair, f64)>,
     /// Number of contacts with a force.
     pub active: u64,
     /// Bond events in the order of the contacts.
@@ -72,5 +74,6 @@ impl Totals {
         self.bond_events.extend(other.bond_events);
         self.opened.extend(other.opened);
         self.begun.extend(other.begun);
+        self.dissipated.extend(other.dissipated);
     }
 }

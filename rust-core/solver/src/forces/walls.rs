@@ -14,10 +14,11 @@ use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, 
 use concordem_contact::math::Vec3;
 use concordem_contact::wall::ClosestPoint;
 
+use super::commit::log_heat;
 use super::record::{WallForce, WallForces};
 use super::{BegunContact, BondEvent, ParticleSums, StepContext, Totals, motion_of};
 use crate::state::Wall;
-use crate::state::contacts::{ContactBlock, ContactFlags};
+use crate::state::contacts::{ContactBlock, ContactFlags, Pair};
 
 /// Two points of a surface are the same point if they are closer together than this fraction of the particle's radius.
 const SAME_POINT: f64 = 1e-6;
@@ -211,6 +212,11 @@ impl WallEvaluator<'_> {
         let response = block.rows[block.flags[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
         block.previous[k] = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };
         self.totals.energy += response.energy;
+        if context.heats {
+            // The wall takes up nothing.
+            let particle = self.particle as u32;
+            log_heat(&mut self.totals.dissipated, Pair { a: particle, b: particle }, response.energy.dissipated());
+        }
         let arm = closest_point.normal * closest_point.distance;
         let point = context.particles.position[self.particle] + arm;
         if response.status != Status::Lives {

@@ -29,12 +29,11 @@ pub struct Expansion {
 impl Expansion {
     /// Compute the changes of the strains in the last and in the present step from those of the temperatures.
     pub fn begin(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, increment: &[f64]) {
-        let strain = |(warming, material): (&f64, &u16)| model.materials[*material as usize].expansion * warming;
-        let of = |warming: &[f64], into: &mut Vec<f64>| {
-            warming.par_iter().zip(&particles.material).with_min_len(TILE).map(strain).collect_into_vec(into);
-        };
-        of(&heat.warming, &mut self.before);
-        of(increment, &mut self.after);
+        let rows = |warming| heat.temperature.par_iter().zip(&particles.material).zip(warming).with_min_len(TILE);
+        let before = |((now, material), warming): ((&f64, &u16), &f64)| -model.strain_of(*material, *now, -warming);
+        let after = |((now, material), warming): ((&f64, &u16), &f64)| model.strain_of(*material, *now, *warming);
+        rows(&heat.warming[..]).map(before).collect_into_vec(&mut self.before);
+        rows(increment).map(after).collect_into_vec(&mut self.after);
     }
 
     /// The changes of the strains, for the work of the expansion.

@@ -36,6 +36,43 @@ fn add(a: &mut [f64], factor: f64, b: &[f64]) {
     });
 }
 
+/// Largest number of solutions in a step whose heat capacities vary, and the relative change of a capacity at which they end. The
+/// temperatures follow from the heat that flows, so that it is conserved anyway.
+const SOLUTIONS: usize = 50;
+const SETTLED: f64 = 1e-9;
+
+/// [`solve`] with the heat capacities of the step: if they vary, those between its start and its end, `∫ C dT/θ`, by iteration.
+///
+/// # Errors
+/// As [`solve`]; capacities that do not settle.
+pub(super) fn solve_step(pass: &mut HeatPass, model: &HeatModel, heat: &HeatState, dt: f64) -> Result<(), SolverError> {
+    if !dt.is_finite() || !model.curves.specific_heat_varies() {
+        return solve(pass, &model.capacity, dt);
+    }
+    let prescribed = pass.change.clone();
+    let now = |p: usize, change: f64| {
+        let small = change.abs() <= 1e-6;
+        let change = if small { 1e-6 } else { change };
+        model.heat_of(p, heat.temperature[p], change) / change
+    };
+    let mut capacity: Vec<f64> = (0..prescribed.len()).map(|p| now(p, 0.0)).collect();
+    let mut worst = f64::INFINITY;
+    for _ in 0..SOLUTIONS {
+        pass.change.clone_from(&prescribed);
+        solve(pass, &capacity, dt)?;
+        worst = 0.0;
+        for (p, capacity) in capacity.iter_mut().enumerate() {
+            let next = now(p, pass.change[p]);
+            worst = f64::max(worst, (next / *capacity - 1.0).abs());
+            *capacity = next;
+        }
+        if worst <= SETTLED {
+            return Ok(());
+        }
+    }
+    Err(SolverError::HeatNotConverged { residual: worst, iterations: SOLUTIONS })
+}
+
 /// Solve for the changes of the temperatures in a step of `dt` (s; infinite for the steady state) into `pass.change`, which holds
 /// those of the prescribed temperatures.
 ///

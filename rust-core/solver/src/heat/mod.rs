@@ -15,21 +15,30 @@
 //! `ε = α (T − T_ref)` of their particles ([`expansion`]). Every law of bonds reads the reference length, so none knows
 //! of temperatures.
 //!
+//! Heat capacity, conductivity, and expansion may vary with the temperature ([`curve`]). The temperatures then follow from the heat
+//! that each particle takes up, `∫ C dT`, so heat is conserved as with constants. Conductances have the temperatures of the start of
+//! a step.
+//!
 //! The network is that of the initial positions. It changes where bonds break: there, the resistance of the crack lies in
 //! series with the link.
 
+pub mod curve;
 pub mod expansion;
+pub mod flow;
 pub mod implicit;
 pub mod network;
 pub mod pass;
 pub mod supply;
 pub mod tables;
 
+pub use curve::{Curve, Curves, MaterialCurves};
+pub use flow::HeatFlows;
 pub use network::{Exposure, Link, Network};
 pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange};
 
 use crate::energy::Sum;
 use crate::state::Particles;
+use crate::state::contacts::Pair;
 
 /// Thermal constants of a material.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -47,9 +56,11 @@ pub struct ThermalMaterial {
 pub struct HeatModel {
     /// Constants of the materials.
     pub materials: Vec<ThermalMaterial>,
+    /// How they vary with the temperature; empty if they do not.
+    pub curves: Curves,
     /// Links, volumes, and surfaces.
     pub network: Network,
-    /// Heat capacity of each particle, J/K.
+    /// Heat capacity of each particle, J/K; of a factor of 1 if it varies with the temperature.
     pub capacity: Vec<f64>,
     /// Heat that enters from outside.
     pub supply: Supply,
@@ -61,6 +72,8 @@ pub struct HeatModel {
     pub implicit: bool,
     /// Whether particles move; otherwise a step only conducts heat.
     pub mechanics: bool,
+    /// Whether the energy that contacts dissipate heats their particles.
+    pub dissipation: bool,
     /// Resistance of a crack, m²·K/W; infinite if cracks insulate.
     pub crack_resistance: f64,
 }
@@ -74,15 +87,53 @@ impl HeatModel {
     /// Thermal strain of a particle of material `material` at `temperature` (K).
     #[inline]
     pub fn strain(&self, material: u16, temperature: f64) -> f64 {
-        self.materials[material as usize].expansion * (temperature - self.reference_temperature)
+        self.strain_of(material, self.reference_temperature, temperature - self.reference_temperature)
     }
 
-    /// Heat content `Σ C (T − T_ref)`, J.
+    /// Thermal strain that a particle of material `material` gains from the temperature `from` (K) over a change (K).
+    #[inline]
+    pub fn strain_of(&self, material: u16, from: f64, change: f64) -> f64 {
+        let warming = self.curves.expansion(material).map_or(change, |curve| curve.integral(from, change));
+        self.materials[material as usize].expansion * warming
+    }
+
+    /// Conductivity of a material at `temperature` (K), W/(m·K).
+    #[inline]
+    pub fn conductivity(&self, material: u16, temperature: f64) -> f64 {
+        let constant = self.materials[material as usize].conductivity;
+        self.curves.conductivity(material).map_or(constant, |curve| constant * curve.at(temperature))
+    }
+
+    /// Largest conductivity of a material, W/(m·K).
+    pub fn largest_conductivity(&self, material: u16) -> f64 {
+        let constant = self.materials[material as usize].conductivity;
+        self.curves.conductivity(material).map_or(constant, |curve| constant * curve.range()[1])
+    }
+
+    /// Lowest heat capacity of particle `p`, J/K.
+    pub fn lowest_capacity(&self, p: usize) -> f64 {
+        self.curves.specific_heat(p).map_or(self.capacity[p], |curve| self.capacity[p] * curve.range()[0])
+    }
+
+    /// Heat that particle `p` takes up from the temperature `from` (K) over a change (K), J.
+    #[inline]
+    pub fn heat_of(&self, p: usize, from: f64, change: f64) -> f64 {
+        self.capacity[p] * self.curves.specific_heat(p).map_or(change, |curve| curve.integral(from, change))
+    }
+
+    /// Change of the temperature of particle `p` from `from` (K) as it takes up heat (J), K.
+    #[inline]
+    pub fn warming_of(&self, p: usize, from: f64, heat: f64) -> f64 {
+        let change = heat / self.capacity[p];
+        self.curves.specific_heat(p).map_or(change, |curve| curve.change(from, change))
+    }
+
+    /// Heat content `Σ C (T − T_ref)`, J; `Σ ∫ C dT` if capacities vary.
     pub fn content(&self, heat: &HeatState) -> f64 {
         let mut sum = Sum::default();
-        for ((capacity, temperature), correction) in self.capacity.iter().zip(&heat.temperature).zip(&heat.correction) {
-            sum.add(capacity * (temperature - self.reference_temperature));
-            sum.add(capacity * correction);
+        for (p, (temperature, correction)) in heat.temperature.iter().zip(&heat.correction).enumerate() {
+            sum.add(self.heat_of(p, self.reference_temperature, temperature - self.reference_temperature));
+            sum.add(self.heat_of(p, *temperature, *correction));
         }
         sum.get()
     }
@@ -90,8 +141,9 @@ impl HeatModel {
     /// The state of particles at the given temperatures, K, from which a run starts.
     pub fn start(&self, temperature: Vec<f64>) -> HeatState {
         let n = temperature.len();
-        let mut heat =
-            HeatState { temperature, correction: vec![0.0; n], warming: vec![0.0; n], ledger: HeatLedger::default() };
+        let dissipated = if self.dissipation { vec![0.0; n] } else { Vec::new() };
+        let (correction, warming) = (vec![0.0; n], vec![0.0; n]);
+        let mut heat = HeatState { temperature, correction, warming, dissipated, ledger: HeatLedger::default() };
         heat.ledger.initial = self.content(&heat);
         heat
     }
@@ -99,15 +151,24 @@ impl HeatModel {
     /// Error of the balance of heat, J: heat at the start plus supplied heat minus the present heat.
     pub fn residual(&self, heat: &HeatState) -> f64 {
         let mut sum = Sum::default();
-        for term in [heat.ledger.initial, heat.ledger.sources.get(), heat.ledger.boundary.get(), -self.content(heat)] {
+        let HeatLedger { initial, sources, boundary, dissipation } = &heat.ledger;
+        for term in [*initial, sources.get(), boundary.get(), dissipation.get(), -self.content(heat)] {
             sum.add(term);
+        }
+        for waiting in &heat.dissipated {
+            sum.add(-waiting);
         }
         sum.get()
     }
 
-    /// Mean temperature, weighted by heat capacity, K.
+    /// Mean temperature, weighted by heat capacity (of a factor of 1), K.
     pub fn mean_temperature(&self, heat: &HeatState) -> f64 {
         let capacity: f64 = self.capacity.iter().sum();
+        if self.curves.specific_heat_varies() {
+            let products =
+                self.capacity.iter().zip(&heat.temperature).map(|(capacity, temperature)| capacity * temperature);
+            return products.sum::<f64>() / capacity;
+        }
         self.reference_temperature + self.content(heat) / capacity
     }
 }
@@ -146,8 +207,22 @@ pub struct HeatState {
     pub correction: Vec<f64>,
     /// Change of each temperature in the last step, K.
     pub warming: Vec<f64>,
+    /// Heat from dissipation in the last step, which each particle takes up in the next one, J; empty if none becomes heat.
+    pub dissipated: Vec<f64>,
     /// Balance of heat.
     pub ledger: HeatLedger,
+}
+
+impl HeatState {
+    /// Take the energy that contacts dissipated in a step (J), half of it by each particle.
+    pub fn take_up(&mut self, dissipated: &[(Pair, f64)]) {
+        for (pair, energy) in dissipated {
+            let half = 0.5 * energy;
+            self.dissipated[pair.a as usize] += half;
+            self.dissipated[pair.b as usize] += half;
+            self.ledger.dissipation.add(*energy);
+        }
+    }
 }
 
 /// Balance of heat, J.
@@ -159,10 +234,12 @@ pub struct HeatLedger {
     pub sources: Sum,
     /// Heat through the surface, and heat that holds prescribed temperatures; positive into the body.
     pub boundary: Sum,
+    /// Heat from damage, friction, and dashpots.
+    pub dissipation: Sum,
 }
 
 impl HeatLedger {
-    /// All terms, for checkpoints.
+    /// All terms but dissipation, for checkpoints.
     pub fn to_reals(&self) -> [f64; 5] {
         let ([a, b], [c, d]) = (self.sources.parts(), self.boundary.parts());
         [self.initial, a, b, c, d]
@@ -170,6 +247,6 @@ impl HeatLedger {
 
     /// The ledger of [`Self::to_reals`].
     pub fn from_reals([initial, a, b, c, d]: [f64; 5]) -> Self {
-        Self { initial, sources: Sum::from_parts([a, b]), boundary: Sum::from_parts([c, d]) }
+        Self { initial, sources: Sum::from_parts([a, b]), boundary: Sum::from_parts([c, d]), ..Self::default() }
     }
 }

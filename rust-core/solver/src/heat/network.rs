@@ -34,6 +34,8 @@ pub struct Link {
     pub length_a: f64,
     /// Distance of the center of B from the area, m.
     pub length_b: f64,
+    /// From the center of A to that of B, or of its image, at the start, m.
+    pub branch: Vec3,
 }
 
 /// A plane that bounds the body. The planes around a curved face have the same number.
@@ -56,6 +58,8 @@ pub struct Exposure {
     pub area: f64,
     /// Distance of the center from it, m.
     pub distance: f64,
+    /// Outward unit normal at the start.
+    pub normal: Vec3,
 }
 
 /// Links, volumes, and surfaces.
@@ -69,62 +73,68 @@ pub struct Network {
     pub exposures: Vec<Exposure>,
 }
 
-/// Pairs of particles that touch, with the distance of their centers (m): those not farther apart than `ratio` times the
+/// Two particles with the vector from the center of the first to that of the second, or of its image, m.
+pub type NearPair = (u32, u32, Vec3);
+
+/// Pairs of particles that touch: those not farther apart than `ratio` times the
 /// sum of their radii. A particle may touch its own image.
 ///
 /// # Errors
 /// Input that the neighbor search rejects.
-pub fn touching(particles: &Particles, cell: Option<&Cell>, ratio: f64) -> Result<Vec<(u32, u32, f64)>, NeighborError> {
+pub fn touching(particles: &Particles, cell: Option<&Cell>, ratio: f64) -> Result<Vec<NearPair>, NeighborError> {
     // The search leaves out pairs at exactly the given distance.
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * ratio * (1.0 + 1e-9)).collect();
-    let distance = |a: u32, b: u32, image: [i8; 3]| {
+    let branch = |a: u32, b: u32, image: [i8; 3]| {
         let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(image));
-        (particles.position[b as usize] + shift - particles.position[a as usize]).norm()
+        particles.position[b as usize] + shift - particles.position[a as usize]
     };
     let pairs = candidate_pairs(&particles.position, &reach, cell)?;
-    let near = |&(a, b, length): &(u32, u32, f64)| length <= reach[a as usize] + reach[b as usize];
-    Ok(pairs.iter().map(|pair| (pair.a, pair.b, distance(pair.a, pair.b, pair.image))).filter(near).collect())
+    let near = |&(a, b, branch): &NearPair| branch.norm() <= reach[a as usize] + reach[b as usize];
+    Ok(pairs.iter().map(|pair| (pair.a, pair.b, branch(pair.a, pair.b, pair.image))).filter(near).collect())
 }
 
-/// Faces that a particle's sphere reaches, with the distance (m) of its center from the nearest plane of each.
-fn reached(particles: &Particles, planes: &[Plane], p: usize) -> Vec<(u32, f64)> {
-    let mut found: Vec<(u32, f64)> = Vec::new();
+/// Faces that a particle's sphere reaches, with the distance (m) of its center from the nearest plane of each, and its normal.
+fn reached(particles: &Particles, planes: &[Plane], p: usize) -> Vec<(u32, f64, Vec3)> {
+    let mut found: Vec<(u32, f64, Vec3)> = Vec::new();
     for Plane { inside, face } in planes {
-        let distance = (inside.point - particles.position[p]).dot(&inside.normal.normalize());
+        let normal = inside.normal.normalize();
+        let distance = (inside.point - particles.position[p]).dot(&normal);
         if distance <= 0.0 || distance > particles.radius[p] * (1.0 + 1e-6) {
             continue;
         }
-        match found.iter_mut().find(|(other, _)| other == face) {
-            Some((_, nearest)) => *nearest = nearest.min(distance),
-            None => found.push((*face, distance)),
+        match found.iter_mut().find(|(other, ..)| other == face) {
+            Some(nearest) if distance < nearest.1 => *nearest = (*face, distance, normal),
+            Some(_) => {}
+            None => found.push((*face, distance, normal)),
         }
     }
     found
 }
 
-/// A link between the centers of spheres, at the distance `length` (m), with an area (m²).
-fn link(particles: &Particles, (a, b, length): (u32, u32, f64), area: f64) -> Link {
+/// A link between the centers of two spheres with an area (m²).
+fn link(particles: &Particles, (a, b, branch): NearPair, area: f64) -> Link {
+    let length = branch.norm();
     let [radius_a, radius_b] = [a, b].map(|p| particles.radius[p as usize]);
     let length_a = length * (radius_a / (radius_a + radius_b));
-    Link { a, b, area, length_a, length_b: length - length_a }
+    Link { a, b, area, length_a, length_b: length - length_a, branch }
 }
 
 /// The network of a simple cubic (in the plane: square) lattice, (3.7)–(3.10): the 7-point stencil. `pairs`: see
 /// [`touching`]; `planes` bound the body.
-pub fn ordered(particles: &Particles, pairs: &[(u32, u32, f64)], planes: &[Plane], planar: bool) -> Network {
+pub fn ordered(particles: &Particles, pairs: &[NearPair], planes: &[Plane], planar: bool) -> Network {
     let edge = |p: u32| 2.0 * particles.radius[p as usize];
     let area = |p: u32| if planar { edge(p) } else { edge(p) * edge(p) };
-    let between = |&(a, b, length): &(u32, u32, f64)| {
+    let between = |&(a, b, branch): &NearPair| {
         let (of_a, of_b) = (area(a), area(b));
         // Equal spheres have exactly their own area.
         let shared = if of_a == of_b { of_a } else { (of_a * of_b).sqrt() };
-        link(particles, (a, b, length), shared)
+        link(particles, (a, b, branch), shared)
     };
     let count = particles.len() as u32;
     let volume = |p: u32| if planar { edge(p) * edge(p) } else { edge(p) * edge(p) * edge(p) };
     let exposures = (0..count).flat_map(|particle| {
         let faces = reached(particles, planes, particle as usize).into_iter();
-        faces.map(move |(face, distance)| Exposure { particle, face, area: area(particle), distance })
+        faces.map(move |(face, distance, normal)| Exposure { particle, face, area: area(particle), distance, normal })
     });
     Network {
         links: pairs.iter().filter(|pair| pair.0 != pair.1).map(between).collect(),
@@ -135,7 +145,7 @@ pub fn ordered(particles: &Particles, pairs: &[(u32, u32, f64)], planes: &[Plane
 
 /// The network of a disordered packing, (3.12) and (3.13). `pairs`: see [`touching`]; `planes` bound the body. A face counts
 /// as a neighbor of the particles at it.
-pub fn disordered(particles: &Particles, pairs: &[(u32, u32, f64)], planes: &[Plane]) -> Network {
+pub fn disordered(particles: &Particles, pairs: &[NearPair], planes: &[Plane]) -> Network {
     let mut neighbors = vec![0_u32; particles.len()];
     for &(a, b, _) in pairs {
         neighbors[a as usize] += 1;
@@ -144,9 +154,9 @@ pub fn disordered(particles: &Particles, pairs: &[(u32, u32, f64)], planes: &[Pl
     let surface = |p: u32, neighbors: u32| {
         transmission_surface(neighbors) * particles.radius[p as usize] * particles.radius[p as usize]
     };
-    let between = |&(a, b, length): &(u32, u32, f64)| {
+    let between = |&(a, b, branch): &NearPair| {
         let area = (surface(a, neighbors[a as usize]) * surface(b, neighbors[b as usize])).sqrt();
-        link(particles, (a, b, length), area)
+        link(particles, (a, b, branch), area)
     };
     let volume = |p: usize| {
         let radius = particles.radius[p];
@@ -156,7 +166,7 @@ pub fn disordered(particles: &Particles, pairs: &[(u32, u32, f64)], planes: &[Pl
     let exposures = (0..particles.len() as u32).flat_map(|particle| {
         let faces = reached(particles, planes, particle as usize);
         let area = surface(particle, neighbors[particle as usize] + faces.len() as u32);
-        faces.into_iter().map(move |(face, distance)| Exposure { particle, face, area, distance })
+        faces.into_iter().map(move |(face, distance, normal)| Exposure { particle, face, area, distance, normal })
     });
     Network {
         links: pairs.iter().filter(|pair| pair.0 != pair.1).map(between).collect(),
@@ -188,7 +198,9 @@ pub fn power(
         match face.neighbor {
             Neighbor::Border(plane) => {
                 let number = planes[plane as usize].face;
-                exposures.push(Exposure { particle: face.point, face: number, area, distance: face.distance });
+                let normal = planes[plane as usize].inside.normal.normalize();
+                let distance = face.distance;
+                exposures.push(Exposure { particle: face.point, face: number, area, distance, normal });
             }
             // Heat between a particle and its own image changes nothing.
             Neighbor::Particle { point, .. } if point == face.point => {}
@@ -198,8 +210,10 @@ pub fn power(
                 let length_a = face.distance.clamp(0.0, length);
                 let (length_a, length_b) = (length_a, length - length_a);
                 let (a, b) = (face.point.min(point), face.point.max(point));
-                let (length_a, length_b) = if a == face.point { (length_a, length_b) } else { (length_b, length_a) };
-                links.push(Link { a, b, area, length_a, length_b });
+                let forward = a == face.point;
+                let (length_a, length_b) = if forward { (length_a, length_b) } else { (length_b, length_a) };
+                let branch = if forward { face.branch } else { -face.branch };
+                links.push(Link { a, b, area, length_a, length_b, branch });
             }
         }
     }

@@ -24,6 +24,8 @@ pub struct HeatPass {
     halves: Vec<(u32, u32)>,
     /// Conductance of each link, W/K.
     conductance: Vec<f64>,
+    /// Whether a crack cuts a link.
+    cracked: Vec<bool>,
     /// Whether the temperature of a particle is prescribed.
     held: Vec<bool>,
     /// Which particles have been bonded, by particle.
@@ -86,29 +88,68 @@ impl HeatPass {
             others.dedup();
         }
         let mut pass = Self { start, halves, held, bonded, ..Self::default() };
-        pass.conductance = links.iter().map(|link| conductance(model, &state.particles, link)).collect();
-        pass.cut(model, &state.particles, &state.broken);
+        pass.cracked = vec![false; links.len()];
+        pass.cut(&state.broken);
+        let temperature = state.heat.as_ref().map_or(&[][..], |heat| &heat.temperature);
+        pass.conductance = pass.conductances(model, &state.particles, |p, material| {
+            model.conductivity(material, temperature.get(p).copied().unwrap_or(model.reference_temperature))
+        });
         pass
     }
 
     /// Put the resistance of cracks in series with the links across bonds that have broken since the last call.
     ///
-    /// A link without a bond is cut when no intact path of two bonds joins its particles any more, if there was one.
-    pub fn cut(&mut self, model: &HeatModel, particles: &Particles, broken: &[BrokenBond]) {
+    /// A link without a bond is cut when no intact path of two bonds joins its particles any more, if there was one. Call
+    /// [`Self::refresh`] afterwards.
+    fn cut(&mut self, broken: &[BrokenBond]) -> bool {
         let new = broken.get(self.broken..).unwrap_or_default();
         self.broken = broken.len();
         let parted: Vec<(u32, u32)> = new.iter().map(|bond| ordered(bond.pair.a, bond.pair.b)).collect();
         self.parted.extend(&parted);
+        let mut changed = false;
         for p in parted.iter().flat_map(|&(a, b)| [a, b]) {
             for half in self.start[p as usize]..self.start[p as usize + 1] {
                 let (other, link) = self.halves[half as usize];
-                let whole = conductance(model, particles, &model.network.links[link as usize]);
-                if self.is_cut(p, other) && self.conductance[link as usize] == whole {
-                    let area = model.network.links[link as usize].area;
-                    self.conductance[link as usize] = 1.0 / (1.0 / whole + model.crack_resistance / area);
+                if self.is_cut(p, other) && !self.cracked[link as usize] {
+                    self.cracked[link as usize] = true;
+                    changed = true;
                 }
             }
         }
+        changed
+    }
+
+    /// Account for bonds that have broken since the last call.
+    pub fn crack(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, broken: &[BrokenBond]) {
+        if self.cut(broken) {
+            self.refresh(model, particles, heat);
+        }
+    }
+
+    /// Compute the conductances at the present temperatures.
+    fn refresh(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState) {
+        self.conductance = self.present_conductances(model, particles, heat);
+    }
+
+    /// Conductance of each link at the present temperatures, W/K.
+    pub(super) fn present_conductances(&self, model: &HeatModel, particles: &Particles, heat: &HeatState) -> Vec<f64> {
+        self.conductances(model, particles, |p, material| model.conductivity(material, heat.temperature[p]))
+    }
+
+    /// Conductance of each link with the conductivities `of` (W/(m·K)) of a particle and its material, W/K.
+    fn conductances(
+        &self,
+        model: &HeatModel,
+        particles: &Particles,
+        of: impl Fn(usize, u16) -> f64 + Sync,
+    ) -> Vec<f64> {
+        let links = model.network.links.par_iter().zip(&self.cracked).with_min_len(TILE);
+        let one = |(link, cracked): (&Link, &bool)| {
+            let [a, b] = [link.a, link.b].map(|p| of(p as usize, particles.material[p as usize]));
+            let whole = conductance(link, a, b);
+            if *cracked { 1.0 / (1.0 / whole + model.crack_resistance / link.area) } else { whole }
+        };
+        links.map(one).collect()
     }
 
     /// Whether a crack separates two linked particles.
@@ -123,22 +164,25 @@ impl HeatPass {
     }
 
     /// Largest time step (s, thermal time) for which an explicit step cannot overshoot: `min C_i/Σ_j G_ij`, the surface included.
-    /// Sufficient for stability. Infinite without any exchange.
+    /// Sufficient for stability. Infinite without any exchange. With constants that vary, it holds at all temperatures: lowest
+    /// capacities, largest conductivities.
     pub fn stable_step(&self, model: &HeatModel, particles: &Particles, heat: &HeatState) -> f64 {
         let mut sums = vec![0.0; particles.len()];
+        let largest = self.conductances(model, particles, |_, material| model.largest_conductivity(material));
         for (p, sum) in sums.iter_mut().enumerate() {
-            *sum = self.links(p).fold(0.0, |sum, (_, conductance)| sum + conductance);
+            let halves = &self.halves[self.start[p] as usize..self.start[p + 1] as usize];
+            *sum = halves.iter().fold(0.0, |sum, (_, link)| sum + largest[*link as usize]);
         }
         for (k, part) in model.supply.surfaces.iter().enumerate() {
             for exposure in &part.exposures {
                 let p = exposure.particle as usize;
-                let conductivity = model.materials[particles.material[p] as usize].conductivity;
+                let conductivity = model.largest_conductivity(particles.material[p]);
                 let hottest = part.exchange.hottest(heat.temperature[p]);
                 sums[p] += part.exchange.flow(exposure, conductivity, hottest, factor(&self.factors.surfaces, k)).1;
             }
         }
-        let steps = sums.iter().zip(&model.capacity).zip(&self.held).filter(|(_, held)| !**held);
-        steps.map(|((sum, capacity), _)| capacity / sum).fold(f64::INFINITY, f64::min)
+        let steps = sums.iter().enumerate().zip(&self.held).filter(|(_, held)| !**held);
+        steps.map(|((p, sum), _)| model.lowest_capacity(p) / sum).fold(f64::INFINITY, f64::min)
     }
 
     /// Other end and conductance (W/K) of each link of particle `p`.
@@ -185,6 +229,11 @@ impl HeatPass {
         let middle = if dt.is_finite() { time + 0.5 * dt } else { time };
         let entering = self.find_rates(model, particles, heat, middle);
         heat.ledger.sources.add(entering * dt);
+        if dt.is_finite() {
+            for (rate, dissipated) in self.rate.iter_mut().zip(&mut heat.dissipated) {
+                *rate += std::mem::take(dissipated) / dt;
+            }
+        }
         for (k, held) in model.supply.held.iter().enumerate() {
             let target = held.temperature * factor(&self.factors.held, k);
             for &p in &held.particles {
@@ -193,19 +242,20 @@ impl HeatPass {
             }
         }
         if model.implicit {
-            implicit::solve(self, &model.capacity, dt)?;
+            implicit::solve_step(self, model, heat, dt)?;
         }
         self.book_surfaces(model, particles, heat, dt);
         self.finish_rates(model.implicit);
         let increment = |p: usize| {
-            if self.held[p] { self.change[p] } else { self.rate[p] * dt / model.capacity[p] }
+            if self.held[p] { self.change[p] } else { model.warming_of(p, heat.temperature[p], self.rate[p] * dt) }
         };
         let mut increments = std::mem::take(&mut self.increment);
         (0..n).into_par_iter().with_min_len(TILE).map(increment).collect_into_vec(&mut increments);
         self.increment = increments;
         for p in model.supply.held.iter().flat_map(|held| &held.particles) {
             let p = *p as usize;
-            heat.ledger.boundary.add(model.capacity[p] * self.increment[p]);
+            let stored = model.heat_of(p, heat.temperature[p], self.increment[p]);
+            heat.ledger.boundary.add(stored);
             heat.ledger.boundary.add(-self.rate[p] * dt);
         }
         Ok(())
@@ -220,6 +270,9 @@ impl HeatPass {
 
     /// [`Self::rates`]; returns the power of all sources, W.
     fn find_rates(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, time: f64) -> f64 {
+        if model.curves.conductivity_varies() {
+            self.refresh(model, particles, heat);
+        }
         let mut rate = std::mem::take(&mut self.rate);
         self.conduct(&heat.temperature, &mut rate);
         self.rate = rate;
@@ -264,7 +317,7 @@ impl HeatPass {
             let factor = factor(&self.factors.surfaces, k);
             for exposure in &part.exposures {
                 let p = exposure.particle as usize;
-                let conductivity = model.materials[particles.material[p] as usize].conductivity;
+                let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
                 let (flow, slope) = part.exchange.flow(exposure, conductivity, heat.temperature[p], factor);
                 self.rate[p] += flow;
                 self.surface[p] += slope;
@@ -278,7 +331,7 @@ impl HeatPass {
             let factor = factor(&self.factors.surfaces, k);
             for exposure in &part.exposures {
                 let p = exposure.particle as usize;
-                let conductivity = model.materials[particles.material[p] as usize].conductivity;
+                let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
                 let (flow, slope) = part.exchange.flow(exposure, conductivity, heat.temperature[p], factor);
                 let change = if model.implicit { self.change[p] } else { 0.0 };
                 heat.ledger.boundary.add((flow - slope * change) * dt);
@@ -321,10 +374,8 @@ impl HeatPass {
     }
 }
 
-/// Conductance of a link without a crack, W/K.
-fn conductance(model: &HeatModel, particles: &Particles, link: &Link) -> f64 {
-    let of = |p: u32| model.materials[particles.material[p as usize] as usize].conductivity;
-    let (a, b) = (of(link.a), of(link.b));
+/// Conductance of a link without a crack, with the conductivities of both ends (W/(m·K)), W/K.
+fn conductance(link: &Link, a: f64, b: f64) -> f64 {
     // A uniform material has one rounding less, and the bits of a finite difference stencil.
     if a == b {
         return link.area * a / (link.length_a + link.length_b);

@@ -4,6 +4,7 @@ use super::Solver;
 use crate::heat::expansion::Expansion;
 use crate::heat::pass::HeatPass;
 use crate::state::State;
+use crate::state::contacts::Pair;
 use crate::{SolverError, StepReport};
 
 impl Solver {
@@ -35,10 +36,11 @@ impl Solver {
         Ok(())
     }
 
-    /// Apply the change of the temperatures; bonds expand.
-    pub(super) fn finish_heat(&mut self, state: &mut State) {
+    /// Apply the change of the temperatures; bonds expand. `dissipated`: energy of contacts that becomes heat in the next step, J.
+    pub(super) fn finish_heat(&mut self, state: &mut State, dissipated: &[(Pair, f64)]) {
         let (Some(pass), Some(model), Some(heat)) = (&self.heat, &self.model.heat, &mut state.heat) else { return };
         pass.finish(heat);
+        heat.take_up(dissipated);
         if let Some(expansion) = &mut self.expansion {
             expansion.apply(model, state, true);
         }
@@ -51,7 +53,7 @@ impl Solver {
 
     /// A step without motion.
     pub(super) fn only_conduct(&mut self, state: &mut State) -> StepReport {
-        self.finish_heat(state);
+        self.finish_heat(state, &[]);
         state.clock.step += 1;
         StepReport::default()
     }

@@ -41,6 +41,7 @@ impl Solver {
             deformable,
             dashpots_strain: deformable.is_some_and(|d| d.dashpots),
             expansion: self.expansion.as_ref().map(Expansion::rates),
+            heats: self.model.heat.as_ref().is_some_and(|heat| heat.dissipation),
             evaluated: false,
             reacting,
         };
@@ -89,6 +90,7 @@ impl Solver {
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
             expansion: None,
+            heats: false,
             evaluated,
             reacting: Constraint::FREE,
         };
@@ -115,6 +117,7 @@ fn add(report: &mut StepReport, totals: &Totals, kind: usize, crossing: &mut Mat
     report.moment_squared += totals.moment_squared;
     report.expansion[0] += totals.expansion[0];
     report.expansion[1] += totals.expansion[1];
+    report.dissipated.extend(&totals.dissipated);
 }
 
 /// Tile maps of all blocks of contacts between particles.

@@ -217,7 +217,8 @@ impl Solver {
     /// As [`Self::step`].
     pub fn step_with(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
         // The first step sets the ledger's initial energy.
-        let sample = sample || !state.ledger.started;
+        let first = !state.ledger.started;
+        let sample = sample || first;
         let mut report = StepReport::default();
         self.begin_heat(state)?;
         if self.rests() {
@@ -238,7 +239,8 @@ impl Solver {
         } else if report.bonds_broke() {
             self.free_broken_pairs(state);
         }
-        self.finish_heat(state);
+        // What the first evaluation dissipates belongs to the time before.
+        self.finish_heat(state, if first { &[] } else { &report.dissipated });
         Ok(report)
     }
 

@@ -126,8 +126,8 @@ impl Solver {
                 block.retain_where(&|flags| !flags.has(ContactFlags::BROKEN));
             }
         }
-        if let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) {
-            pass.cut(model, &state.particles, &state.broken);
+        if let (Some(pass), Some(model), Some(heat)) = (&mut self.heat, &self.model.heat, &state.heat) {
+            pass.crack(model, &state.particles, heat, &state.broken);
         }
         freed.sort_unstable_by_key(|freed| freed.0);
         freed

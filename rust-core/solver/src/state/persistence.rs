@@ -10,7 +10,7 @@ use super::{
     Cell, Clock, Clump, Column, ColumnError, ColumnSink, ColumnSource, Constraint, Load, Particles, State, Wall,
     WriteColumns,
 };
-use crate::energy::Ledger;
+use crate::energy::{Ledger, Sum};
 use crate::forces::EvaluatedContacts;
 use crate::heat::{HeatLedger, HeatState};
 
@@ -349,17 +349,30 @@ fn write_heat(heat: &HeatState, sink: &mut dyn ColumnSink) -> Result<(), ColumnE
     sink.column("heat/temperature", Column::f64(&heat.temperature, 1, "K"))?;
     sink.column("heat/correction", Column::f64(&heat.correction, 1, "K"))?;
     sink.column("heat/warming", Column::f64(&heat.warming, 1, "K"))?;
+    if !heat.dissipated.is_empty() {
+        sink.column("heat/dissipated", Column::f64(&heat.dissipated, 1, "J"))?;
+        sink.column("heat/ledger_dissipation", Column::f64(&heat.ledger.dissipation.parts(), 1, "J"))?;
+    }
     sink.column("heat/ledger", Column::f64(&heat.ledger.to_reals(), 1, "J"))
 }
 
 fn read_heat(source: &mut dyn ColumnSource, n: usize) -> Result<HeatState, ColumnError> {
+    let dissipates = source.exists("heat/dissipated");
     let mut column = |path: &str, count: usize| with_length(path, source.f64(path)?, count);
-    let ledger = column("heat/ledger", 5)?;
+    let reals = column("heat/ledger", 5)?;
+    let mut ledger = HeatLedger::from_reals([reals[0], reals[1], reals[2], reals[3], reals[4]]);
+    let mut dissipated = Vec::new();
+    if dissipates {
+        let parts = column("heat/ledger_dissipation", 2)?;
+        ledger.dissipation = Sum::from_parts([parts[0], parts[1]]);
+        dissipated = column("heat/dissipated", n)?;
+    }
     Ok(HeatState {
         temperature: column("heat/temperature", n)?,
         correction: column("heat/correction", n)?,
         warming: column("heat/warming", n)?,
-        ledger: HeatLedger::from_reals([ledger[0], ledger[1], ledger[2], ledger[3], ledger[4]]),
+        dissipated,
+        ledger,
     })
 }
 

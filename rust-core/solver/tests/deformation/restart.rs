@@ -106,6 +106,7 @@ fn stored_and_computed_strains_of_the_last_step_have_the_same_bits() {
             deformable: Some(&deformable),
             dashpots_strain: false,
             expansion: None,
+            heats: false,
             evaluated: false,
             reacting: Constraint::FREE,
         };

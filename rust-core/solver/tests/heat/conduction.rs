@@ -75,6 +75,43 @@ fn a_linear_field_is_steady_in_a_power_diagram() {
     assert!(worst < 1e-8, "{worst:e}");
 }
 
+/// The mean flux of the linear field is `−λ ∇T` along the gradient. The sum over links and the ways to the faces fills the cube: rounding.
+#[test]
+fn the_flux_of_a_linear_field_is_exact() {
+    let particles = scattered(300, 5);
+    let mut heat = model(network::power(&particles, None, &unit_cube(), false).unwrap(), &particles, &[PLAIN]);
+    for (plane, temperature) in [(0, 300.0), (1, 340.0)] {
+        let exposures = heat.network.exposures.iter().filter(|exposure| exposure.face == plane).copied().collect();
+        heat.supply.surfaces.push(SurfaceExchange { exposures, exchange: Exchange::Temperature(temperature) });
+    }
+    let start = particles.position.iter().map(|x| 300.0 + 40.0 * x.x).collect();
+    let (state, solver) = run(heat.clone(), particles.clone(), start, 1.0);
+    let flows = solver.heat().unwrap().flows(&heat, &particles, None, state.heat.as_ref().unwrap());
+    let flux: Vec3 = flows.branch.iter().zip(&flows.flow).map(|(branch, flow)| branch * *flow).sum();
+    assert!((flux.x / (-2.0 * 40.0) - 1.0).abs() < 1e-12, "{flux}");
+}
+
+/// Heat runs around a periodic row without a mean flux, wherever its particles are wrapped to: a link across the border is as long as
+/// the others. In a row without a border between the ends, the mean flux is that between the ends.
+#[test]
+fn links_across_the_border_have_their_image() {
+    let cell = concordem_solver::state::Cell::new_box(Vec3::new(4.0, 9.0, 9.0));
+    let flux = |cell: Option<&concordem_solver::state::Cell>, wrapped: bool| {
+        let mut particles = cubes([4, 1, 1]);
+        let pairs = network::touching(&particles, cell, 1.0).unwrap();
+        let heat = model(network::ordered(&particles, &pairs, &[], false), &particles, &[PLAIN]);
+        if wrapped {
+            particles.position[3].x -= 4.0;
+        }
+        let (state, solver) = run(heat.clone(), particles.clone(), vec![1.0, 0.0, 0.0, 0.5], 1.0);
+        let flows = solver.heat().unwrap().flows(&heat, &particles, cell, state.heat.as_ref().unwrap());
+        flows.branch.iter().zip(&flows.flow).map(|(branch, flow)| branch * *flow).sum::<Vec3>()
+    };
+    assert_eq!([flux(Some(&cell), false), flux(Some(&cell), true)], [Vec3::zeros(); 2]);
+    // Conductivity 2, area and spacing 1.
+    assert_eq!(flux(None, false), Vec3::new(1.0, 0.0, 0.0));
+}
+
 /// Without exchange with the outside, the heat content stays to 1e-14 of itself over 10⁵ steps, also near the end where the changes
 /// of single temperatures fall below their rounding. Disordered network, explicit and implicit.
 #[test]
@@ -160,7 +197,7 @@ fn lumped(exchange: Exchange, implicit: bool, dt: f64, steps: usize) -> (f64, f6
     particles.push(Sphere { position: Vec3::zeros(), radius: 0.5 }, 0, 2.0, 0.1);
     let mut heat = model(lattice(&particles), &particles, &[PLAIN]);
     heat.implicit = implicit;
-    let exposures = vec![Exposure { particle: 0, face: 0, area: 3.0, distance: 0.25 }];
+    let exposures = vec![Exposure { particle: 0, face: 0, area: 3.0, distance: 0.25, normal: Vec3::x() }];
     heat.supply.surfaces.push(SurfaceExchange { exposures, exchange });
     let (mut state, mut solver) = run(heat.clone(), particles, vec![300.0], dt);
     for _ in 0..steps {

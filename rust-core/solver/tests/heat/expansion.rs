@@ -13,7 +13,7 @@ use super::{cubes, lattice, model};
 const STEEL: ThermalMaterial = ThermalMaterial { specific_heat: 3.0, conductivity: 2.0, expansion: 1e-4 };
 
 /// Particles bonded with their neighbors at 300 K, which now have the given temperatures, and their heat model.
-fn bonded<L: LawLoops>(particles: Particles, law: L, temperature: Vec<f64>) -> (State, HeatModel) {
+pub(super) fn bonded<L: LawLoops>(particles: Particles, law: L, temperature: Vec<f64>) -> (State, HeatModel) {
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
@@ -27,7 +27,7 @@ fn bonded<L: LawLoops>(particles: Particles, law: L, temperature: Vec<f64>) -> (
     (state, heat)
 }
 
-fn solver(heat: &HeatModel, state: &mut State, damping: Damping) -> Solver {
+pub(super) fn solver(heat: &HeatModel, state: &mut State, damping: Damping) -> Solver {
     Solver::new(Model { heat: Some(heat.clone()), damping, ..Model::default() }, state).unwrap()
 }
 

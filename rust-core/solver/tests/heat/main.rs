@@ -1,13 +1,15 @@
 //! Heat conduction and thermal expansion against closed forms, stencils, and balances.
 
 mod conduction;
+mod curves;
+mod dissipation;
 mod expansion;
 
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;
 use concordem_packing::Random;
 use concordem_solver::heat::network::{self, Network, Plane};
-use concordem_solver::heat::{HeatModel, Supply, ThermalMaterial, capacities};
+use concordem_solver::heat::{Curves, HeatModel, Supply, ThermalMaterial, capacities};
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Solver};
 
@@ -58,12 +60,14 @@ fn model(network: Network, particles: &Particles, materials: &[ThermalMaterial])
     HeatModel {
         capacity: capacities(&network, particles, materials, &none),
         materials: materials.to_vec(),
+        curves: Curves::default(),
         network,
         supply: Supply::default(),
         reference_temperature: 300.0,
         time_factor: 1.0,
         implicit: false,
         mechanics: false,
+        dissipation: false,
         crack_resistance: f64::INFINITY,
     }
 }

@@ -9,6 +9,7 @@ mod couple_stress;
 mod damage_tensor;
 mod fabric;
 mod gauge;
+mod heat_flux;
 mod particle_stress;
 mod porosity;
 mod power;
@@ -80,6 +81,8 @@ operators! {
     Porosity = "porosity": porosity::DEFINITION,
     /// Mean, lowest, and highest temperature of the particles; needs `[heat]`.
     Temperature = "temperature": temperature::DEFINITION,
+    /// Mean heat flux from the sum over the links along which heat flows, surface included; needs `[heat]`.
+    HeatFlux = "heat-flux": heat_flux::DEFINITION,
     /// Damage tensors of the bonds: of their damage and of their lost strength; broken bonds count as 1.
     DamageTensor = "damage-tensor": damage_tensor::DEFINITION,
     /// Power put into the contacts, and the parts that stress and strain rate account for.
