@@ -134,7 +134,8 @@ impl Follower {
         let mut samples = Vec::new();
         for k in self.segments..checkpoint.run.segments {
             let segment = numbered(&self.parts, "segment", k);
-            let rows: Vec<f64> = hdf::read_array(&sealed::open(&segment)?, "samples", &segment)?;
+            let file = sealed::open(&segment)?;
+            let rows: Vec<f64> = hdf::read_array(&file, "samples", &segment)?;
             samples.extend(rows);
         }
         self.segments = self.segments.max(checkpoint.run.segments);
