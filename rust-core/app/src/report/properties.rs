@@ -29,7 +29,7 @@ fn first_of<'r>(runs: &'r [Run], sense: Sense) -> Option<&'r CurveFigures> {
 
 fn table(rows: &[Row], compared: bool) -> String {
     let mut html =
-        String::from("<div class=\"scroll\"><table>\n<tr><th></th><th></th><th class=\"number\">this work</th>");
+        String::from("<div class=\"scroll\"><table>\n<tr><td></td><td></td><th class=\"number\">this work</th>");
     if compared {
         html += "<th class=\"number\">published</th><th class=\"number\">difference</th>";
     }
