@@ -28,8 +28,9 @@ fn first_of<'r>(runs: &'r [Run], sense: Sense) -> Option<&'r CurveFigures> {
 }
 
 fn table(rows: &[Row], compared: bool) -> String {
-    let mut html =
-        String::from("<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><td></td><td></td><th class=\"number\">this work</th>");
+    let mut html = String::from(
+        "<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><td></td><td></td><th class=\"number\">this work</th>",
+    );
     if compared {
         html += "<th class=\"number\">published</th><th class=\"number\">difference</th>";
     }
