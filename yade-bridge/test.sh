@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
 # Builds the Python package and tests it: in a virtual environment, in Debian's own Python, and in YADE.
-#   yade-bridge/test.sh            all, with the wheel that users install
-#   yade-bridge/test.sh wheel      builds and installs the wheel
-#   yade-bridge/test.sh package    installs the same files without a wheel, from the libraries that `make test-build` has built;
-#                                  maturin would compile them again with other features of dependencies
+#   yade-bridge/test.sh            all
+#   yade-bridge/test.sh package    builds the package against Debian's HDF5 and installs it without a wheel, which would compile
+#                                  everything again with HDF5 inside; BUILT=1: the libraries are already there (make test-build)
 #   yade-bridge/test.sh python     tests the installed package, without YADE
 # The installed package also lies in target/python, for the native plugin's tests in Debian 13.
 set -euo pipefail
@@ -13,17 +12,9 @@ bin=$PWD/.venv/bin
 pythons=("$bin/python" "$PWD/.venv-debian/bin/python")
 target=${CARGO_TARGET_DIR:-$PWD/target}
 
-build_wheel() {
-  local wheel
-  wheel=$(yade-bridge/wheel)
-  for python in "${pythons[@]}"; do
-    "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
-  done
-  rm -rf "$target/python"
-  python3 -m zipfile -e "$wheel" "$target/python"
-}
-
 install_package() {
+  # The selection of `make test`, so that nothing is compiled twice.
+  [ -n "${BUILT:-}" ] || ${CARGO:-cargo} build --release --workspace --exclude concordem-bench --lib --bins
   BUILT=1 yade-bridge/native/build
   rm -rf "$target/python"
   mkdir -p "$target/python"
@@ -48,14 +39,13 @@ test_python() {
 }
 
 case $what in
-  wheel) build_wheel ;;
   package) install_package ;;
   python) test_python ;;
   all)
-    build_wheel
+    install_package
     test_python
     yade-bridge/tests/yade/run.sh
     yade-bridge/tests/native/run.sh
     ;;
-  *) echo "usage: test.sh [wheel | package | python]" >&2; exit 2 ;;
+  *) echo "usage: test.sh [package | python]" >&2; exit 2 ;;
 esac

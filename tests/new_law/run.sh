@@ -26,9 +26,12 @@ grep -q '2 passed' "$root/conformance.txt"
 liggghts-bridge/build
 liggghts-bridge/lammps/build
 yade-bridge/native/build
-rm -rf target/wheels "$root/site"
-PYO3_PYTHON=$python .venv/bin/maturin build --quiet --release --manifest-path yade-bridge/Cargo.toml --out target/wheels
-"$python" -m zipfile -e target/wheels/concordem-*.whl "$root/site"
+# The package without a wheel, which would compile HDF5.
+$cargo build --release -p concordem-python
+rm -rf "$root/site"
+mkdir "$root/site"
+cp -r yade-bridge/python/concordem "$root/site/"
+cp target/release/lib_core.so "$root/site/concordem/_core.abi3.so"
 # The program of the package, which is the program: another one would compile everything again.
 printf '#!/bin/sh\nPYTHONPATH=%q exec %q -m concordem "$@"\n' "$root/site" "$python" >"$root/concordem"
 chmod +x "$root/concordem"
@@ -49,7 +52,7 @@ else
   mkdir -p "$shared/lib"
   cp -r "$root/site" "$shared/site"
   cp "$here"/*.py pull.toml "$shared/"
-  # The wheel is made on Debian 12 and asks for its HDF5, which Debian 13 has in another version.
+  # The package is made on Debian 12 and asks for its HDF5, which Debian 13 has in another version.
   cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$shared/lib/"
   cat >"$shared/native.sh" <<'END'
 export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt/plugins

@@ -50,3 +50,60 @@ fn a_run_can_be_watched_and_does_not_change() {
     let hash = |path: &std::path::Path| concordem(["info", "--hash", text(path)]).out;
     assert_eq!(hash(&watched), hash(&alone));
 }
+
+/// `concordem watch` shows a run that was started without `--watch`, ends with it, and changes no bit of it.
+#[test]
+fn a_run_can_be_watched_from_another_process() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 6000);
+    let watched = folder.path().join("watched.h5");
+    let mut run = crate::spawn(&["run", "-q", text(&scenario), "-o", text(&watched)]);
+    let parts = folder.path().join("watched.h5.parts");
+    while !parts.join("checkpoint-0001.h5").exists() {
+        assert!(run.try_wait().expect("a child").is_none(), "the run ended before it could be watched");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|port| port.local_addr()).expect("a port").port();
+    let number = port.to_string();
+    let mut watch = crate::spawn(&["watch", text(&watched), "--port", &number]);
+    let (mut states, mut page) = (Vec::new(), None);
+    let code = loop {
+        page = page.or_else(|| get(port, "/"));
+        if let Some(answer) = get(port, "/state").filter(|answer| answer.contains("\"curve\"")) {
+            let (_, body) = answer.split_once("\r\n\r\n").expect("a body");
+            states.push(serde_json::from_str::<serde_json::Value>(body).expect("JSON"));
+        }
+        if let Some(status) = watch.try_wait().expect("a child") {
+            break status.code();
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    };
+    assert_eq!(code, Some(i32::from(exit::DONE)), "`concordem watch` ends with the run");
+    assert!(run.wait().expect("a child").success());
+    assert!(page.expect("a page").contains("<canvas id=\"slice\""));
+    let state = states.last().expect("a state");
+    assert_eq!(state["title"], "Prism");
+    assert!(state["curve"].as_array().is_some_and(|curve| curve.len() > 1), "{state}");
+    assert!(state["particles"].as_str().is_some_and(|particles| particles.len() > 100), "{state}");
+    assert!(state["share"].as_f64().is_some_and(|share| share > 0.0 && share <= 1.0), "{state}");
+    let alone = folder.path().join("prism.h5");
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let hash = |path: &std::path::Path| concordem(["info", "--hash", text(path)]).out;
+    assert_eq!(hash(&watched), hash(&alone));
+}
+
+/// What does not go on is refused, with the command that helps.
+#[test]
+fn only_a_run_that_goes_on_is_watched() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 20);
+    let missing = concordem(["watch", text(&folder.path().join("no.h5"))]);
+    assert_eq!(missing.code, exit::USAGE);
+    assert!(missing.err.contains("no process runs"), "{}", missing.err);
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    for file in [folder.path().join("prism.h5"), scenario] {
+        let finished = concordem(["watch", text(&file)]);
+        assert_eq!(finished.code, exit::USAGE);
+        assert!(finished.err.contains("concordem report"), "{}", finished.err);
+    }
+}

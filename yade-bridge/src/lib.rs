@@ -28,20 +28,23 @@ mod state;
 mod strain;
 mod warnings;
 
+use std::ffi::OsString;
 use std::io::IsTerminal;
+use std::path::PathBuf;
 
 use concordem::program::Console;
 use pyo3::prelude::*;
 
-/// Run the command-line program with these arguments (without the program name); returns its exit code.
+/// Run the command-line program with these arguments (without the program name); returns its exit code. `code`: file of this module.
 #[pyfunction]
-fn run_program(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
+fn run_program(py: Python<'_>, arguments: Vec<OsString>, code: PathBuf) -> PyResult<u8> {
     errors::detach(py, || {
         let (mut out, mut err) = (std::io::stdout(), std::io::stderr());
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
         let packings = concordem::program::packings_folder();
-        let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive, packings };
-        concordem::program::run(std::iter::once("concordem".to_owned()).chain(arguments).map(Into::into), &mut console)
+        let code = Some(code);
+        let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive, packings, code };
+        concordem::program::run(std::iter::once("concordem".into()).chain(arguments), &mut console)
     })
 }
 

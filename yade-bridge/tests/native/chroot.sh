@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Debian 13 chroot with YADE 2025.2.0, g++, and the libraries of YADE's headers, for the tests of the native plugin.
+# Debian 13 chroot (2.5 GB) with YADE 2025.2.0, g++, and the libraries of YADE's headers, for the tests of the native plugin.
 #   chroot.sh make                   create it if it does not exist: debootstrap from apt's configured mirror
 #   chroot.sh run FOLDER COMMAND     run COMMAND in it, with FOLDER mounted on /mnt (needs root)
 #   chroot.sh path                   print its folder: ${XDG_CACHE_HOME:-~/.cache}/concordem/debian-13
+# BARE=SUITE: a bare Debian of that name (bookworm, trixie) instead, with python3-venv alone, for tests/install.
 # It is kept between runs; delete it with: rm -r --one-file-system "$(chroot.sh path)". Mounts are in a private mount namespace and
 # end with the command.
 set -euo pipefail
@@ -15,6 +16,11 @@ packages=(
   libboost-iostreams-dev libboost-filesystem-dev libboost-regex-dev libboost-date-time-dev libboost-chrono-dev libeigen3-dev
   libopenmpi-dev libmpfr-dev libmpc-dev python3-dev python3-numpy
 )
+if [ -n "${BARE:-}" ]; then
+  suite=$BARE
+  root=${root%/*}/bare-$BARE
+  packages=(python3-venv)
+fi
 
 as_root() {
   [ "$(id -u)" = 0 ] || { echo "chroot.sh needs root: debootstrap and mounts" >&2; exit 1; }
@@ -55,7 +61,7 @@ make_it() {
   local mirror
   mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' 'Origin: Debian' 'Label: Debian' | head -1)
   [ -n "$mirror" ] || { echo "apt is not configured with a Debian mirror (apt-get indextargets names none)" >&2; exit 1; }
-  echo "making $root from $mirror (once; about 2.5 GB)"
+  echo "making $root from $mirror (once)"
   rm -rf --one-file-system "$root"
   mkdir -p "$root"
   local log=$root.log

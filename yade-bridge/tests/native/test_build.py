@@ -42,7 +42,7 @@ with tempfile.TemporaryDirectory() as folder:
 with tempfile.TemporaryDirectory() as folder:
     package = Path(concordem.__file__).parent
     shutil.copytree(package, Path(folder) / "concordem", ignore=shutil.ignore_patterns("native", "__pycache__"))
-    check(build(PYTHONPATH=folder), "lacks the native parts", "yade-bridge/wheel")
+    check(build(PYTHONPATH=folder), "lacks the native parts", "make wheel")
 check(build("--yade", "no-such-yade"), "no-such-yade", "apt install yade")
 # A compiler that reports another version than YADE's.
 with tempfile.TemporaryDirectory() as folder:

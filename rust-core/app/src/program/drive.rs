@@ -137,7 +137,7 @@ impl Run {
     /// Shows the present state on the page, if it is due or at the `end`.
     fn show(&mut self, record: &Record, start: Instant, end: bool) {
         let Some(mut live) = self.live.take() else { return };
-        live.record(record);
+        live.record(record.strain, record.stress);
         if end || live.is_due() {
             let begun = Instant::now();
             let state = &self.simulation.state;
@@ -149,7 +149,8 @@ impl Run {
                 record.stress,
                 seconds(start.elapsed().as_secs_f64())
             );
-            live.publish(&self.simulation, &self.displacement(), &bond_damage(state), &status, begun);
+            let share = self.simulation.progress();
+            live.publish(state, share, &self.displacement(), &bond_damage(state), &status, begun);
         }
         self.live = Some(live);
     }

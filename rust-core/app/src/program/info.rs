@@ -146,7 +146,7 @@ fn info_of_unfinished(arguments: &InfoArguments, run: &Unfinished, console: &mut
             facts.add(series, format!("{value}{unit}"));
         }
     }
-    if let Some(share) = share_of(run) {
+    if let Some(share) = share_of(&run.header.scenario, |series| run.value(series)) {
         facts.add("done", format!("{:.0} %", 100.0 * share));
     }
     facts.add("samples", count(run.samples));
@@ -156,13 +156,13 @@ fn info_of_unfinished(arguments: &InfoArguments, run: &Unfinished, console: &mut
     console.print(&format!("{file}: unfinished run\n{facts}"))
 }
 
-/// Completed share of an unfinished run, by the stop condition nearest to being met.
-fn share_of(run: &Unfinished) -> Option<f64> {
-    let stop = Scenario::parse("run", &run.header.scenario).ok()?.stop;
+/// Completed share of an unfinished run, by the stop condition nearest to being met. `last`: the last value of a series.
+pub(super) fn share_of(scenario: &str, last: impl Fn(&str) -> Option<f64>) -> Option<f64> {
+    let stop = Scenario::parse("run", scenario).ok()?.stop;
     let shares = [
-        stop.steps.zip(run.value("step")).map(|(end, now)| now / end as f64),
-        stop.time.zip(run.value("time")).map(|(end, now)| now / end.si()),
-        stop.strain.zip(run.value("strain")).map(|(end, now)| now.abs() / end.si()),
+        stop.steps.zip(last("step")).map(|(end, now)| now / end as f64),
+        stop.time.zip(last("time")).map(|(end, now)| now / end.si()),
+        stop.strain.zip(last("strain")).map(|(end, now)| now.abs() / end.si()),
     ];
     shares.into_iter().flatten().reduce(f64::max).map(|share| share.min(1.0))
 }

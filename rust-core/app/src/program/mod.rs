@@ -111,6 +111,8 @@ enum Command {
     Resume(resume::ResumeArguments),
     /// Print the contents of a result file
     Info(info::InfoArguments),
+    /// Show a run that goes on, in this or another terminal, on a web page that only this computer can open
+    Watch(watch::WatchArguments),
     /// Evaluate operators on a finished run: stress, couple stress, strain, fabric, porosity, damage of a region
     Measure(measure::MeasureArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
@@ -188,6 +190,9 @@ pub struct Console<'a> {
     pub out_interactive: bool,
     /// Folder in which packings are stored, so that the next command need not make them again; `None`: nowhere.
     pub packings: Option<PathBuf>,
+    /// The file with this code, whose content identifies the build; `None`: the running executable. In Python's process, that is
+    /// the interpreter, which stays the same when the package changes.
+    pub code: Option<PathBuf>,
 }
 
 /// Folder of stored packings: `CONCORDEM_CACHE`, or `concordem` in the user's cache folder. `CONCORDEM_CACHE=off`: none.
@@ -207,7 +212,8 @@ impl Console<'_> {
     fn cache(&self) -> Option<PackingCache> {
         let folder = self.packings.clone()?;
         // Another build may make another packing.
-        let program = std::env::current_exe().and_then(std::fs::read).ok()?;
+        let code = self.code.clone().map_or_else(std::env::current_exe, Ok);
+        let program = code.and_then(std::fs::read).ok()?;
         Some(PackingCache::new(folder, blake3::hash(&program).to_hex().to_string()))
     }
 
@@ -275,6 +281,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Calibrate(arguments) => calibrate::calibrate(arguments, console),
         Command::Explain(arguments) => explain::explain(arguments, console),
         Command::Schema(arguments) => schema::schema(arguments, console),
+        Command::Watch(arguments) => watch::watch(arguments, console),
         Command::Completions(arguments) => completions::completions(arguments, console),
     };
     match outcome {
@@ -309,7 +316,8 @@ pub fn main() -> ExitCode {
         let (mut out, mut err) = (std::io::stdout(), std::io::stderr());
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
         let packings = packings_folder();
-        run(std::env::args_os(), &mut Console { out: &mut out, err: &mut err, interactive, out_interactive, packings })
+        let (out, err, code) = (&mut out, &mut err, None);
+        run(std::env::args_os(), &mut Console { out, err, interactive, out_interactive, packings, code })
     });
     ExitCode::from(code.unwrap_or(exit::INTERNAL))
 }

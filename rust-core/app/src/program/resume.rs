@@ -7,6 +7,7 @@ use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
 use super::settings::Settings;
+use super::watch::Live;
 use super::{Console, Failure, Work};
 use crate::output::checkpoint::Checkpoint;
 use crate::output::sealed::target;
@@ -24,6 +25,9 @@ pub(super) struct ResumeArguments {
     run: PathBuf,
     #[command(flatten)]
     settings: Settings,
+    /// Show the running specimen on a web page that only this computer can open; PORT 0, the default, takes any free port
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
+    watch: Option<u16>,
     #[command(flatten)]
     work: Work,
 }
@@ -80,8 +84,9 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
             (None, Some((from, hash))) => begin_from(&from, hash.as_deref(), &mut assembly, &scenario)?,
             (None, None) => {}
         }
+        let live = Live::begin(arguments.watch, &scenario.title, &initial_positions, &assembly.state, console)?;
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
-        Run::new(simulation, *files, &initial_positions, &scenario).drive(&meter, fresh)
+        Run::new(simulation, *files, &initial_positions, &scenario).watched(live).drive(&meter, fresh)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }

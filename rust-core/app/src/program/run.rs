@@ -82,11 +82,7 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
             header.provenance.extend(origin.provenance());
             origin.apply(&mut assembly, &scenario)?;
         }
-        let live = arguments.watch.map(|port| Live::start(port, &scenario.title, &initial_positions, &assembly.state));
-        let live = live.transpose()?;
-        if let Some(live) = &live {
-            console.tell(&format!("watch the run at {}", live.address()));
-        }
+        let live = Live::begin(arguments.watch, &scenario.title, &initial_positions, &assembly.state, console)?;
         let files = RunFiles::create(&path, header, arguments.force)?;
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
         Run::new(simulation, files, &initial_positions, &scenario).watched(live).drive(&meter, true)

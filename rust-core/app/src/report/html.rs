@@ -5,7 +5,7 @@ pub(super) fn frame(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n\
-         <style>\n{}</style>\n<script>\n{}{}{}</script>\n</head>\n<body>\n{body}</body>\n</html>\n",
+         <style>\n{}</style>\n<script>\n{}{}{}</script>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n",
         escape(title),
         include_str!("style.css"),
         include_str!("chart.js"),

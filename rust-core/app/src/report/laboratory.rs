@@ -204,7 +204,7 @@ pub(super) fn section(runs: &[Run]) -> String {
         ""
     };
     format!(
-        "<h2>Results of the test</h2>\n<div class=\"scroll\"><table>\n<tr><th>run</th><th>symbol</th><th>meaning</th>\
+        "<h2>Results of the test</h2>\n<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><th>run</th><th>symbol</th><th>meaning</th>\
          <th class=\"number\">value</th></tr>\n{html}</table></div>\n{symbols}"
     )
 }

@@ -28,8 +28,9 @@ fn first_of<'r>(runs: &'r [Run], sense: Sense) -> Option<&'r CurveFigures> {
 }
 
 fn table(rows: &[Row], compared: bool) -> String {
-    let mut html =
-        String::from("<div class=\"scroll\"><table>\n<tr><th></th><th></th><th class=\"number\">this work</th>");
+    let mut html = String::from(
+        "<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><td></td><td></td><th class=\"number\">this work</th>",
+    );
     if compared {
         html += "<th class=\"number\">published</th><th class=\"number\">difference</th>";
     }
@@ -99,7 +100,7 @@ fn notes(runs: &[Run], reference: &ReferenceFigures, compared: bool) -> String {
 
 fn table_of_runs(runs: &[Run]) -> String {
     let mut html = String::from(
-        "<div class=\"scroll\"><table>\n<tr><th>run</th><th class=\"number\">E, GPa</th>\
+        "<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><th>run</th><th class=\"number\">E, GPa</th>\
          <th class=\"number\">peak stress, MPa</th><th class=\"number\">strain at the peak, ‰</th></tr>\n",
     );
     for run in runs {

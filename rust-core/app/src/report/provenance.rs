@@ -21,7 +21,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
         }
         columns.push(entries);
     }
-    let mut html = String::from("<h2>Provenance</h2>\n<div class=\"scroll\"><table>\n<tr><th></th>");
+    let mut html = String::from("<h2>Provenance</h2>\n<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><td></td>");
     for run in runs {
         let _ = write!(html, "<th>{}</th>", escape(&run.name));
     }

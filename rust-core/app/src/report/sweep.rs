@@ -309,7 +309,7 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
         let _ =
             writeln!(html, "<p>The first {MOST_ROWS} of {} rows; the result files contain all rows.</p>", rows.len());
     }
-    html += "<div class=\"scroll\"><table>\n<tr>";
+    html += "<div class=\"scroll\" tabindex=\"0\"><table>\n<tr>";
     for &axis in shown {
         let _ = write!(html, "<th>{}</th>", escape(&sweep.axes[axis].name));
     }

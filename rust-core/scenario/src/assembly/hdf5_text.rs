@@ -55,8 +55,17 @@ pub fn dataset(path: &Path, dataset: &Dataset) -> Result<String, String> {
 fn address(object: &Location) -> Result<u64, String> {
     let info = object.loc_info().map_err(|error| error.to_string())?;
     let shown = format!("{:?}", info.token);
-    let digits: String = shown.chars().filter(char::is_ascii_digit).collect();
-    digits.parse().map_err(|_| format!("has no address ({shown})"))
+    address_in(&shown).ok_or_else(|| format!("has no address ({shown})"))
+}
+
+/// Reads the debug output of a token: the address itself before HDF5 1.12, later 16 bytes that begin with it, the lowest byte first.
+fn address_in(shown: &str) -> Option<u64> {
+    let Some((_, list)) = shown.split_once('[') else {
+        let digits: String = shown.chars().filter(char::is_ascii_digit).collect();
+        return digits.parse().ok();
+    };
+    let bytes: Option<Vec<u8>> = list.split_once(']')?.0.split(',').map(|byte| byte.trim().parse().ok()).collect();
+    Some(u64::from_le_bytes(*bytes?.first_chunk()?))
 }
 
 /// A message in an object header.
@@ -259,6 +268,15 @@ pub(super) fn u64_at(bytes: &[u8], at: usize) -> u64 {
 mod tests {
     use super::*;
     use hdf5::types::VarLenUnicode;
+
+    /// The debug output of tokens of HDF5 1.10 and of HDF5 2.
+    #[test]
+    fn addresses_are_read_from_the_tokens_of_old_and_new_libraries() {
+        assert_eq!(address_in("LocationToken(228192)"), Some(228_192));
+        let new = "LocationToken(H5O_token_t { __data: [96, 123, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0] })";
+        assert_eq!(address_in(new), Some(228_192));
+        assert_eq!(address_in("LocationToken(H5O_token_t { __data: [96, 123] })"), None);
+    }
 
     /// Strings are read back unchanged: in attributes so many that headers have continuations, and in datasets; empty
     /// and long.

@@ -17,9 +17,13 @@ use concordem_solver::state::{Cell, Sphere};
 /// Locks are not needed, because no other process uses an unfinished file and a finished one never changes. They fail
 /// on some network file systems, and a child process that another thread starts while a file is open would keep the
 /// lock.
+///
+/// HDF5 2 writes by default a layout that HDF5 1.6 cannot read, nor the readers here that do without the library: ask for the oldest one.
 pub fn options() -> hdf5::FileBuilder {
     let mut options = hdf5::File::with_options();
-    options.with_fapl(|fapl| fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false));
+    options.with_fapl(|fapl| {
+        fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false).libver_earliest()
+    });
     options
 }
 

@@ -317,8 +317,8 @@ def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
     sources = sorted(parts.glob("*.cpp"))
     if not library.is_file() or not sources:
         fail(
-            f"this installation lacks the native parts ({parts} is missing or empty); build the wheel with yade-bridge/wheel, not with "
-            "maturin alone, and install it",
+            f"this installation lacks the native parts ({parts} is missing or empty); build the wheel with `make wheel`, not with "
+            "maturin alone or from the source package, and install it",
             "NothingStaged",
         )
     found = installed(yade)

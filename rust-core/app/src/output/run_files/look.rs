@@ -1,10 +1,11 @@
 //! A look at an unfinished run, without disturbing it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::folder::{header_path, list_numbered, lock, parts_folder};
+use super::folder::{header_path, list_numbered, lock, numbered, parts_folder};
 use super::header::{RunHeader, read_header};
+use crate::output::checkpoint::{self, Checkpoint};
 use crate::output::error::OutputError;
 use crate::output::{hdf, sealed};
 
@@ -36,15 +37,11 @@ impl Unfinished {
 /// # Errors
 /// Its files cannot be read; also if the run ends at this moment.
 pub fn look(path: &Path) -> Result<Option<Unfinished>, OutputError> {
-    let parts = if path.extension().is_some_and(|extension| extension == "parts") && path.is_dir() {
-        path.to_owned()
-    } else {
-        parts_folder(&sealed::target(path)?)
-    };
+    let parts = folder_of_run(path)?;
     if !parts.is_dir() {
         return Ok(None);
     }
-    let is_running = matches!(lock(&parts), Err(OutputError::Busy { .. }));
+    let is_running = is_running(&parts);
     let (header, _) = read_header(&parts)?;
     let width = header.series.len().max(1);
     let (mut last, mut samples) = (None, 0);
@@ -60,4 +57,89 @@ pub fn look(path: &Path) -> Result<Option<Unfinished>, OutputError> {
     let newest = list_numbered(&parts, "checkpoint")?.values().next_back().and_then(|path| modified(path));
     let times = [modified(&header_path(&parts)), newest];
     Ok(Some(Unfinished { header, is_running, last, samples, times }))
+}
+
+/// The working folder of the run whose result is `path`, or `path` if it is such a folder.
+fn folder_of_run(path: &Path) -> Result<PathBuf, OutputError> {
+    if path.extension().is_some_and(|extension| extension == "parts") && path.is_dir() {
+        Ok(path.to_owned())
+    } else {
+        Ok(parts_folder(&sealed::target(path)?))
+    }
+}
+
+fn is_running(parts: &Path) -> bool {
+    matches!(lock(parts), Err(OutputError::Busy { .. }))
+}
+
+/// Follows a run of another process, and reads each of its files once.
+#[derive(Debug)]
+pub struct Follower {
+    /// Description of the run.
+    pub header: RunHeader,
+    parts: PathBuf,
+    run_id: String,
+    /// Number of segments that were read.
+    segments: u64,
+    /// Number of the checkpoint that was read.
+    checkpoint: Option<u64>,
+}
+
+/// What a run has written since the last look.
+#[derive(Debug)]
+pub struct News {
+    /// New samples: the values of all series, one row after the other.
+    pub samples: Vec<f64>,
+    /// The newest state.
+    pub checkpoint: Checkpoint,
+}
+
+impl Follower {
+    /// Begins to follow the run whose result, or working folder, is `path`; `None` if there is no unfinished run.
+    ///
+    /// # Errors
+    /// Its files cannot be read.
+    pub fn of(path: &Path) -> Result<Option<Self>, OutputError> {
+        let parts = folder_of_run(path)?;
+        if !parts.is_dir() {
+            return Ok(None);
+        }
+        let (header, run_id) = read_header(&parts)?;
+        Ok(Some(Self { header, parts, run_id, segments: 0, checkpoint: None }))
+    }
+
+    /// Whether a process works on the run.
+    pub fn is_running(&self) -> bool {
+        self.parts.is_dir() && is_running(&self.parts)
+    }
+
+    /// The result of the run, whether or not it is finished.
+    pub fn result(&self) -> PathBuf {
+        self.parts.with_extension("")
+    }
+
+    /// What the run has written since the last call; `None`: nothing.
+    ///
+    /// # Errors
+    /// A file cannot be read; also if the run removes it at this moment.
+    pub fn news(&mut self) -> Result<Option<News>, OutputError> {
+        let Some((number, path)) = list_numbered(&self.parts, "checkpoint")?.pop_last() else { return Ok(None) };
+        if self.checkpoint == Some(number) {
+            return Ok(None);
+        }
+        let checkpoint = checkpoint::read(&path)?;
+        if checkpoint.run.run_id != self.run_id {
+            return Err(OutputError::Damaged { path, problem: "it belongs to another run".to_owned() });
+        }
+        let mut samples = Vec::new();
+        for k in self.segments..checkpoint.run.segments {
+            let segment = numbered(&self.parts, "segment", k);
+            let file = sealed::open(&segment)?;
+            let rows: Vec<f64> = hdf::read_array(&file, "samples", &segment)?;
+            samples.extend(rows);
+        }
+        self.segments = self.segments.max(checkpoint.run.segments);
+        self.checkpoint = Some(number);
+        Ok(Some(News { samples, checkpoint }))
+    }
 }

@@ -40,7 +40,7 @@ use folder::{
 };
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
-pub use look::{Unfinished, look};
+pub use look::{Follower, News, Unfinished, look};
 pub use snapshot::{BondSnapshot, Snapshot, SnapshotField};
 pub(super) use snapshot::{POSITION, SnapshotBatch, StoredField, batches_of, bond_batches_of};
 use snapshot::{StoredSnapshot, snapshot_fields};

@@ -1,20 +1,21 @@
-//! `concordem run --watch`: a page on this computer that shows the running specimen.
+//! A page on this computer that shows a running specimen.
 //!
-//! The run publishes its state about once a second, and less often if that would take more than two percent of the time. A thread answers
-//! requests from this computer only; it never touches the simulation.
+//! With `run --watch` and `resume --watch`, the run publishes its state about once a second, and less often if that would take more than
+//! two percent of the time. `concordem watch` shows a run that was started without it, from the files that the run writes. A thread
+//! answers requests from this computer only; it never touches the simulation.
 
+mod follow;
 mod server;
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
-use super::Failure;
+use super::{Console, Failure};
 use crate::report::base64;
 use concordem_contact::math::Vec3;
-use concordem_scenario::sampling::Record;
-use concordem_scenario::schedule::Simulation;
 use concordem_solver::state::State;
-pub(super) use server::Server;
+pub(super) use follow::{WatchArguments, watch};
+use server::Server;
 
 /// Shortest time between two publications.
 const SHORTEST: Duration = Duration::from_secs(1);
@@ -53,13 +54,15 @@ struct Slice {
 }
 
 impl Live {
-    /// Begins to serve. `initial`: positions that displacements refer to, m. The address is printed by the caller.
+    /// Begins to serve. `initial`: positions that displacements refer to, m.
     ///
     /// # Errors
     /// No port can be opened.
-    pub(super) fn start(port: u16, title: &str, initial: &[Vec3], state: &State) -> Result<Self, Failure> {
+    fn start(port: u16, title: &str, initial: &[Vec3], state: &State) -> Result<Self, Failure> {
         let server = Server::start(port).map_err(|error| {
-            Failure::Usage(format!("--watch: port {port} of this computer cannot be opened: {error}"))
+            Failure::Usage(format!(
+                "port {port} of this computer cannot be opened for the page: {error}; 0 takes any free port"
+            ))
         })?;
         let slice = Slice::of(initial, state);
         let (every, since, pause) = (1, 0, Duration::ZERO);
@@ -75,19 +78,37 @@ impl Live {
         })
     }
 
+    /// Begins to serve if a port was asked for, and prints the address.
+    ///
+    /// # Errors
+    /// The port cannot be opened.
+    pub(super) fn begin(
+        port: Option<u16>,
+        title: &str,
+        initial: &[Vec3],
+        state: &State,
+        console: &mut Console<'_>,
+    ) -> Result<Option<Self>, Failure> {
+        let live = port.map(|port| Self::start(port, title, initial, state)).transpose()?;
+        if let Some(live) = &live {
+            console.tell(&format!("watch the run at {}", live.address()));
+        }
+        Ok(live)
+    }
+
     /// Address of the page.
-    pub(super) fn address(&self) -> String {
+    fn address(&self) -> String {
         self.server.address()
     }
 
     /// Adds a record to the curve.
-    pub(super) fn record(&mut self, record: &Record) {
+    pub(super) fn record(&mut self, strain: f64, stress: f64) {
         self.since += 1;
         if self.since < self.every {
             return;
         }
         self.since = 0;
-        self.curve.push([record.strain, record.stress]);
+        self.curve.push([strain, stress]);
         if self.curve.len() > MOST_POINTS {
             self.every *= 2;
             let mut keep = false;
@@ -103,23 +124,23 @@ impl Live {
         self.last.elapsed() >= self.pause
     }
 
-    /// Publishes the state; `displacement`: of all particles, m; `begun`: when the work for it began.
+    /// Publishes a state; `share`: done of the run; `displacement`: of all particles, m; `begun`: when the work for it began.
     pub(super) fn publish(
         &mut self,
-        simulation: &Simulation,
+        state: &State,
+        share: f64,
         displacement: &[Vec3],
         damage: &[f64],
         status: &str,
         begun: Instant,
     ) {
-        let text = self.text(simulation, displacement, damage, status);
+        let text = self.text(state, share, displacement, damage, status);
         self.server.publish(text);
         self.last = Instant::now();
         self.pause = SHORTEST.max(begun.elapsed() * RARELY);
     }
 
-    fn text(&self, simulation: &Simulation, displacement: &[Vec3], damage: &[f64], status: &str) -> String {
-        let state = &simulation.state;
+    fn text(&self, state: &State, share: f64, displacement: &[Vec3], damage: &[f64], status: &str) -> String {
         let mut curve = String::new();
         for [strain, stress] in self.curve.iter().filter(|point| point.iter().all(|x| x.is_finite())) {
             let comma = if curve.is_empty() { "" } else { "," };
@@ -149,11 +170,10 @@ impl Live {
             }
         }
         format!(
-            "{{\"title\": {}, \"status\": {}, \"share\": {:.4}, \"broken\": {}, \"curve\": [{curve}], \"unit\": {:e}, {}, \
+            "{{\"title\": {}, \"status\": {}, \"share\": {share:.4}, \"broken\": {}, \"curve\": [{curve}], \"unit\": {:e}, {}, \
              \"moved\": \"{}\", \"bonds\": \"{}\"}}",
             serde_json::Value::from(self.title.as_str()),
             serde_json::Value::from(status),
-            simulation.progress(),
             state.broken.len(),
             largest / slice.longest * 10_000.0,
             slice.head,
