@@ -163,3 +163,33 @@ fn fineness_is_a_sweep() {
     let refused = concordem(["sweep", text(&wrong)]);
     assert!(refused.code == exit::USAGE && refused.err.contains("dynamics"), "{}", refused.err);
 }
+
+/// A setting changes the scenario whose packing is made, and the record names it; a file without keys refuses it.
+#[test]
+fn settings_change_the_packing_of_a_scenario() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = write(folder.path(), "cooked.toml", COOKED);
+    let setting = "packing.shape.size=[\"7 mm\", \"9 mm\", \"9 mm\"]";
+    let figures = |arguments: &[&str]| {
+        let given = concordem([&["characterise", "-f", text(&scenario)][..], arguments].concat());
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        std::fs::read_to_string(folder.path().join("cooked.structure.json")).expect("the JSON file")
+    };
+    let (own, changed) = (figures(&[]), figures(&["--set", setting]));
+    let edited = write(folder.path(), "edited.toml", &COOKED.replacen("\"9 mm\"", "\"7 mm\"", 1));
+    assert_eq!(concordem(["characterise", text(&edited)]).code, exit::DONE);
+    let table = |text: &str| serde_json::from_str::<serde_json::Value>(text).expect("JSON");
+    let by_hand = json(&folder, "edited.structure.json");
+    assert_eq!(table(&changed)["coordination"], by_hand["coordination"]);
+    assert_eq!(table(&changed)["radii"], by_hand["radii"]);
+    assert_ne!(table(&own)["radii"], by_hand["radii"]);
+    assert!(changed.contains("cooked.toml --set packing.shape.size="), "{changed}");
+    let spheres = write(folder.path(), "spheres.txt", "0 0 0 1e-3\n2e-3 0 0 1e-3\n");
+    let refused = concordem(["characterise", "--set", setting, text(&spheres)]);
+    assert_ne!(refused.code, exit::DONE);
+    assert!(
+        refused.err.contains("only a scenario has keys") && refused.err.contains("leave it out"),
+        "{}",
+        refused.err
+    );
+}

@@ -130,6 +130,9 @@ fn keys_are_explained() {
     assert!(concordem(["explain", "stop"]).out.contains("drop_to"));
     assert!(concordem(["explain", "packing.kind"]).out.contains("\"cooker\": Dense packing between walls"));
     assert!(concordem(["explain"]).out.contains("loading"));
+    let wrong = concordem(["explain", "strain_rte"]);
+    assert_eq!(wrong.code, exit::USAGE);
+    assert!(wrong.err.contains("`loading.strain_rate`"), "{}", wrong.err);
 }
 
 #[test]

@@ -165,7 +165,7 @@ fn characterise_file<'py>(
     threads: Option<usize>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<String> {
-    let choice = Choice { interaction_ratio, coordination, shape: None, cell };
+    let choice = Choice { interaction_ratio, coordination, shape: None, cell, ..Choice::default() };
     let found = guarded(py, threads, progress.as_ref(), |progress| {
         let body = Body::read(&file, &choice, &mut |stage, share| progress(stage, share))?;
         characterise(&body, boundary)
@@ -186,7 +186,7 @@ fn characterise_packing(
     page: Option<PathBuf>,
 ) -> PyResult<String> {
     let packing = of_arrays(&positions, &radii, cell)?;
-    let choice = Choice { interaction_ratio, coordination, shape: None, cell: None };
+    let choice = Choice { interaction_ratio, coordination, ..Choice::default() };
     let body = Body::of_packing("packing".to_owned(), packing, &choice).or_raise()?;
     written(characterise(&body, boundary).or_raise()?, page)
 }

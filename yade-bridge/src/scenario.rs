@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use concordem::assembly::pack;
-use concordem::scenario::{self, TEMPLATES};
+use concordem::scenario::{self, ReadError, Setting, TEMPLATES};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
@@ -168,6 +168,36 @@ impl Scenario {
     #[getter]
     fn title(&self) -> &str {
         &self.inner.title
+    }
+
+    /// This scenario with other values: key paths as in `--set` (`"material[0].cpm.young"`), values as in the constructor. A list is
+    /// replaced as a whole. Messages show a setting as `--set KEY=VALUE`. Raises ScenarioError if the new scenario is invalid,
+    /// ValueError if a key leads nowhere.
+    ///
+    /// >>> import concordem
+    /// >>> slow = concordem.Scenario.template("cpm-small").with_settings({"loading.strain_rate": "0.2 1/s"})
+    /// >>> slow.to_dict()["loading"]["strain_rate"]
+    /// '0.2 1/s'
+    fn with_settings(&self, settings: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if !settings.hasattr("items")? {
+            return Err(PyTypeError::new_err(
+                "the settings are not a mapping; give a dictionary of key paths and values",
+            ));
+        }
+        let mut list = Vec::new();
+        for item in settings.call_method0("items")?.try_iter()? {
+            let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
+            let key: String =
+                key.extract().map_err(|_| PyTypeError::new_err(format!("the key {key} is not a string")))?;
+            let value = toml_of(&value, &key)?
+                .ok_or_else(|| PyTypeError::new_err(format!("{key} is None; a setting cannot remove a key")))?;
+            list.push(Setting::new(&key, value.to_string()).map_err(PyValueError::new_err)?);
+        }
+        let inner = match caught(|| self.inner.with_settings(&list))? {
+            Err(ReadError::Setting(problem)) => return Err(PyValueError::new_err(problem)),
+            other => other.or_raise()?,
+        };
+        Self::with_warnings(settings.py(), inner, self.folder.clone())
     }
 
     /// The tables as a dictionary.

@@ -22,6 +22,29 @@ def test_four_ways_are_one(two, tmp_path):
     assert pickle.loads(pickle.dumps(two)) == two
 
 
+def test_settings_replace_keys():
+    scenario = concordem.Scenario.template("cpm-small")
+    other = scenario.with_settings(
+        {"material[0].cpm.young": np.float64(2e10), "loading.strain_rate": "0.2 1/s", "packing.seed": 3}
+    )
+    tables = other.to_dict()
+    assert tables["material"][0]["cpm"]["young"] == 2e10
+    assert tables["loading"]["strain_rate"] == "0.2 1/s"
+    assert tables["packing"]["seed"] == 3
+    assert scenario == concordem.Scenario.template("cpm-small") != other
+    assert pickle.loads(pickle.dumps(other)) == other
+    with pytest.raises(concordem.ScenarioError, match="yuong"):
+        scenario.with_settings({"material[0].cpm.yuong": 1e10})
+    with pytest.raises(ValueError, match="there is no item `7`"):
+        scenario.with_settings({"material[7].cpm.young": 1e10})
+    with pytest.raises(ValueError, match="empty key"):
+        scenario.with_settings({"": 1})
+    with pytest.raises(TypeError, match="cannot remove"):
+        scenario.with_settings({"packing.seed": None})
+    with pytest.raises(TypeError, match="not a mapping"):
+        scenario.with_settings(["packing.seed=3"])
+
+
 def test_numbers_of_numpy_are_numbers():
     spheres = np.array([[0, 0, 0, 1e-3], [2e-3, 0, 0, 1e-3]])
     stop = {"steps": np.int64(400)}

@@ -9,7 +9,7 @@ use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
 use concordem_packing::cooker::boundary;
 use concordem_packing::{Packing, Shape, TIE, import};
 use concordem_scenario::assembly::{Placed, place, sphere_pack};
-use concordem_scenario::schema::{Quantity, Scenario};
+use concordem_scenario::schema::{Quantity, Scenario, Setting};
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 use concordem_solver::state::{Cell, Sphere};
@@ -36,6 +36,8 @@ pub struct Choice {
     pub shape: Option<Shape>,
     /// Edges of the periodic cell of a text file, m.
     pub cell: Option<[f64; 3]>,
+    /// Settings that replace keys of a scenario.
+    pub settings: Vec<Setting>,
 }
 
 /// A packing with its links and the shape that bounds it.
@@ -73,10 +75,20 @@ impl Body {
                 Err(CharacteriseError::Choice(format!("a cell is given, but {what} has its own; leave it out")))
             })
         };
+        if let Some(setting) = choice.settings.first()
+            && extension != "toml"
+        {
+            let given = &setting.given;
+            return Err(CharacteriseError::Choice(format!(
+                "--set {given}: only a scenario has keys, and {} is none; leave it out, or give a .toml file",
+                path.display()
+            )));
+        }
+        let name = choice.settings.iter().fold(name, |name, setting| format!("{name} --set {}", setting.given));
         match extension.as_str() {
             "toml" => {
                 fixed("a scenario")?;
-                let scenario = Scenario::read(path)?;
+                let scenario = Scenario::read_with(path, &choice.settings)?;
                 let placed = place(&scenario, &scenario.directory(), progress)?;
                 Self::of_placed(name, &scenario, &placed, choice)
             }

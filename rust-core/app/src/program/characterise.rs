@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::check::count;
 use super::drive::check_page_name;
 use super::meter::Meter;
+use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
 use crate::characterise::{Body, CharacteriseError, Characteristics, Choice, characterise};
 use crate::output::{OutputError, sealed};
@@ -42,6 +43,8 @@ pub(super) struct CharacteriseArguments {
     /// Spheres with their centers nearer to the surface than this many mean radii belong to the boundary
     #[arg(long, value_name = "NUMBER", default_value_t = BOUNDARY_DEPTH)]
     boundary: f64,
+    #[command(flatten)]
+    settings: Settings,
     #[command(flatten)]
     work: Work,
 }
@@ -93,6 +96,7 @@ pub(super) fn run(arguments: &CharacteriseArguments, console: &mut Console<'_>) 
         coordination: arguments.coordination,
         shape: arguments.shape.as_deref().map(read_shape).transpose()?,
         cell: arguments.cell,
+        settings: arguments.settings.list().to_vec(),
     };
     let display = console.display(&arguments.work);
     let found = arguments.work.install(|| {

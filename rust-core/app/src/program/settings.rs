@@ -23,6 +23,11 @@ impl Settings {
         self.list.is_empty()
     }
 
+    /// The settings, in the order given.
+    pub(super) fn list(&self) -> &[Setting] {
+        &self.list
+    }
+
     /// Reads a scenario with these settings.
     pub(super) fn read(&self, path: &Path) -> Result<Scenario, Failure> {
         Ok(Scenario::read_with(path, &self.list)?)

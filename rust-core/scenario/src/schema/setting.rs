@@ -59,6 +59,18 @@ impl Setting {
         Ok(Self { key: key.to_owned(), value, given: text.to_owned() })
     }
 
+    /// A key with a value in TOML; unlike in [`Self::parse`], strings need quotes.
+    ///
+    /// # Errors
+    /// The key is empty.
+    pub fn new(key: &str, value: String) -> Result<Self, String> {
+        let key = key.trim();
+        if key.is_empty() {
+            return Err("a setting has an empty key; write it like packing.radius".to_owned());
+        }
+        Ok(Self { key: key.to_owned(), given: format!("{key}={value}"), value })
+    }
+
     /// The text of a scenario with these settings; everything else, also comments, stays as it is.
     ///
     /// # Errors

@@ -155,6 +155,11 @@ mod tests {
         assert!(paths("young").contains(&"material.cohesive_beam.young"));
         let (similar, exact) = find(&keys, "strain_rat");
         assert!(!exact && similar.iter().any(|key| key.path == "loading.strain_rate"), "{similar:?}");
+        // One wrong letter is nearer than a shorter key that begins the word, with and without the table.
+        for word in ["strain_rte", "loading.strain_rte"] {
+            let (similar, exact) = find(&keys, word);
+            assert!(!exact && similar.iter().any(|key| key.path == "loading.strain_rate"), "{word}: {similar:?}");
+        }
         assert!(find(&keys, "qqqqqq").0.is_empty());
         // A key of several kinds, a choice of words, a quantity.
         let (radius, _) = find(&keys, "packing.radius");

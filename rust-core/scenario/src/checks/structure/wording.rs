@@ -20,11 +20,15 @@ pub(in crate::checks) fn nearest<'a>(word: &str, candidates: impl IntoIterator<I
     let mut best: Option<(f64, &str)> = None;
     for candidate in candidates {
         let other = plain(candidate);
-        // A word that begins another one counts as similar; otherwise about two thirds of the letters must agree.
-        let likeness = if !word.is_empty() && (other.starts_with(&word) || word.starts_with(&other)) {
-            0.9 + 0.1 * strsim::normalized_damerau_levenshtein(&word, &other)
+        // A word that begins another one counts as similar; otherwise about two thirds of the letters must agree. A candidate that
+        // begins the word counts less than one with a single wrong letter: `strain_rte` is `strain_rate`, not `strain`.
+        let letters = strsim::normalized_damerau_levenshtein(&word, &other);
+        let likeness = if !word.is_empty() && other.starts_with(&word) {
+            0.9 + 0.1 * letters
+        } else if !other.is_empty() && word.starts_with(&other) {
+            letters.max(0.7 + 0.2 * letters)
         } else {
-            strsim::normalized_damerau_levenshtein(&word, &other)
+            letters
         };
         if likeness >= 0.6 && best.is_none_or(|(most, _)| likeness > most) {
             best = Some((likeness, candidate));
