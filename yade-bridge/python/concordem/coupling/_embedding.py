@@ -138,12 +138,12 @@ class Embedding:
 
 def _cells_of(elements: Any) -> NDArray[np.int64]:
     """Elements of a mesh of scikit-fem, numbered as in VTK."""
-    mesh = getattr(elements, "mesh", None)
+    mesh: Any = getattr(elements, "mesh", None)
     kind = type(mesh).__name__
     if kind not in ("MeshHex1", "MeshTet1"):
         raise ValueError(f"the mesh is a {kind}; give cells, or elements in space (MeshHex, MeshTet)")
     table = mesh.t.T.astype(np.int64)
-    corners = np.asarray(mesh.elem().doflocs, dtype=float)
+    corners: Reals = np.array(mesh.elem().doflocs, dtype=np.float64)
     # The corner of scikit-fem at each corner of VTK.
     order = [int(np.nonzero((corners == corner).all(axis=1))[0][0]) for corner in _CORNERS[len(corners)]]
     cells: NDArray[np.int64] = table[:, order]

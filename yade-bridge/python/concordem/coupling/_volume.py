@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._embedding import Embedding, _cells_of
@@ -82,11 +82,11 @@ class VolumeCoupling:
         self.last: Exchange | None = None
         """The last exchange."""
 
-    def _rows(self) -> np.ndarray:
+    def _rows(self) -> NDArray[np.int64]:
         """Rows of the slaves in the state, which may sort its particles anew."""
         ids = self.simulation.state.ids
         order = np.argsort(ids)
-        rows: np.ndarray = order[np.searchsorted(ids, self.slaves, sorter=order)]
+        rows: NDArray[np.int64] = order[np.searchsorted(ids, self.slaves, sorter=order)]
         return rows
 
     def _check_places(self) -> None:
@@ -126,8 +126,12 @@ class VolumeCoupling:
             np.add.at(moment, side[chosen, end], couple)
         return force, moment
 
-    def step(self, count: int = 1, load: ArrayLike | None = None) -> None:
-        """Advance both sides by `count` steps, under further forces `load` on the nodes, N, (n, 3)."""
+    def step(self, count: int = 1, load: ArrayLike | None = None, motion: tuple[ArrayLike, ArrayLike] | None = None) -> None:
+        """Advance both sides by `count` steps, under further forces `load` on the nodes, N, (n, 3).
+
+        `motion`: velocities (m/s) and angular velocities (rad/s) of other prescribed particles, one row per particle of the state, as in
+        `Simulation.set_motion`; by default they keep theirs.
+        """
         elements, embedding, simulation = self.elements, self.embedding, self.simulation
         outer = np.zeros_like(elements.nodes) if load is None else _vectors("load", load, len(elements.nodes))
         for _ in range(count):
@@ -153,7 +157,10 @@ class VolumeCoupling:
             )
             self.work += work
             rows = self._rows()
-            targets, spins = np.zeros((len(simulation.state), 3)), np.zeros((len(simulation.state), 3))
+            # A prescribed particle has the velocity of its target; those of free particles have no effect.
+            state = simulation.state
+            others = (state.velocities, state.angular_velocities) if motion is None else motion
+            targets, spins = (_vectors("motion", values, len(state)) for values in others)
             targets[rows], spins[rows] = velocity, spin
             simulation.set_motion(targets, spins)
             simulation.step(1)
