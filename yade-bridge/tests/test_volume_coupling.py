@@ -166,7 +166,7 @@ def test_chain_and_bar_in_tension_have_the_stiffness_of_the_chain(along, error):
     assert shift[1] == pytest.approx((2.5 + error) * force / stiffness, rel=1e-4)
 
 
-def test_rigid_motion_gives_no_force():
+def test_translation_gives_no_force():
     simulation = chain(0.0, 0.0, 0.0)
     elements = bar()
     elements.velocity[:] = [0.3, -0.1, 0.2]
@@ -176,6 +176,51 @@ def test_rigid_motion_gives_no_force():
         volume.step()
         # Stiffness times rounding of positions, 1e4 N/m times 1e-18 m, over 200 steps.
         assert np.abs(volume.last.force).max() < 1e-11
+
+
+def test_run_continues_bit_by_bit(tmp_path):
+    def start():
+        elements = bar()
+        elements.velocity[:] = np.cross([10.0, -20.0, 30.0], elements.nodes)
+        return elements
+
+    simulation, elements = chain(0.0, 2e-4, -1e-4, **BEAMS), start()
+    volume = coupling.VolumeCoupling(simulation, elements, [0, 1])
+    volume.step(40)
+    simulation.save(tmp_path / "half.h5")
+    saved = elements.save()
+    volume.step(40)
+    second, other = concordem.Simulation.load(tmp_path / "half.h5", threads=2), start()
+    other.restore(saved)
+    coupling.VolumeCoupling(second, other, [0, 1], reference=volume.reference).step(40)
+    assert second.state_hash() == simulation.state_hash()
+    assert np.array_equal(other.displacement, elements.displacement) and np.array_equal(other.velocity, elements.velocity)
+    with pytest.raises(concordem.CouplingError, match="away from its place|lies in no element"):
+        coupling.VolumeCoupling(second, other, [0, 1])
+
+
+def test_walls_clumps_cells_and_planes_at_slaves_are_refused():
+    floor = {"name": "floor", "shape": {"kind": "plane", "point": [0, 0, -1e-3], "normal": [0, 0, 1]}, "material": "m"}
+    falling = bar()
+    falling.velocity[:] = [0, 0, -0.5]
+    touched = coupling.VolumeCoupling(chain(0.0, 0.0, contacts={"law": "linear_bond"}, wall=[floor]), falling, [0])
+    with pytest.raises(concordem.CouplingError, match="a wall touches slave 0"):
+        touched.step(5)
+    clump = {"material": "m", "spheres": [[-2e-3, 0, 0, 5e-4], [-1.5e-3, 0, 0, 5e-4]]}
+    far = {"kind": "spheres", "spheres": [[0.1, 0, 0, 1e-3]]}
+    with pytest.raises(concordem.CouplingError, match="slave 1 belongs to a clump"):
+        coupling.VolumeCoupling(chain(packing=far, clump=[clump], set=[], prescribe=[]), bar(), [1, 2])
+    fem = pytest.importorskip("skfem")
+    plane = coupling.ScikitDynamics(fem.MeshQuad.init_tensor(np.linspace(-5e-3, 1e-3, 4), np.linspace(-2e-3, 2e-3, 3)),
+                                    coupling.Elastic(1e7, 0.3, 2500.0), STEP, plane="strain")
+    with pytest.raises(ValueError, match="elements in space"):
+        coupling.VolumeCoupling(chain(0.0, 0.0), plane, [0])
+    cell = concordem.Scenario(
+        packing={"kind": "lattice", "lattice": "sc", "radius": "1 mm", "repeats": [2, 2, 2], "shape": {"kind": "periodic"}},
+        material={"name": "m", "density": 2500.0, "linear_bond": {"normal_stiffness": 1e4, "shear_stiffness": 3e3}},
+        bonds={"law": "linear_bond", "interaction_ratio": 1.1}, contacts={"law": "none"}, stop={"steps": 10}).simulation()
+    with pytest.raises(concordem.CouplingError, match="remove the periodic cell"):
+        coupling.VolumeCoupling(cell, bar(), [0])
 
 
 def test_pairs_that_do_not_fit_are_refused():

@@ -45,16 +45,25 @@ class VolumeCoupling:
     angular momentum together change only by other loads. The scenario prescribes all six velocities of the slaves, as zero.
 
     Args:
-        simulation: without a periodic cell; not yet moved where the slaves are.
-        elements: not yet deformed where the slaves are; the time step must be that of the particles.
+        simulation: without a periodic cell.
+        elements: the time step must be that of the particles.
         slaves: ids of the slaves.
         cells: elements as nodes numbered as in VTK, (m, 4) or (m, 8); by default those of `elements.mesh`.
+        reference: places of the slaves in the reference configuration, by ascending id, m, (k, 3). Default: where they are, for elements
+            not yet deformed. To continue a saved run, restore both sides and give the attribute `reference` of the first coupling.
 
     Raises CouplingError for pairs that do not fit, slaves outside the elements, slaves of clumps, walls that touch a slave, and slaves
     that do not follow.
     """
 
-    def __init__(self, simulation: Simulation, elements: FiniteElements, slaves: ArrayLike, cells: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        simulation: Simulation,
+        elements: FiniteElements,
+        slaves: ArrayLike,
+        cells: ArrayLike | None = None,
+        reference: ArrayLike | None = None,
+    ) -> None:
         state = simulation.state
         if state.cell is not None:
             raise CouplingError("the volume coupling takes specimens with a surface; remove the periodic cell", "Periodic")
@@ -74,7 +83,10 @@ class VolumeCoupling:
             message = f"the elements must have the time step of the particles; give them {state.time_step:.17g} s"
             raise CouplingError(message, "TimeStep")
         table = _cells_of(elements) if cells is None else cells
-        self.embedding = Embedding(elements.nodes, table, state.positions[rows])
+        places = state.positions[rows] if reference is None else _vectors("reference", reference, len(rows))
+        self.reference: Reals = places.copy()
+        """Places of the slaves in the reference configuration, m, (k, 3)."""
+        self.embedding = Embedding(elements.nodes, table, self.reference)
         """The slaves in the elements, in the order of `slaves`."""
         self._check_places()
         self.work = 0.0
