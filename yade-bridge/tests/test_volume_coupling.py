@@ -207,9 +207,9 @@ def test_walls_clumps_cells_and_planes_at_slaves_are_refused():
     with pytest.raises(concordem.CouplingError, match="a wall touches slave 0"):
         touched.step(5)
     clump = {"material": "m", "spheres": [[-2e-3, 0, 0, 5e-4], [-1.5e-3, 0, 0, 5e-4]]}
-    far = {"kind": "spheres", "spheres": [[0.1, 0, 0, 1e-3]]}
-    with pytest.raises(concordem.CouplingError, match="slave 1 belongs to a clump"):
-        coupling.VolumeCoupling(chain(packing=far, clump=[clump], set=[], prescribe=[]), bar(), [1, 2])
+    far = {"kind": "spheres", "spheres": [[0.1, 0, 0, 1e-3], [0.102, 0, 0, 1e-3]]}
+    with pytest.raises(concordem.CouplingError, match="slave 2 belongs to a clump"):
+        coupling.VolumeCoupling(chain(packing=far, clump=[clump], set=[], prescribe=[]), bar(), [2, 3])
     fem = pytest.importorskip("skfem")
     plane = coupling.ScikitDynamics(fem.MeshQuad.init_tensor(np.linspace(-5e-3, 1e-3, 4), np.linspace(-2e-3, 2e-3, 3)),
                                     coupling.Elastic(1e7, 0.3, 2500.0), STEP, plane="strain")
