@@ -140,7 +140,7 @@ def pages():
     lines += ["## concordem.operators", "", *add("operators.py", "")]
     lines += ["## concordem.packing", "", *add("packing.py", "")]
     lines += ["## concordem.coupling", "", *add("coupling/__init__.py", "")]
-    for path in ("_protocol", "_materials", "_scikit", "_sequential", "_pictures"):
+    for path in ("_protocol", "_materials", "_scikit", "_sequential", "_embedding", "_volume", "_pictures"):
         lines += module(f"coupling/{path}.py", "")[2:]
     lines += ["## Result types", "", *named_tuples()]
     lines += ["## Errors", ""]

@@ -7,6 +7,8 @@ tetrahedra, quadrilaterals, or triangles. :class:`CallbackElements` wraps functi
 Materials of the elements: :class:`Elastic`, :class:`Damaging` (the damage-plastic model :class:`DamagePlastic`), and
 :class:`CellMaterial`, a periodic cell of particles at each integration point; :class:`Layers` gives elements different ones.
 
+Particles that move with elements: :class:`VolumeCoupling`; :class:`Embedding` has its formulas.
+
 SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 
 >>> import numpy as np
@@ -19,11 +21,13 @@ SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 
 from .._core import CellStates, DamagePlastic, RepresentativeCells, handover_damage, handover_tensor
 from .._types import CellResponse, PointUpdate
+from ._embedding import Embedding
 from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
 from ._protocol import CallbackElements, FiniteElements, check_pair
 from ._pictures import write_vtk
 from ._scikit import ScikitDynamics
 from ._sequential import HandOver, hand_over
+from ._volume import Exchange, VolumeCoupling
 
 __all__ = [
     "CallbackElements",
@@ -33,6 +37,8 @@ __all__ = [
     "DamagePlastic",
     "Damaging",
     "Elastic",
+    "Embedding",
+    "Exchange",
     "FiniteElements",
     "HandOver",
     "Layers",
@@ -40,6 +46,7 @@ __all__ = [
     "PointUpdate",
     "RepresentativeCells",
     "ScikitDynamics",
+    "VolumeCoupling",
     "check_pair",
     "hand_over",
     "handover_damage",

@@ -1,0 +1,241 @@
+"""Volume coupling: points in elements, forces and moments on nodes, particles that move with elements.
+
+Tests of the finite elements need scikit-fem, and are skipped where it is missing (Debian's own Python).
+"""
+
+import concordem
+import numpy as np
+import pytest
+from concordem import coupling
+
+TETRAHEDRON = np.array([[0, 0, 0], [1, 0.1, 0], [0.1, 1.2, 0], [0, 0.2, 0.9]])
+HEXAHEDRON = np.array([[0, 0, 0], [1, 0, 0.1], [1.1, 1, 0], [0, 0.9, 0], [0, 0.1, 1], [1, 0, 1.2], [1, 1, 1], [-0.1, 1, 1]])
+
+
+# ---- Points in elements --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("corners", [TETRAHEDRON, HEXAHEDRON], ids=["tet", "hex"])
+def test_force_moment_and_power_are_those_of_the_points(corners):
+    random = np.random.default_rng(1)
+    share = random.dirichlet(np.ones(len(corners)), size=20)
+    points = share @ corners
+    embedding = coupling.Embedding(corners, [list(range(len(corners)))], points)
+    displacement = 0.05 * random.normal(size=corners.shape)
+    assert np.allclose(embedding.positions(np.zeros_like(corners)), points, rtol=0, atol=1e-14)
+    force, moment = random.normal(size=(20, 3)), random.normal(size=(20, 3))
+    gradients = embedding.gradients(displacement)
+    nodal = embedding.distribute(force, moment, gradients)
+    places, present = embedding.positions(displacement), corners + displacement
+    # Rounding of sums of about 20 terms of size 1 to 10.
+    assert np.allclose(nodal.sum(axis=0), force.sum(axis=0), rtol=0, atol=1e-12)
+    assert np.allclose(np.cross(present, nodal).sum(axis=0), (np.cross(places, force) + moment).sum(axis=0), rtol=0, atol=1e-12)
+    velocity = random.normal(size=corners.shape)
+    moved, spin = embedding.motion(velocity, gradients)
+    assert np.vdot(nodal, velocity) == pytest.approx(np.vdot(force, moved) + np.vdot(moment, spin), rel=1e-12)
+    # A rigid motion: v = a + w x x.
+    moved, spin = embedding.motion([1.0, 2.0, 3.0] + np.cross([0.3, -0.2, 0.5], present), gradients)
+    assert np.allclose(spin, [0.3, -0.2, 0.5], rtol=0, atol=1e-13)
+    assert np.allclose(moved, [1.0, 2.0, 3.0] + np.cross([0.3, -0.2, 0.5], places), rtol=0, atol=1e-13)
+
+
+def test_points_and_elements_that_do_not_fit_are_refused():
+    cells = [[0, 1, 2, 3]]
+    with pytest.raises(concordem.CouplingError, match="point 1 at .* lies in no element"):
+        coupling.Embedding(TETRAHEDRON, cells, [[0.1, 0.2, 0.1], [2, 2, 2]])
+    with pytest.raises(concordem.CouplingError, match="lies in no element"):
+        # Inside the box around the element, outside the element.
+        coupling.Embedding(TETRAHEDRON, cells, [[0.9, 1.1, 0.8]])
+    with pytest.raises(ValueError, match=r"\(m, 4\) or \(m, 8\)"):
+        coupling.Embedding(TETRAHEDRON, [[0, 1, 2]], [[0.1, 0.2, 0.1]])
+    with pytest.raises(ValueError, match="from 0 to 3"):
+        coupling.Embedding(TETRAHEDRON, [[0, 1, 2, 4]], [[0.1, 0.2, 0.1]])
+    embedding = coupling.Embedding(TETRAHEDRON, cells, [[0.1, 0.2, 0.1]])
+    with pytest.raises(concordem.CouplingError, match="element 0 is inverted"):
+        embedding.gradients(-2 * TETRAHEDRON * [1, 0, 0])
+
+
+# ---- Particles in elements -----------------------------------------------------------------------------------------------------
+
+STEP = 4e-6
+
+
+def chain(*offsets, slave_end=0.5e-3, **tables):
+    """Bonded spheres of 1 mm at x = -2, 0, 2, ... mm; those up to `slave_end` are prescribed."""
+    spheres = [[2e-3 * (k - 1), offset, 0.0, 1e-3] for k, offset in enumerate(offsets)]
+    return concordem.Scenario(**({
+        "packing": {"kind": "spheres", "spheres": spheres},
+        "material": {"name": "m", "density": 2500.0, "linear_bond": {"normal_stiffness": 1e4, "shear_stiffness": 3e3}},
+        "bonds": {"law": "linear_bond", "interaction_ratio": 1.1},
+        "contacts": {"law": "none"},
+        "set": [{"name": "slaves", "selection": {"kind": "box", "minimum": [-1, -1, -1], "maximum": [slave_end, 1, 1]}}],
+        "prescribe": [{"set": "slaves", "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}],
+        "integration": {"time_step": STEP},
+        "stop": {"steps": 10**9},
+    } | tables)).simulation(threads=1)
+
+
+def bar(kind="Hex", young=1e7, poisson=0.3, along=3, across=2, **options):
+    fem = pytest.importorskip("skfem")
+    side = np.linspace(-2e-3, 2e-3, across + 1)
+    lines = [np.linspace(-5e-3, 1e-3, along + 1), side, side]
+    mesh = getattr(fem, f"Mesh{kind}").init_tensor(*lines)
+    return coupling.ScikitDynamics(mesh, coupling.Elastic(young, poisson, 2500.0), STEP, **options)
+
+
+def momenta(elements, simulation, slaves):
+    """Linear and angular momentum of elements and free particles, at the half step."""
+    state = simulation.state
+    free = ~np.isin(state.ids, slaves)
+    momentum = state.masses[free, None] * state.velocities[free]
+    middle = state.positions[free] - 0.5 * STEP * state.velocities[free]
+    spin = state.inertias[free].reshape(free.sum(), -1)[:, :1] * state.angular_velocities[free]
+    return elements.momentum() + momentum.sum(axis=0), elements.angular_momentum() + (np.cross(middle, momentum) + spin).sum(axis=0)
+
+
+# Beams have moments besides forces.
+BEAMS = {"material": {"name": "m", "density": 2500.0, "cohesive_beam": {"young": 1e7, "poisson": 0.2, "radius_ratio": 0.9}},
+         "bonds": {"law": "cohesive_beam", "interaction_ratio": 1.1}}
+
+
+@pytest.mark.parametrize(("kind", "tables"), [("Hex", {}), ("Tet", {}), ("Hex", BEAMS)], ids=["hex", "tet", "beams"])
+def test_momentum_and_work_pass_the_interface_without_loss(kind, tables):
+    simulation = chain(0.0, 2e-4, -1e-4, 3e-4, 0.0, **tables)
+    elements = bar(kind)
+    elements.velocity[:] = np.cross([10.0, -20.0, 30.0], elements.nodes) + [0.1, 0.2, 0.0]
+    volume = coupling.VolumeCoupling(simulation, elements, [0, 1])
+    volume.step()
+    start = momenta(elements, simulation, volume.slaves)
+    kinetic = elements.kinetic_energy
+    largest, lost = np.zeros(3), np.zeros(3)
+    for _ in range(500):
+        volume.step()
+        last = volume.last
+        sizes = [np.abs(last.force).max(), np.abs(last.moment).max(), abs(last.work)]
+        largest = np.maximum(largest, sizes)
+        lost = np.maximum(lost, [np.abs(last.lost_force).max(), np.abs(last.lost_moment).max(), abs(last.lost_work)])
+    # Rounding of sums over tens of terms.
+    assert (lost < 1e-13 * largest).all(), lost / largest
+    end = momenta(elements, simulation, volume.slaves)
+    # The free particles were at rest, and have taken up a part.
+    assert abs(volume.work) > 1e-3 * kinetic
+    for before, after in zip(start, end):
+        # Rounding of 500 steps.
+        assert np.abs(after - before).max() < 1e-11 * np.abs(before).max()
+    assert abs(elements.balance) < 1e-11 * kinetic
+
+
+def pulled(**options):
+    """Chain of five spheres, two of them in a bar; the last one is prescribed."""
+    sets = {"slaves": ([-1, -1, -1], [5e-4, 1, 1]), "end": ([5e-3, -1, -1], [1, 1, 1])}
+    return chain(
+        *[0.0] * 5, integration={"time_step": STEP, "damping": {"kind": "local", "coefficient": 0.2}},
+        set=[{"name": name, "selection": {"kind": "box", "minimum": low, "maximum": high}} for name, (low, high) in sets.items()],
+        prescribe=[{"set": "slaves", "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]},
+                   {"set": "end", "velocity": options.get("velocity", [0, 0, 0]), "angular_velocity": [0, 0, 0]}],
+    )
+
+
+def test_other_prescribed_particles_keep_their_velocity():
+    simulation = pulled(velocity=[1e-4, 0, 0])
+    volume = coupling.VolumeCoupling(simulation, bar(), [0, 1])
+    volume.step(50)
+    assert simulation.state.positions[np.argmax(simulation.state.ids), 0] == pytest.approx(6e-3 + 50 * STEP * 1e-4, rel=1e-12)
+
+
+@pytest.mark.parametrize(("along", "error"), [(6, 0.0), (3, -0.25)], ids=["slave at a node", "slave between nodes"])
+def test_chain_and_bar_in_tension_have_the_stiffness_of_the_chain(along, error):
+    # A bar with the stiffness of the chain, E A = k l, without lateral strain. Its section is one element, so the force is uniform in it.
+    # At nodes the extension is exact. In the middle of an element of length h, F goes to its two ends, and the shape functions cut the
+    # kink of the displacement: F h/4 EA are missing, a quarter of a bond.
+    area, stiffness, spacing, pull = 4e-3**2, 1e4, 2e-3, 1e-7
+    ends = {"fixed": np.isclose(bar(along=along, across=1).nodes[:, 0], -5e-3)}
+    elements = bar(young=stiffness * spacing / area, poisson=0.0, along=along, across=1, damping=1e4, **ends)
+    simulation = pulled()
+    volume = coupling.VolumeCoupling(simulation, elements, [0, 1])
+    still, moving = np.zeros((5, 3)), np.zeros((5, 3))
+    moving[simulation.state.ids == 4] = [pull / (100 * STEP), 0, 0]
+    volume.step(100, motion=(moving, still))
+    volume.step(2500, motion=(still, still))
+    order = np.argsort(simulation.state.ids)
+    shift = simulation.state.positions[order, 0] - spacing * np.arange(-1, 4)
+    # Three bonds from the end to the slave, and 2.5 bonds' lengths of the bar. The strain of 1e-5 changes the stiffness of
+    # the bar by as much: measured 8e-6.
+    force = stiffness * pull / (3 + 2.5 + error)
+    assert volume.last.force[0] == pytest.approx(force, rel=1e-4)
+    assert shift[1] == pytest.approx((2.5 + error) * force / stiffness, rel=1e-4)
+
+
+def test_translation_gives_no_force():
+    simulation = chain(0.0, 0.0, 0.0)
+    elements = bar()
+    elements.velocity[:] = [0.3, -0.1, 0.2]
+    simulation.state.writable("velocities")[:] = [0.3, -0.1, 0.2]
+    volume = coupling.VolumeCoupling(simulation, elements, [0, 1])
+    for _ in range(200):
+        volume.step()
+        # Stiffness times rounding of positions, 1e4 N/m times 1e-18 m, over 200 steps.
+        assert np.abs(volume.last.force).max() < 1e-11
+
+
+def test_run_continues_bit_by_bit(tmp_path):
+    def start():
+        elements = bar()
+        elements.velocity[:] = np.cross([10.0, -20.0, 30.0], elements.nodes)
+        return elements
+
+    simulation, elements = chain(0.0, 2e-4, -1e-4, **BEAMS), start()
+    volume = coupling.VolumeCoupling(simulation, elements, [0, 1])
+    volume.step(40)
+    simulation.save(tmp_path / "half.h5")
+    saved = elements.save()
+    volume.step(40)
+    second, other = concordem.Simulation.load(tmp_path / "half.h5", threads=2), start()
+    other.restore(saved)
+    coupling.VolumeCoupling(second, other, [0, 1], reference=volume.reference).step(40)
+    assert second.state_hash() == simulation.state_hash()
+    assert np.array_equal(other.displacement, elements.displacement) and np.array_equal(other.velocity, elements.velocity)
+    with pytest.raises(concordem.CouplingError, match="away from its place|lies in no element"):
+        coupling.VolumeCoupling(second, other, [0, 1])
+
+
+def test_walls_clumps_cells_and_planes_at_slaves_are_refused():
+    floor = {"name": "floor", "shape": {"kind": "plane", "point": [0, 0, -1e-3], "normal": [0, 0, 1]}, "material": "m"}
+    falling = bar()
+    falling.velocity[:] = [0, 0, -0.5]
+    touched = coupling.VolumeCoupling(chain(0.0, 0.0, contacts={"law": "linear_bond"}, wall=[floor]), falling, [0])
+    with pytest.raises(concordem.CouplingError, match="a wall touches slave 0"):
+        touched.step(5)
+    clump = {"material": "m", "spheres": [[-2e-3, 0, 0, 5e-4], [-1.5e-3, 0, 0, 5e-4]]}
+    far = {"kind": "spheres", "spheres": [[0.1, 0, 0, 1e-3], [0.102, 0, 0, 1e-3]]}
+    with pytest.raises(concordem.CouplingError, match="slave 2 belongs to a clump"):
+        coupling.VolumeCoupling(chain(packing=far, clump=[clump], set=[], prescribe=[]), bar(), [2, 3])
+    fem = pytest.importorskip("skfem")
+    plane = coupling.ScikitDynamics(fem.MeshQuad.init_tensor(np.linspace(-5e-3, 1e-3, 4), np.linspace(-2e-3, 2e-3, 3)),
+                                    coupling.Elastic(1e7, 0.3, 2500.0), STEP, plane="strain")
+    with pytest.raises(ValueError, match="elements in space"):
+        coupling.VolumeCoupling(chain(0.0, 0.0), plane, [0])
+    cell = concordem.Scenario(
+        packing={"kind": "lattice", "lattice": "sc", "radius": "1 mm", "repeats": [2, 2, 2], "shape": {"kind": "periodic"}},
+        material={"name": "m", "density": 2500.0, "linear_bond": {"normal_stiffness": 1e4, "shear_stiffness": 3e3}},
+        bonds={"law": "linear_bond", "interaction_ratio": 1.1}, contacts={"law": "none"}, stop={"steps": 10}).simulation()
+    with pytest.raises(concordem.CouplingError, match="remove the periodic cell"):
+        coupling.VolumeCoupling(cell, bar(), [0])
+
+
+def test_pairs_that_do_not_fit_are_refused():
+    elements = bar()
+    with pytest.raises(concordem.CouplingError, match="no particle with the id 7"):
+        coupling.VolumeCoupling(chain(0.0, 0.0), elements, [0, 7])
+    with pytest.raises(concordem.CouplingError, match="point 2 at .* lies in no element"):
+        coupling.VolumeCoupling(chain(0.0, 0.0, 0.0), elements, [0, 1, 2])
+    with pytest.raises(concordem.CouplingError, match="time step of the particles"):
+        coupling.VolumeCoupling(chain(0.0, 0.0, integration={"time_step": STEP / 2}), elements, [0, 1])
+    with pytest.raises(concordem.CouplingError, match="does not rotate|away from its place"):
+        # Not prescribed.
+        free = coupling.VolumeCoupling(chain(0.0, 0.0, slave_end=-1e-3), elements, [0, 1])
+        elements.velocity[:] = np.cross([0, 0, 50.0], elements.nodes)
+        free.step(3)
+    plane = coupling.CallbackElements(np.array(HEXAHEDRON) * 1e-3, STEP, lambda force: (force, force))
+    with pytest.raises(ValueError, match="give cells"):
+        coupling.VolumeCoupling(chain(0.0, 0.0), plane, [1])
