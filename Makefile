@@ -133,6 +133,8 @@ test-lint:
 	.ci/format --check
 	@.ci/timed mutants-apply tests/mutants/run.py --check
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
+	# The laws compile for processors without a standard library.
+	@.ci/timed no-std $(CARGO) clippy --release -p concordem-contact --no-default-features --lib -- -D warnings
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.

@@ -176,7 +176,7 @@ impl Scenario {
     ///
     /// >>> import concordem
     /// >>> slow = concordem.Scenario.template("cpm-small").with_settings({"loading.strain_rate": "0.2 1/s"})
-    /// >>> slow.to_dict()["loading"]["strain_rate"]
+    /// >>> slow.to_dict().get("loading").get("strain_rate")
     /// '0.2 1/s'
     fn with_settings(&self, settings: &Bound<'_, PyAny>) -> PyResult<Self> {
         if !settings.hasattr("items")? {

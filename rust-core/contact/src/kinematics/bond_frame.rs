@@ -210,7 +210,7 @@ impl BranchVector {
     /// Length and direction of the vector `branch`, m.
     #[inline(always)]
     pub fn of(branch: &Vec3) -> Self {
-        let length = norm(&branch);
+        let length = norm(branch);
         Self { length, normal: branch * (1.0 / length) }
     }
 

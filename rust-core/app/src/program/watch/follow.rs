@@ -3,6 +3,7 @@
 //! The particles before the first step are made again from the scenario, as `resume` does, since displacements and the slice refer to
 //! them; the state comes from the newest checkpoint, the curve from the segments. The run is not disturbed.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime};
@@ -124,9 +125,9 @@ fn publish(
     let share = share_of(&header.scenario, value).unwrap_or(0.0);
     let mut status = format!("step {}, {:.4e} s", count(state.clock.step as usize), state.clock.time());
     if let (Some(strain), Some(stress)) = (value("strain"), value("stress")) {
-        status += &format!(", strain {strain:.3e}, stress {stress:.3e} Pa");
+        let _ = write!(status, ", strain {strain:.3e}, stress {stress:.3e} Pa");
     }
-    status += &format!(", written at {} UTC; a run writes every few seconds at first, later every minute", clock());
+    let _ = write!(status, ", written at {} UTC; a run writes every few seconds at first, later every minute", clock());
     let moved: Vec<_> = state.unwrapped_positions().iter().zip(initial).map(|(now, then)| now - then).collect();
     live.publish(state, share, &moved, &bond_damage(state), &status, begun);
 }
