@@ -84,7 +84,7 @@ def _spheres(place: str, blob: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np
         if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], tuple) and len(item[0]) == 3):
             raise PackingError(f"{place}: refused: an entry is not ((x, y, z), radius), such as a member of a clump. {_REMEDY}", "Foreign")
         values = (*item[0], item[1])
-        if not all(isinstance(value, (float, int)) for value in values):
+        if not all(isinstance(value, float) for value in values):
             raise PackingError(f"{place}: refused: a coordinate or radius is not a number of double precision. {_REMEDY}", "Foreign")
         row[:] = values
     if not (np.isfinite(rows).all() and (rows[:, 3] > 0).all()):

@@ -93,7 +93,7 @@ def _column(samples: NDArray[np.void], name: str) -> Reals:
         raise ValueError(f"there is no quantity {name!r}; choose from: {', '.join(names)}")
     column: Reals = samples[name]
     if column.ndim > 1:
-        raise ValueError(f"{name!r} has {column[0].size if len(column) else "several"} components; plot one, such as table[{name!r}][:, 0]")
+        raise ValueError(f"{name!r} has several components {column.shape[1:]}; plot one with matplotlib, such as table[{name!r}][:, 0]")
     return column
 
 
