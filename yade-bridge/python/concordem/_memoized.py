@@ -5,10 +5,11 @@ from __future__ import annotations
 import io
 import os
 import pickle
+import pickletools
 import sqlite3
 from os import PathLike
 from pathlib import Path
-from typing import Any, Never
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,11 @@ __all__ = ["read_memoized"]
 
 _COLUMNS = "radius, rRelFuzz, dimx, dimy, dimz, N, timestamp, periodic, pack"
 """What YADE writes to the table `packings`."""
+_INSTRUCTIONS = frozenset(
+    "PROTO FRAME MARK EMPTY_LIST LIST APPEND APPENDS TUPLE TUPLE2 TUPLE3 BINFLOAT SHORT_BINUNICODE BINUNICODE GLOBAL STACK_GLOBAL REDUCE "
+    "MEMOIZE BINPUT LONG_BINPUT BINGET LONG_BINGET STOP".split()
+)
+"""What pickles of packings consist of, by any version of YADE."""
 _REMEDY = "If you trust the file, load the packing in YADE and write it with SpherePack.save; concordem.packing.read reads that"
 
 
@@ -72,6 +78,7 @@ def _packing(place: str, row: tuple[Any, ...]) -> MemoizedPacking:
 def _spheres(place: str, blob: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """Center and radius of each sphere, (n, 4)."""
     try:
+        _inspect(blob)
         items = _Harmless(io.BytesIO(blob)).load()
     # A pickle of a stranger can fail in any way, also for lack of memory.
     except Exception as error:
@@ -92,6 +99,16 @@ def _spheres(place: str, blob: bytes) -> np.ndarray[tuple[int, ...], np.dtype[np
     return rows
 
 
+def _inspect(blob: bytes) -> None:
+    """Refuse a pickle with instructions that packings do not need."""
+    for instruction, argument, _ in pickletools.genops(blob):
+        if instruction.name not in _INSTRUCTIONS:
+            raise pickle.UnpicklingError(f"the pickle has the instruction {instruction.name}, which YADE's packings do not contain")
+        # The unpickler allocates as many places as the number says.
+        if instruction.name == "LONG_BINPUT" and int(argument or 0) > len(blob):
+            raise pickle.UnpicklingError(f"the pickle asks for {argument} places in memory")
+
+
 class _Vector3:
     """Stands for YADE's class of vectors in pickles. Without a dictionary, so that a pickle cannot change it."""
 
@@ -109,6 +126,3 @@ class _Harmless(pickle.Unpickler):
         if name == "Vector3" and module in ("minieigen", "yade.minieigenHP", "yade._minieigenHP"):
             return _Vector3()
         raise pickle.UnpicklingError(f"the pickle asks for {module}.{name}, which YADE's packings do not contain")
-
-    def persistent_load(self, identity: object) -> Never:
-        raise pickle.UnpicklingError("the pickle refers to objects outside the file")

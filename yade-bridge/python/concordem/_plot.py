@@ -127,7 +127,8 @@ def _mark(axes: Axes, color: Any, strain: Reals, stress: Reals, axial: bool) -> 
     modulus = _slope(strain, stress, _FITTED_SHARE * abs(peak)) if axial else None
     if modulus is not None and modulus > 0:
         axes.plot([0.0, peak / modulus], [0.0, peak], ":", color=color, label=f"E = {modulus / 1e9:.4g} GPa")
-    axes.legend()
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend()
 
 
 def _slope(strain: Reals, stress: Reals, limit: float) -> float | None:
