@@ -126,3 +126,7 @@ def test_tables_of_pandas(runs):
         assert tuple(frame.columns) == samples.dtype.names and len(frame) == len(samples)
         for name in samples.dtype.names:
             assert np.array_equal(frame[name].to_numpy(), samples[name]), name
+    # Vectors as the manual says.
+    events = simulation.events
+    frame = pandas.DataFrame({name: list(events[name]) for name in events.dtype.names})
+    assert len(frame) == len(events) > 0 and np.array_equal(np.stack(frame["position"]), events["position"])

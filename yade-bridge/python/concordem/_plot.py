@@ -38,8 +38,11 @@ def plot(
     >>> import concordem
     >>> simulation = concordem.Scenario.template("hertz-impact").simulation(threads=1)
     >>> reason = simulation.step(20)
-    >>> axes = concordem.plot(simulation)                           # doctest: +SKIP
-    >>> axes = simulation.plot(x="time", y="contacts", axes=axes)   # doctest: +SKIP
+    >>> axes = concordem.plot(simulation)
+    >>> axes.get_ylabel()
+    'kinetic, J'
+    >>> simulation.plot("time", "friction", axes=axes, label="friction") is axes
+    True
     """
     samples = source if isinstance(source, np.ndarray) else source.samples
     if not samples.dtype.names:
