@@ -6,6 +6,7 @@ import sys
 import concordem
 import numpy as np
 import pytest
+from concordem import _plot
 
 
 @pytest.fixture
@@ -56,6 +57,18 @@ def test_stress_and_strain_with_peak_and_modulus(pyplot, runs):
         assert peak.get_ydata()[0] / 1e6 == pytest.approx(strength[0], rel=1e-3)
 
 
+def test_the_modulus_is_fitted_up_to_thirty_percent():
+    """A curve that bends at 35 % of its peak has the slope of its straight part, tension or compression, also with an offset."""
+    strain = np.linspace(0, 1e-3, 201)
+    stress = np.interp(strain, [0, 2e-4, 1e-3], [0, 4e6, 4e6 / 0.35])
+    for sign in (1, -1):
+        slope = _plot._slope(sign * strain + 1e-5, sign * stress, _plot._FITTED_SHARE * np.abs(stress).max())
+        # Rounding.
+        assert slope == pytest.approx(20e9, rel=1e-12)
+    assert _plot._slope(strain[:2], stress[:2], 1e9) is None
+    assert _plot._slope(np.zeros(5), stress[:5], 1e9) is None
+
+
 def test_axes_names_and_style(pyplot, runs):
     simulation, result, _ = runs
     axes = result.plot(y="broken", color="k", label="bonds")
@@ -76,6 +89,8 @@ def test_no_modulus_where_the_stress_is_another(pyplot):
     simulation = scenario.simulation(threads=2)
     simulation.step(400)
     assert simulation.samples["stress"].any() and "E" not in lines(simulation.plot())
+    assert not _plot._is_axial(simulation)
+    assert _plot._is_axial(concordem.Scenario.template("beam-tension").simulation(threads=2))
     direct = concordem.Scenario.template("cpm-small").with_settings({"packing.count": 300}).simulation(threads=2)
     direct.step(150)
     marks = lines(direct.plot())
