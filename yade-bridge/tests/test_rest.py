@@ -1,10 +1,13 @@
 """Packings, elastic constants, calibration, result files, documentation examples, other libraries in the process."""
 
 import doctest
+import importlib.util
 import subprocess
 import sys
 
 import concordem
+import concordem._memoized
+import concordem._plot
 import concordem._types
 import numpy as np
 import pytest
@@ -13,7 +16,10 @@ from concordem import packing
 
 def test_documentation_examples():
     tried = 0
-    for module in (concordem, concordem.operators, packing, concordem._types):
+    modules = [concordem, concordem.operators, packing, concordem._types, concordem._memoized]
+    # The examples of plots need matplotlib, which is optional.
+    modules += [concordem._plot] if importlib.util.find_spec("matplotlib") else []
+    for module in modules:
         outcome = doctest.testmod(module)
         assert outcome.failed == 0
         tried += outcome.attempted

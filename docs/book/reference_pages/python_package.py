@@ -51,6 +51,8 @@ def plain(annotation):
 
 
 def entry(name, doc):
+    # Examples are lines of a terminal, which a sentence cannot hold.
+    doc = doc.split(">>>")[0].rstrip()
     return [f"`{name}`", f": {sentence(doc) or '(no description)'}", ""]
 
 
@@ -60,7 +62,8 @@ def stub_class(node, docs):
         if not isinstance(member, ast.FunctionDef) or (member.name.startswith("__") and member.name != "__new__"):
             continue
         decorators = [ast.unparse(one) for one in member.decorator_list]
-        doc = docs.get((node.name, member.name.strip("_")), "")
+        # Methods that Python adds have their docstrings in the stub.
+        doc = docs.get((node.name, member.name.strip("_")), "") or ast.get_docstring(member) or ""
         if "property" in decorators:
             answer = plain(ast.unparse(member.returns))
             lines += entry(f"{member.name}: {answer}", doc)
@@ -136,9 +139,9 @@ def pages():
                 out += [f"### {name}", "", sentence(docs.get(("", name), "")), "", *stub_class(classes[name], docs)]
         return out
 
-    lines += add("__init__.py", "")
+    lines += [*add("__init__.py", ""), *module("_plot.py", "")[2:]]
     lines += ["## concordem.operators", "", *add("operators.py", "")]
-    lines += ["## concordem.packing", "", *add("packing.py", "")]
+    lines += ["## concordem.packing", "", *add("packing.py", ""), *module("packing.py", "")[2:], *module("_memoized.py", "")[2:]]
     lines += ["## concordem.coupling", "", *add("coupling/__init__.py", "")]
     for path in ("_protocol", "_materials", "_scikit", "_sequential", "_embedding", "_volume", "_pictures"):
         lines += module(f"coupling/{path}.py", "")[2:]

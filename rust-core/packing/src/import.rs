@@ -26,7 +26,8 @@ pub fn import(mut reader: impl BufRead, unit: Option<f64>) -> Result<Packing, Pa
     let foreign = |reason: &str| Err(PackingError::Foreign { reason: reason.to_owned() });
     if bytes.starts_with(b"SQLite format 3\0") {
         return foreign(
-            "it is a data base of YADE (memoizeDb); load it in YADE with randomDensePack, and write it with SpherePack.save",
+            "it is a data base of YADE (memoizeDb); read it with concordem.packing.read_memoized in Python, or load it in YADE \
+             with randomDensePack and write it with SpherePack.save",
         );
     }
     if bytes.starts_with(b"\x89HDF\r\n") {

@@ -20,7 +20,8 @@ A scenario describes a run, a simulation computes it, and its state is available
 >>> sorted(simulation.state.contacts())
 ['linear_bond']
 
-:class:`Result` reads result files of the command-line program. Operators on arrays are in :mod:`concordem.operators`, packings in
+:class:`Result` reads result files of the command-line program. :func:`plot`, also a method of simulations and results, draws curves with
+matplotlib. Operators on arrays are in :mod:`concordem.operators`, packings in
 :mod:`concordem.packing`, couplings with finite elements in :mod:`concordem.coupling`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
 """
 
@@ -54,6 +55,7 @@ from ._errors import (
     UnstableError,
     YadeError,
 )
+from ._plot import _method, plot
 from ._types import BeamFit, ElasticAnswers, ElasticConstants, ElasticFit, Forces, Summary, units
 
 __all__ = [
@@ -89,6 +91,12 @@ __all__ = [
     "elastic_constants",
     "operators",
     "packing",
+    "plot",
     "schema",
     "units",
 ]
+
+# The classes are compiled; plotting is Python.
+for _kind in (Simulation, Result):
+    setattr(_kind, "plot", _method)
+del _kind, _method

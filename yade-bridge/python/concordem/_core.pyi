@@ -5,6 +5,7 @@ from os import PathLike
 from typing import Any, Literal, Protocol, TypeAlias, final
 
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
 from . import _types
@@ -176,6 +177,8 @@ class Simulation:
     @property
     def cell_stress(self) -> _Reals | None: ...
     def state_hash(self) -> str: ...
+    def plot(self, x: str | None = None, y: str | None = None, axes: Axes | None = None, **style: Any) -> Axes:
+        """Plot one sampled quantity over another with matplotlib; see `concordem.plot`."""
 
 @final
 class State:
@@ -239,6 +242,8 @@ class Result:
     def state_hash(self) -> str: ...
     @property
     def provenance(self) -> dict[str, str]: ...
+    def plot(self, x: str | None = None, y: str | None = None, axes: Axes | None = None, **style: Any) -> Axes:
+        """Plot one sampled quantity over another with matplotlib; see `concordem.plot`."""
 
 @final
 class Region:

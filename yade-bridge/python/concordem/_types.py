@@ -179,6 +179,23 @@ class Packing(NamedTuple):
     """Edge vectors of the periodic cell as columns, m, (3, 3); None without a cell."""
 
 
+class MemoizedPacking(NamedTuple):
+    """A packing from a data base of YADE (memoizeDb), and the parameters by which YADE finds it."""
+
+    packing: Packing
+    """Positions and radii; the cell of periodic packings."""
+    radius: float
+    """Mean radius given to YADE, m; the radii of the spheres may have another mean."""
+    radius_fuzz: float
+    """Relative dispersion of the radii given to YADE (rRelFuzz): half the range over the mean."""
+    dimensions: Reals
+    """Edges of the periodic cell, or of the box around the requested shape, m, (3,)."""
+    periodic: bool
+    """Whether the packing is periodic."""
+    time: float
+    """Time of its making, s since 1970-01-01 UTC."""
+
+
 class PackingSummary(NamedTuple):
     """Statistics of a packing."""
 

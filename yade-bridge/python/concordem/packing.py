@@ -1,4 +1,4 @@
-"""Packings: lattices, random dense packings, text files, and their structure.
+"""Packings: lattices, random dense packings, text files, data bases of YADE, and their structure.
 
 >>> from concordem import packing
 >>> cubic = packing.lattice("simple-cubic", radius=0.5, repeats=(2, 2, 2))
@@ -24,15 +24,18 @@ from ._core import (
     spatial_order,
     write_packing as write,
 )
-from ._types import Packing, PackingSummary
+from ._memoized import read_memoized
+from ._types import MemoizedPacking, Packing, PackingSummary
 
 __all__ = [
+    "MemoizedPacking",
     "Packing",
     "PackingSummary",
     "characterise",
     "lattice",
     "random_dense",
     "read",
+    "read_memoized",
     "spatial_order",
     "summary",
     "write",
@@ -52,5 +55,8 @@ def characterise(packing: Packing | str | PathLike[str], **options: Any) -> dict
     (12.0, 0.7405)
     """
     if isinstance(packing, Packing):
-        return json.loads(characterise_packing(packing.positions, packing.radii, packing.cell, **options))
-    return json.loads(characterise_file(packing, **options))
+        text = characterise_packing(packing.positions, packing.radii, packing.cell, **options)
+    else:
+        text = characterise_file(packing, **options)
+    found: dict[str, Any] = json.loads(text)
+    return found
