@@ -210,17 +210,32 @@ fn unstable_motion_ends_the_run() {
          [bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.01\n[contacts]\nlaw = \"none\"\n";
     let Assembly { summary, .. } = made(&scene(&spheres, more, &until("", 1.0)));
     let given = format!("time_step = {:e}\nallow_unstable = true", 1.05 * summary.stable_step);
-    let mut assembly = made(&scene(&spheres, more, &until(&given, 1.0)));
-    assembly.schedule.allow_energy_error = false;
-    let mut simulation = started(assembly);
+    let guarded = |steps: Option<u64>| {
+        let mut assembly = made(&scene(&spheres, more, &until(&given, 1.0)));
+        assembly.schedule.allow_energy_error = false;
+        assembly.schedule.stop.steps = steps;
+        started(assembly)
+    };
+    let mut simulation = guarded(None);
+    let mut sound = 0;
     let error = loop {
         match simulation.advance() {
             Ok(advance) => assert!(advance.stopped.is_none(), "the guard does not detect the instability"),
             Err(error) => break error,
         }
+        sound += 1;
     };
     let RunError::Energy { fault, .. } = error else { panic!("{error}") };
     assert!(fault.unstable, "{fault:?}");
+    // The row of a final state comes from a step ahead. It is there even if the guard would not let that step pass.
+    let mut simulation = guarded(Some(sound));
+    let last = loop {
+        let advance = simulation.advance().expect("a sound step");
+        if advance.stopped.is_some() {
+            break advance.last;
+        }
+    };
+    assert_eq!(last.map(|row| row.step), Some(sound as f64));
 }
 
 /// Forces press Hertzian spheres together from rest: at the start there is neither a deep overlap nor a speed, and at 0.8 of

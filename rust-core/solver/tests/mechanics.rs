@@ -17,7 +17,7 @@ use concordem_solver::integrate::{Damping, KickSums};
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
 use concordem_solver::state::{Cell, Clump, Constraint, Deformation, Particles, Sphere, State, Wall, WallShape};
-use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
+use concordem_solver::{Model, PairCoefficients, Solver, SolverError, StepReport, time_step};
 
 /// Spheres of radius ½, mass 2, and moment of inertia 0.2.
 fn spheres(places: &[[f64; 3]]) -> Particles {
@@ -425,6 +425,35 @@ fn contacts_are_judged_by_the_overlap_to_come() {
         let of_speed = 15.0 * speed * speed / (16.0 * (1e4 / (2.0 * 0.91)) * 0.5);
         let expected = (0.05_f64.powf(2.5) + of_speed).powf(0.4);
         assert!((found.overlap / expected - 1.0).abs() < 1e-12, "{found:?} {expected}");
+    }
+}
+
+/// Hertzian spheres that meet too fast for the step end the run in the step in which they meet, whenever the neighbor list was made: it
+/// is made anew after a restart. They are 0.22 m apart and approach by 0.1 m per step.
+#[test]
+fn fast_contacts_end_the_run_when_they_begin() {
+    let glass = Elastic { young: 1e4, poisson: 0.3 };
+    let law = HertzMindlin::new(glass, glass, 0.0, 1.0).unwrap();
+    let model = Model { contact_rows: rows(), watch_contacts: true, skin: 0.5, ..Model::default() };
+    for restarted in [None, Some(1), Some(2)] {
+        let mut state = State {
+            particles: spheres(&[[0.0; 3], [1.22, 0.0, 0.0]]),
+            contacts: Some(Box::new(ContactBlock::new(vec![law]))),
+            ..State::default()
+        };
+        state.particles.velocity[1].x = -1.0;
+        state.clock.dt = 0.1;
+        let mut solver = Solver::new(model.clone(), &mut state).unwrap();
+        let error = loop {
+            if restarted == Some(state.clock.step) {
+                solver = Solver::new(model.clone(), &mut state).unwrap();
+            }
+            if let Err(error) = solver.step(&mut state) {
+                break error;
+            }
+            assert!(state.clock.step < 10, "the run must end");
+        };
+        assert!(matches!(error, SolverError::ContactOutgrown { step: 3, .. }), "{restarted:?}: {error}");
     }
 }
 
