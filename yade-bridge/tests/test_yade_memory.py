@@ -10,8 +10,8 @@ libc.malloc.restype, libc.malloc.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
 libc.free.argtypes = [ctypes.c_void_p]
 
 
-def neighbors(size, count=64):
-    """Two blocks of the heap of which one follows the other directly."""
+def neighbors(size, count=10_000):
+    """Two blocks of the heap of which one follows the other directly. Many are made, since earlier tests leave single free ones."""
     made = sorted(libc.malloc(size) for _ in range(count))
     step = size + 8  # glibc's header
     first = next(a for a, b in zip(made, made[1:]) if b - a == step)
