@@ -4,7 +4,7 @@
 
 use concordem_tests::random::Random;
 
-use crate::case::{Case, Heat};
+use crate::case::{Case, Heat, Region};
 use crate::generator::ids;
 
 /// Heat capacity per mass of all materials, J/(kg·K).
@@ -57,6 +57,12 @@ pub fn add(random: &mut Random, case: &mut Case) {
     }
     if case.cell.is_none() && random.happens(0.3) {
         keys += "[[heat.boundary]]\nradiation = { emissivity = 0.8, ambient = 500 }\n";
+    }
+    // Regions and truncations of the heat flux are those of the fabric.
+    for sample in &mut case.samples {
+        if sample.operator == "fabric" && !matches!(sample.region, Region::Set(..)) && random.happens(0.5) {
+            sample.operator = "heat-flux";
+        }
     }
     let hot = ids(random, case.spheres.len(), 5);
     case.heat = Some(Heat { keys, hot });

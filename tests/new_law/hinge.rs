@@ -4,15 +4,19 @@
 //! rotation vectors of both ends `θ_A`, `θ_B` and the twist `τ` (rad), and the reference length `l₀` (m). Forces and moments are
 //! its derivatives. A bond whose normal force reaches the strength breaks.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use super::common::{ParameterError, mean_strength, require};
-use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use crate::kinematics::{FrameKinematics, RestFrame};
 use crate::math::Vec3;
-use crate::quantity::{self, Force, RotationalStiffness};
+#[cfg(feature = "std")]
+use {
+    super::{
+        common::{ParameterError, mean_strength, require},
+        table::{Fault, LawTable, RegisteredLaw},
+    },
+    crate::quantity::{self, Force, RotationalStiffness},
+    schemars::JsonSchema,
+    serde::{Deserialize, Serialize},
+};
 
 /// Parameters of a hinge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +91,7 @@ impl ContactLaw for Hinge {
 }
 
 /// Bond of linear springs along, across, in bending, and in twist.
+#[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HingeTable {
@@ -107,6 +112,7 @@ pub struct HingeTable {
     pub tensile_strength: Option<Force>,
 }
 
+#[cfg(feature = "std")]
 impl LawTable for HingeTable {
     /// Springs between discs are per unit of depth.
     fn fault_in_plane(&self) -> Option<Fault> {
@@ -114,6 +120,7 @@ impl LawTable for HingeTable {
     }
 }
 
+#[cfg(feature = "std")]
 impl RegisteredLaw for Hinge {
     type Table = HingeTable;
     type Unbonded = Self;

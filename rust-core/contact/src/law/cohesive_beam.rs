@@ -35,27 +35,25 @@
 use crate::math::Real as _;
 use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
-#[cfg(feature = "std")]
-use super::Factors;
 use super::batch::{Batch, BatchResult, evaluate_each, evaluate_one};
-#[cfg(feature = "std")]
-use super::common::mean_strength;
 use super::common::{ParameterError, require};
-#[cfg(feature = "std")]
-use super::factors::times;
-#[cfg(feature = "std")]
-use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::bond_frame::across;
 use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
 use crate::math::{Quat, Vec3, norm};
 #[cfg(feature = "std")]
-use crate::quantity::{Length, Number, Stress};
-#[cfg(feature = "std")]
-use schemars::JsonSchema;
-#[cfg(feature = "std")]
-use serde::{Deserialize, Serialize};
+use {
+    super::{
+        Factors,
+        common::mean_strength,
+        factors::times,
+        table::{Fault, LawTable, RegisteredLaw},
+    },
+    crate::quantity::{Length, Number, Stress},
+    schemars::JsonSchema,
+    serde::{Deserialize, Serialize},
+};
 
 /// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]

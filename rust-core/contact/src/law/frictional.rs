@@ -16,24 +16,23 @@
 //! opens within a step, the rule overestimates or underestimates the work of the kinked spring by
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
-#[cfg(feature = "std")]
-use super::Factors;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-#[cfg(feature = "std")]
-use super::factors::times;
-#[cfg(feature = "std")]
-use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm};
 #[cfg(feature = "std")]
-use crate::quantity::{self, Number, Stress};
-#[cfg(feature = "std")]
-use schemars::JsonSchema;
-#[cfg(feature = "std")]
-use serde::{Deserialize, Serialize};
+use {
+    super::{
+        Factors,
+        factors::times,
+        table::{Fault, LawTable, RegisteredLaw},
+    },
+    crate::quantity::{self, Number, Stress},
+    schemars::JsonSchema,
+    serde::{Deserialize, Serialize},
+};
 
 /// Source of the stiffnesses of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -27,14 +27,8 @@
 //! `(k/10)(√δ − √δ_old)³(δ_old + 3√(δ_old δ) + δ)`, of third order in the step. It is the
 //! [`EnergySplit::integration`] term, together with the error from the part of a step without contact.
 
-#[cfg(feature = "std")]
-use super::Factors;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-#[cfg(feature = "std")]
-use super::factors::times;
 use super::restitution::{End, damping_of_restitution};
-#[cfg(feature = "std")]
-use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 pub use crate::elastic::Elastic;
 use crate::kinematics::PointKinematics;
@@ -42,11 +36,16 @@ use crate::kinematics::PointKinematics;
 use crate::math::Real as _;
 use crate::math::{Vec3, norm, pow};
 #[cfg(feature = "std")]
-use crate::quantity::{Number, Stress};
-#[cfg(feature = "std")]
-use schemars::JsonSchema;
-#[cfg(feature = "std")]
-use serde::{Deserialize, Serialize};
+use {
+    super::{
+        Factors,
+        factors::times,
+        table::{Fault, LawTable, RegisteredLaw},
+    },
+    crate::quantity::{Number, Stress},
+    schemars::JsonSchema,
+    serde::{Deserialize, Serialize},
+};
 
 /// Parameters of the Hertz-Mindlin contact.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -18,18 +18,8 @@
 //!
 //! Madan 2019 does not say whether the springs start unstressed; see [`LinearBond::subtract_initial_gap`].
 
-#[cfg(feature = "std")]
-use super::Factors;
 use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
-#[cfg(feature = "std")]
-use super::common::mean_strength;
 use super::common::{ParameterError, reciprocal_of_step, require};
-#[cfg(feature = "std")]
-use super::factors::times;
-#[cfg(feature = "std")]
-use super::frictional::{Frictional, FrictionalTable};
-#[cfg(feature = "std")]
-use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::deformable::ParticleVirial;
@@ -39,11 +29,18 @@ use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics, torques};
 use crate::math::Real as _;
 use crate::math::{Symmetric, Vec3, norm};
 #[cfg(feature = "std")]
-use crate::quantity::{self, Force, Number};
-#[cfg(feature = "std")]
-use schemars::JsonSchema;
-#[cfg(feature = "std")]
-use serde::{Deserialize, Serialize};
+use {
+    super::{
+        Factors,
+        common::mean_strength,
+        factors::times,
+        frictional::{Frictional, FrictionalTable},
+        table::{Fault, LawTable, RegisteredLaw},
+    },
+    crate::quantity::{self, Force, Number},
+    schemars::JsonSchema,
+    serde::{Deserialize, Serialize},
+};
 
 /// Parameters of the brittle linear bond.
 ///
