@@ -14,6 +14,7 @@ plugin works; all other functions raise YadeError.
 
 from .._errors import YadeError
 
+from . import _pause
 from ._engine import BondedEngine, _run, bond, engines, take_over
 from ._handover import HandedOver, advance
 from ._native import load as load_native
@@ -38,6 +39,8 @@ __all__ = [
 
 # Check now, so that an incompatible YADE fails at import and not during a run.
 try:
+    host()
+    _pause.install()
     host().layout
 except YadeError as error:
     if error.kind not in ("NotInYade", "Version"):

@@ -7,7 +7,6 @@ breakage. Forces are added through YADE's `ForceContainer::addForce`.
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -110,8 +109,6 @@ class BondedEngine:
         self._checked = b""
         #: Whether the last check failed.
         self._suspect = False
-        #: Time from one step to the next, s, and when the last one began.
-        self.period, self._began = 0.0, 0.0
 
     # -- in and out of the scene ------------------------------------------------------------------------------------
 
@@ -184,10 +181,6 @@ class BondedEngine:
         if deep:
             self._check_settings()
         self._suspect = False
-
-    def in_step(self, iteration: int) -> bool:
-        """Whether the engine has acted in this iteration, which has not ended."""
-        return iteration == self._next - 1 and self._began > 0.0
 
     def _check_settings(self) -> None:
         omega = host().omega
@@ -275,9 +268,6 @@ class BondedEngine:
         scene = known_address_of(omega._sceneObj)
         if scene != self._scene or known_pointer(scene + yade.layout["Scene.bodies"]) != self._container:
             raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")
-        now = time.perf_counter()
-        # Unknown after the first step.
-        self.period, self._began = now - self._began if self._began else 0.0, now
         self.check(deep=omega.iter % 64 == 0)
         self._next = omega.iter + 1
         try:

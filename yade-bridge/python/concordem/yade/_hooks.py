@@ -12,8 +12,6 @@ import functools
 import os
 import sys
 import tempfile
-import threading
-import time
 import warnings
 from typing import Any, Callable, Iterator, Protocol, Sequence
 
@@ -28,12 +26,6 @@ class Bonded(Protocol):
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the scene is as the engine needs it; `deep`: settings and bodies, too."""
-
-    period: float
-    """Time from one step to the next, s."""
-
-    def in_step(self, iteration: int) -> bool:
-        """Whether the engine has acted in this iteration, which has not ended."""
 
     def check_engines(self, engines: list[Any]) -> None:
         """Raise YadeError unless the engine works in O.engines."""
@@ -196,7 +188,7 @@ def install() -> None:
     import yade.wrapper
 
     omega = yade.wrapper.Omega
-    run, step, wait, pause, engines = omega.run, omega.step, omega.wait, omega.pause, omega.engines
+    run, step, wait, engines = omega.run, omega.step, omega.wait, omega.engines
 
     @functools.wraps(run)
     def checked_run(self: Any, nSteps: int = -1, wait: bool = False) -> Any:
@@ -220,24 +212,13 @@ def install() -> None:
         check()
         return found
 
-    @functools.wraps(pause)
-    def patient_pause(self: Any) -> Any:
-        # YADE does not wait for the end of the present step. Without this, a following O.reset would wait for it while it holds the
-        # interpreter's lock, which our engine needs to finish.
-        was_running = self.running
-        found = pause(self)
-        if was_running and threading.current_thread() is threading.main_thread():
-            for engine in bonded():
-                _await_end_of_step(self, engine)
-        return found
-
     def assign(self: Any, new: Any) -> None:
         engines.fset(self, new)
         if self.running and bonded():
             for engine in bonded():
                 engine.check_engines(list(new))
 
-    omega.run, omega.step, omega.wait, omega.pause = checked_run, checked_step, checked_wait, patient_pause
+    omega.run, omega.step, omega.wait = checked_run, checked_step, checked_wait
     for name, path_of, use in (
         ("save", _file, savers),
         ("saveTmp", _file_of_mark, savers),
@@ -263,16 +244,6 @@ def install() -> None:
         return
     exporter = export.VTKExporter
     exporter.exportInteractions = _blind("VTKExporter.exportInteractions", exporter.exportInteractions, "write the engine's contacts()")
-
-
-def _await_end_of_step(omega: Any, engine: Bonded) -> None:
-    """Wait until no step is under way. YADE does not tell, but a step that has begun soon reaches our engine."""
-    quiet, last = 0.1 + 5 * engine.period, time.perf_counter()
-    # A step that failed does not end.
-    while time.perf_counter() - last < quiet and _failed is None:
-        time.sleep(0.002)
-        if engine.in_step(omega.iter):
-            last = time.perf_counter()
 
 
 def _blind(name: str, function: Any, remedy: str) -> Any:

@@ -152,9 +152,6 @@ def load(path: Path | None = None) -> None:
 class _Engine:
     """A `BondedEngine_Rust` of the scene, or with `lost` the reason why the scene has lost it."""
 
-    #: Unknown; it needs Python's lock only every 64 steps.
-    period = 0.05
-
     def __init__(self, engine: Any, place: int = -1, lost: str = "") -> None:
         self._engine, self._place, self._lost = engine, place, lost
 
@@ -167,10 +164,6 @@ class _Engine:
         _rules.refuse_order(yade.wrapper.Omega().engines, [self._place], "BondedEngine_Rust")
         if deep:
             self._ask()
-
-    def in_step(self, iteration: int) -> bool:
-        """Unknown."""
-        return False
 
     def check_engines(self, engines: list[Any]) -> None:
         """Raise YadeError unless the engine works in O.engines. It checks a new list in its next step."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import threading
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from .._errors import YadeError
 from .._types import Contacts, Fabric, Loads, RegionStress
 from ._layout import probe
 from ._memory import address_of, memory, pack_real
+from ._pause import in_the_loop
 from ._probe import Layout
 
 Reals = NDArray[np.float64]
@@ -72,11 +72,8 @@ def host() -> _Yade:
 
 
 def is_at_rest() -> bool:
-    """Whether no other thread changes YADE's memory now.
-
-    Scripts called by YADE's own loop run in its thread, while it waits. Python has not started that thread, so it is a dummy for it.
-    """
-    return not host().omega.running or type(threading.current_thread()).__name__ == "_DummyThread"
+    """Whether no other thread changes YADE's memory now. YADE's own loop waits for the scripts that it calls."""
+    return not host().omega.running or in_the_loop()
 
 
 def at_rest() -> None:
