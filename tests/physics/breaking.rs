@@ -60,6 +60,10 @@ fn a_broken_bond_makes_no_energy() {
     let beam = "cohesive_beam = { young = 1e9, radius_ratio = 0.6, tensile_strength = 2e5 }";
     let cpm = "cpm = { young = 1e9, shear_ratio = 0.2, crack_onset_strain = 1e-5, relative_ductility = 3, cohesion = 1e4, \
                friction_coefficient = 0.3, omega_threshold = 0.5 }";
+    // The bond breaks at a strain of -1.6e-4, far beyond the plastic limit of the contact that follows.
+    let yielding = |mode: &str| {
+        cpm.replace(" }", &format!(", soft_strain = -1e-5, relative_soft_stiffness = 0.3, mode = \"{mode}\" }}"))
+    };
     let weak =
         "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5, normal_strength = 0.05, shear_strength = 1 }";
     let from_touch = ", subtract_initial_gap = false }";
@@ -77,6 +81,8 @@ fn a_broken_bond_makes_no_energy() {
         (1.8e-3, "cpm", "hertz_mindlin", format!("{cpm}\n{hertz}"), pulled),
         (1.9e-3, "linear_bond", "cpm", format!("{BOND} }}\n{cpm}"), pressed),
         (1.9e-3, "linear_bond", "cpm", format!("{weak}\n{cpm}"), pulled),
+        (1.9e-3, "linear_bond", "cpm", format!("{BOND} }}\n{}", yielding("thesis")), pressed),
+        (1.9e-3, "linear_bond", "cpm", format!("{BOND} }}\n{}", yielding("yade-public")), pressed),
     ] {
         let mut run = simulation(&pair(distance, bonds, contacts, &tables, velocity));
         let (mut before, mut broken) = (0.0_f64, 0.0);

@@ -4,7 +4,7 @@ use super::batch::{Batch, evaluate_batch};
 use super::state::LawState;
 use crate::columns::Columns;
 use crate::geometry::{ContactGeometry, Reference, contact_area};
-use crate::kinematics::{Kinematics, MotionMeasure};
+use crate::kinematics::{Kinematics, MotionMeasure, PointKinematics};
 use crate::math::Vec3;
 
 /// A contact law: parameters of a pair of materials, and the response of a contact to its motion.
@@ -84,10 +84,11 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
         force / self.stiffness(geometry).normal
     }
 
-    /// Ratio of the energies that an unbonded contact stores in its normal spring at two overlaps of the given ratio. Default:
-    /// that of a linear spring, its square.
-    fn energy_ratio(overlap_ratio: f64) -> f64 {
-        overlap_ratio * overlap_ratio
+    /// Work, J, that compresses an unbonded contact to its overlap one step ago, if it stores `stored` (J) in its normal spring at the
+    /// present one and has just begun. Default: that of a linear spring.
+    fn work_before(&self, motion: &PointKinematics, stored: f64) -> f64 {
+        let ratio = motion.elongation_old / motion.elongation;
+        stored * (ratio * ratio)
     }
 
     /// Cross-section, m², of a bond between spheres of the given radii in a packing of the given mean radius, m. Default:

@@ -277,9 +277,10 @@ impl ContactLaw for HertzMindlin {
         pow(force / hertz, 2.0 / 3.0)
     }
 
-    /// `(δ₁/δ₂)^{5/2}`.
-    fn energy_ratio(overlap_ratio: f64) -> f64 {
-        overlap_ratio * overlap_ratio * overlap_ratio.sqrt()
+    /// The energy grows with `δ^{5/2}`.
+    fn work_before(&self, motion: &PointKinematics, stored: f64) -> f64 {
+        let ratio = motion.elongation_old / motion.elongation;
+        stored * (ratio * ratio * ratio.sqrt())
     }
 
     /// `(5mv²/4k)^{2/5}`: all kinetic energy is stored, `½mv² = (2/5)kδ^{5/2}` (Johnson 1985, (11.25)).

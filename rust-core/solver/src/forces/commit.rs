@@ -23,8 +23,8 @@ struct Action<'a> {
     virial: Option<&'a ParticleVirial>,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
-    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     /// Commit a law's response to contact `i` of the batch.
     #[inline(always)]
@@ -46,7 +46,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let &PointKinematics { normal, arm_a, arm_b, .. } = point;
         let mut dissipated = response.energy.dissipated();
         if inherits && !flags.has(ContactFlags::NOT_OWNED) && point.elongation_old < 0.0 {
-            let [regained, undone] = inherited_energy::<L>(point, &response.force, &response.energy);
+            let law = &self.rows[flags.row as usize];
+            let [regained, undone] = inherited_energy(law, point, response);
             totals.energy.damage -= regained;
             dissipated -= regained;
             totals.energy.integration -= undone;
@@ -196,14 +197,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 /// the part that it stores at the overlap of the breaking step. The rest is an error: because the forces of the breaking step are
 /// void, half of this step's work is not done.
 #[inline(always)]
-fn inherited_energy<L: ContactLaw>(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> [f64; 2] {
+fn inherited_energy<L: ContactLaw>(law: &L, point: &PointKinematics, response: &Response<L::State>) -> [f64; 2] {
+    let Response { force, energy, .. } = response;
     let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
     let unexplained = energy.stored() + energy.dissipated() + energy.integration - work;
     if point.elongation >= 0.0 {
         return [unexplained, 0.0];
     }
-    let regained = energy.stored_normal * L::energy_ratio(point.elongation_old / point.elongation);
+    let regained = law.work_before(point, energy.stored_normal);
     [regained, unexplained - regained]
 }
 

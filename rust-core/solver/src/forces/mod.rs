@@ -26,7 +26,7 @@ pub mod walls;
 pub use block::{EvaluatedContacts, ParticleSums};
 pub use context::{ExpansionRates, StepContext, motion_of};
 pub use laws::LawLoops;
-pub use tile::{Tile, evaluate_tile};
+pub use tile::{Tile, evaluate_tile, evaluate_tile_in_blocks};
 pub use tile_map::{TileMap, Wrench};
 pub use totals::{BegunContact, BondEvent, Totals};
 

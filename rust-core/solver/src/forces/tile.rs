@@ -59,7 +59,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> 
             _ if YADE => MotionMeasure::YadeRatcheting,
             _ => MotionMeasure::Finite,
         };
-        run::<L, PERIODIC, false, DEFORM>(mode, self.context, self.rows, self.tile)
+        run::<L, PERIODIC, false, DEFORM, BATCH>(mode, self.context, self.rows, self.tile)
     }
 }
 
@@ -80,7 +80,7 @@ pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile:
         if finite && !periodic {
             arch.dispatch(PlainTileLoop::<L, false, false, true> { context, rows, tile })
         } else {
-            run::<L, true, true, true>(mode, context, rows, tile)
+            run::<L, true, true, true, BATCH>(mode, context, rows, tile)
         }
     } else if finite && periodic {
         arch.dispatch(PlainTileLoop::<L, true, false, false> { context, rows, tile })
@@ -89,28 +89,39 @@ pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile:
     } else if !L::Kinematics::ONE_MODE && yade {
         arch.dispatch(PlainTileLoop::<L, false, true, false> { context, rows, tile })
     } else if L::DEFORMS {
-        run::<L, true, true, true>(mode, context, rows, tile)
+        run::<L, true, true, true, BATCH>(mode, context, rows, tile)
     } else {
-        run::<L, true, true, false>(mode, context, rows, tile)
+        run::<L, true, true, false, BATCH>(mode, context, rows, tile)
     }
 }
 
-/// The loop over the contacts of a tile.
+/// As [`evaluate_tile`], but the law gets up to `SIZE` contacts at a time in
+/// [`respond_batch`](ContactLaw::respond_batch): for laws whose calls are expensive, such as those in another language. Particles must
+/// be rigid.
+pub fn evaluate_tile_in_blocks<L: ContactLaw, const SIZE: usize>(
+    context: &StepContext<'_>,
+    rows: &[L],
+    tile: Tile<'_, L>,
+) -> Totals {
+    run::<L, true, true, false, SIZE>(context.mode, context, rows, tile)
+}
+
+/// The loop over the contacts of a tile, `SIZE` at a time.
 #[inline(always)]
-fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>(
+fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>(
     mode: MotionMeasure,
     context: &StepContext<'_>,
     rows: &[L],
     tile: Tile<'_, L>,
 ) -> Totals {
     let count = tile.pair.len();
-    let (totals, pending) = (Totals::default(), [PendingContact::default(); BATCH]);
-    let mut evaluator = TileEvaluator::<L, PERIODIC, SAMPLE, DEFORM> { context, rows, tile, totals, pending };
+    let (totals, pending) = (Totals::default(), [PendingContact::default(); SIZE]);
+    let mut evaluator = TileEvaluator::<L, PERIODIC, SAMPLE, DEFORM, SIZE> { context, rows, tile, totals, pending };
     let mut columns = Columns::default();
     let (mut k, mut next_slot) = (0, 0);
     while k < count {
         let mut pending = 0;
-        while k < count && pending < BATCH {
+        while k < count && pending < SIZE {
             evaluator.prefetch(k + 2 * BATCH);
             let slot = if is_local(evaluator.tile.pair[k].b, evaluator.tile.base, evaluator.tile.length) {
                 LOCAL
@@ -139,12 +150,19 @@ pub(super) const LOCAL: u32 = u32::MAX;
 /// Evaluates the contacts of a tile in batches.
 ///
 /// The constants say what the loop supports: a periodic cell, a sample, deformable particles.
-pub(super) struct TileEvaluator<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
+pub(super) struct TileEvaluator<
+    'a,
+    L: ContactLaw,
+    const PERIODIC: bool,
+    const SAMPLE: bool,
+    const DEFORM: bool,
+    const SIZE: usize,
+> {
     pub(super) context: &'a StepContext<'a>,
     pub(super) rows: &'a [L],
     pub(super) tile: Tile<'a, L>,
     pub(super) totals: Totals,
-    pub(super) pending: [PendingContact; BATCH],
+    pub(super) pending: [PendingContact; SIZE],
 }
 
 /// A contact of the present batch.
@@ -158,8 +176,8 @@ pub(super) struct PendingContact {
     pub begins: bool,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
-    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     /// Whether particles deform. The loop for cells and samples supports rigid and deformable particles.
     #[inline(always)]
@@ -255,8 +273,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> MotionSource
-    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize> MotionSource
+    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     const PERIODIC: bool = PERIODIC;
     const DEFORM: bool = DEFORM;
@@ -324,8 +342,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> MotionSink<L::Kinematics>
-    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    MotionSink<L::Kinematics> for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     #[inline(always)]
     fn evaluate(&mut self, i: usize, kinematics: &L::Kinematics) {
@@ -351,8 +369,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L>
-    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize> Batch<L>
+    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     const SAMPLE: bool = SAMPLE;
 

@@ -314,6 +314,21 @@ fn strain_before(k: &PointKinematics, old: &CpmState, inverse_length: f64) -> f6
     if k.bonded { old.normal_strain } else { (k.length_old - k.geometry.reference_length) * inverse_length }
 }
 
+/// Plastic normal strain at the start of the step, for the energies. `elastic`: the strain at that time without the plastic one of the
+/// history. An unbonded contact that takes over a compressed bond begins beyond the plastic limit: its dissipation until then belongs to
+/// the bond.
+#[inline(always)]
+fn plastic_before(parameters: &CpmParameters, k: &PointKinematics, old: &CpmState, elastic: f64) -> f64 {
+    if parameters.soft_strain >= 0.0
+        || k.bonded
+        || old.plastic_normal_strain != 0.0
+        || elastic >= parameters.soft_strain
+    {
+        return old.plastic_normal_strain;
+    }
+    (elastic - parameters.strain_at_limit(elastic)).min(0.0)
+}
+
 /// Damage at the start of the step: 1 for an unbonded contact, also before its first evaluation.
 #[inline(always)]
 fn omega_before(k: &PointKinematics, old: &CpmState) -> f64 {
@@ -394,6 +409,19 @@ impl ContactLaw for Cpm {
             shear: self.shear_modulus * area_by_length,
             ..Stiffness::default()
         }
+    }
+
+    /// Beyond the plastic limit the spring has less strain than the contact.
+    fn work_before(&self, motion: &PointKinematics, stored: f64) -> f64 {
+        let mut ratio = motion.elongation_old / motion.elongation;
+        if self.parameters.soft_strain < 0.0 {
+            let spring = |elongation: f64| {
+                let strain = elongation / motion.geometry.reference_length;
+                strain - plastic_before(&self.parameters, motion, &CpmState::default(), strain)
+            };
+            ratio = spring(motion.elongation_old) / spring(motion.elongation);
+        }
+        if stored > 0.0 { stored * (ratio * ratio) } else { 0.0 }
     }
 
     /// ω of a bond; 0 for an unbonded contact, which has κ = 0. (In YADE's formulation an unbonded contact can get κ > 0 from

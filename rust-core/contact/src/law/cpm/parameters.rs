@@ -312,6 +312,12 @@ impl CpmParameters {
         self.limit_strain * self.relative_ductility
     }
 
+    /// Elastic strain at the plastic limit in compression, of a contact with the strain `strain` beyond it.
+    #[inline(always)]
+    pub(super) fn strain_at_limit(&self, strain: f64) -> f64 {
+        (self.soft_strain + self.relative_soft_stiffness * (strain - self.soft_strain)).min(0.0)
+    }
+
     fn prestress_is_beyond_the_plastic_limit(&self) -> bool {
         self.mode == CpmFormulation::Thesis
             && self.soft_strain < 0.0

@@ -4,7 +4,7 @@
 //! [`thesis`](super::thesis) is the same model without options. The [parent module](super) lists Woo's quirks.
 
 use super::parameters::{CpmFormulation, YieldSurface};
-use super::{Cpm, CpmState, Step, StressResponse, omega_before};
+use super::{Cpm, CpmState, Step, StressResponse, omega_before, plastic_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
 #[cfg(not(feature = "std"))]
@@ -112,6 +112,8 @@ impl Cpm {
         let mut plastic = old.plastic_normal_strain;
         let mut elastic = adjusted - plastic;
         let elastic_old = step.strain_old + shift - plastic;
+        let plastic_before = plastic_before(p, k, old, elastic_old);
+        let elastic_old = elastic_old - (plastic_before - plastic);
         let (mut kappa, mut omega) = (old.kappa, old.omega);
         if k.bonded {
             let mut equivalent = elastic;
@@ -132,13 +134,13 @@ impl Cpm {
         let stress_old = (1.0 - damage_old) * p.normal_modulus * elastic_old;
         let mut stress = (1.0 - damage) * p.normal_modulus * elastic;
         if p.soft_strain < 0.0 && (if woo { elastic } else { adjusted }) < p.soft_strain {
-            let line = p.soft_strain + p.relative_soft_stiffness * (adjusted - p.soft_strain);
-            let bound = p.normal_modulus * line.min(0.0);
+            let line = p.strain_at_limit(adjusted);
+            let bound = p.normal_modulus * line;
             if bound > stress {
                 stress = bound;
-                elastic = line.min(0.0);
+                elastic = line;
                 plastic = adjusted - elastic;
-                let slip = plastic - old.plastic_normal_strain;
+                let slip = plastic - plastic_before;
                 energy.add_friction(step.volume * 0.5 * (stress_old + stress) * slip);
             }
         }

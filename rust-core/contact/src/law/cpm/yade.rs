@@ -1,7 +1,7 @@
 //! YADE's public form of the cohesive particle model, `Law2_ScGeom_CpmPhys_Cpm`, bit for bit.
 
 use super::parameters::{CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
-use super::{Cpm, CpmState, StressResponse, omega_before, release, strain_before};
+use super::{Cpm, CpmState, StressResponse, omega_before, plastic_before, release, strain_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response, Status};
 #[cfg(not(feature = "std"))]
@@ -163,6 +163,8 @@ impl Cpm {
         let volume = area * length;
         let strain_old = strain_before(k, old, 1.0 / length);
         let elastic_old = strain_old + self.prestress_strain - old.plastic_normal_strain;
+        let plastic_before = plastic_before(p, k, old, elastic_old);
+        let elastic_old = elastic_old - (plastic_before - old.plastic_normal_strain);
         let omega_old = omega_before(k, old);
         let damage_old = if elastic_old > 0.0 { omega_old } else { 0.0 };
         let stress_old = (1.0 - damage_old) * young * elastic_old;
@@ -174,7 +176,7 @@ impl Cpm {
             stored_shear: 0.5 * volume * self.inverse_shear_modulus * dot(&shear_stress, &shear_stress),
             ..EnergySplit::default()
         };
-        energy.add_friction(volume * 0.5 * (stress_old + stress) * (plastic - old.plastic_normal_strain));
+        energy.add_friction(volume * 0.5 * (stress_old + stress) * (plastic - plastic_before));
         let product = volume * 0.5 * young * elastic_old * elastic_new * (damage - damage_old);
         if elastic_old * elastic_new < 0.0 {
             energy.integration += product;
