@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::drive::{Interruption, check_result_name};
 use super::meter::Meter;
+use super::settings::Settings;
 use super::{Console, Failure, Work};
 use crate::characterise::structure;
 use crate::output::sealed::{target, write_text};
@@ -33,6 +34,8 @@ pub(super) struct SweepArguments {
     /// Also write all points as comma-separated text
     #[arg(long)]
     csv: bool,
+    #[command(flatten)]
+    settings: Settings,
     /// Overwrite an existing result, and discard points of an unfinished sweep
     #[arg(long, short)]
     force: bool,
@@ -49,7 +52,7 @@ struct Progress {
 }
 
 pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let sweep = Sweep::read(&arguments.sweep)?;
+    let sweep = Sweep::read_with(&arguments.sweep, arguments.settings.list())?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
     check_result_name(&path)?;
     let path = target(&path)?;

@@ -31,7 +31,7 @@ use serde::Deserialize;
 
 pub use axis::Axis;
 use axis::{WrittenAxis, set};
-use concordem_scenario::schema::{Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Source};
+use concordem_scenario::schema::{Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Setting, Source};
 use point::{MOST_RESULTS, Study};
 use results::{DEFAULT, RunResult};
 pub use schema::schema;
@@ -92,12 +92,27 @@ impl Sweep {
     /// # Errors
     /// A file cannot be read, or the sweep has problems; all are reported with position and remedy.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
+        Self::read_with(path, &[])
+    }
+
+    /// Reads a sweep whose scenario gets these settings.
+    ///
+    /// # Errors
+    /// Those of [`Self::read`]; a setting of a key that the sweep varies.
+    pub fn read_with(path: &Path, settings: &[Setting]) -> Result<Self, ReadError> {
         let text = read_text(path)?;
         let source = Source::new(&path.display().to_string(), &text);
         let mut sweep = Self::parse(source, &|scenario| {
             let path = path.parent().unwrap_or(Path::new("")).join(scenario);
-            read_text(&path).map(|text| (path, text))
+            let text = Setting::apply(&read_text(&path)?, settings).map_err(ReadError::Setting)?;
+            Ok((path, text))
         })?;
+        let keys: Vec<&String> = sweep.axes.iter().flat_map(|axis| &axis.keys).collect();
+        let varied = |setting: &Setting| keys.iter().find(|key| setting.causes(key)).map(|key| (setting.clone(), *key));
+        if let Some((setting, key)) = settings.iter().find_map(varied) {
+            let message = format!("--set {}: the sweep varies {key}; remove the setting, or the axis", setting.given);
+            return Err(ReadError::Setting(message));
+        }
         sweep.check_points()?;
         Ok(sweep)
     }

@@ -61,6 +61,25 @@ fn fingerprints_include_the_files_of_all_points() {
     assert_ne!(fingerprint(spheres), fingerprint(&spheres.replace("0 0 0", "0 0 1e-4")));
 }
 
+/// Settings change the scenario of all points; a setting of a key that the sweep varies would have no effect.
+#[test]
+fn settings_change_the_scenario() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.toml"), SCENARIO).unwrap();
+    let path = folder.path().join("sweep.toml");
+    let axis = "[[axis]]\nkey = \"bonds.interaction_ratio\"\nvalues = [1.1, 1.5]\n";
+    std::fs::write(&path, format!("version = 1\nscenario = \"s.toml\"\n{axis}")).unwrap();
+    let read = |setting: &str| {
+        Sweep::read_with(&path, &[Setting::parse("title=a").unwrap(), Setting::parse(setting).unwrap()])
+    };
+    let sweep = read("material[0].density=1000").unwrap();
+    assert_eq!(sweep.scenario(1).unwrap().materials[0].density.si(), 1000.0);
+    assert_ne!(sweep.fingerprint().unwrap(), Sweep::read(&path).unwrap().fingerprint().unwrap());
+    let error = read("bonds.interaction_ratio=1.3").unwrap_err().to_string();
+    assert!(error.contains("--set bonds.interaction_ratio=1.3: the sweep varies bonds.interaction_ratio"), "{error}");
+    assert!(read("material[0].densty=1000").is_err());
+}
+
 #[test]
 fn errors_give_position_problem_and_remedy() {
     for (axes, line, words) in [

@@ -111,8 +111,8 @@ impl Setting {
         place.replace(value)
     }
 
-    /// Whether a problem at the key path `key` comes from this setting: at its key, or in its value.
-    fn causes(&self, key: &str) -> bool {
+    /// Whether the key path `key` is the key of this setting, or lies in its value.
+    pub fn causes(&self, key: &str) -> bool {
         let plain = |path: &str| path.replace('[', ".").replace(']', "");
         let (own, key) = (plain(&self.key), plain(key));
         key == own || key.strip_prefix(&own).is_some_and(|rest| rest.starts_with('.'))

@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::super::check::seconds;
 use super::super::drive::build;
 use super::super::meter::Meter;
+use super::super::settings::Settings;
 use super::super::{Console, Facts, Failure, Work};
 use super::{elastic_failure, stress, with_values};
 use crate::calibration::concrete::{
@@ -35,6 +36,8 @@ pub(super) struct CalibrateConcreteArguments {
     /// Scenario of a specimen in uniaxial loading, cut from a random dense packing, with cpm bonds and one material; its
     /// friction and relative ductility are kept, its moduli and strengths are ignored
     scenario: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
     /// Target Young's modulus, "30 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
@@ -75,7 +78,7 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
     if let Some(path) = arguments.output.as_ref().filter(|path| path.exists() && !arguments.force) {
         return Err(OutputError::Exists { path: path.clone() }.into());
     }
-    let scenario = Scenario::read(&arguments.scenario)?;
+    let scenario = arguments.settings.read(&arguments.scenario)?;
     fitting(&scenario)?;
     let table_path = arguments.table.clone().unwrap_or_else(|| arguments.scenario.with_extension("strengths.json"));
     let cache = console.cache();

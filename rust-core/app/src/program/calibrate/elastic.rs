@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::super::meter::Meter;
+use super::super::settings::Settings;
 use super::super::{Console, Facts, Failure, Work};
 use super::elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic};
 use super::{positive, stress};
@@ -16,6 +17,8 @@ pub(super) struct CalibrateElasticArguments {
     /// Scenario with a periodic packing and one material; its stiffnesses are ignored. By default, with --law, 1000 equal
     /// spheres of radius 1 mm
     scenario: Option<PathBuf>,
+    #[command(flatten)]
+    settings: Settings,
     /// Target Young's modulus, "30 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
@@ -87,7 +90,11 @@ pub(super) fn calibrate(arguments: &CalibrateElasticArguments, console: &mut Con
         particle_softness: arguments.particle_softness,
         spelling: Spelling::Options,
     };
-    let scenario = arguments.scenario.as_deref().map(Scenario::read).transpose()?;
+    let settings = &arguments.settings;
+    if arguments.scenario.is_none() && !settings.is_empty() {
+        return Err(Failure::Usage("--set changes keys of a scenario; give one, or use --law alone".into()));
+    }
+    let scenario = arguments.scenario.as_deref().map(|path| settings.read(path)).transpose()?;
     let folder = scenario.as_ref().map(Scenario::directory).unwrap_or_default();
     let display = console.display(&arguments.work);
     let found = arguments.work.install(|| {
