@@ -2,6 +2,7 @@
 
 #![expect(clippy::format_push_string, reason = "scenarios are short; one line per key reads better than write!")]
 
+use concordem::math::Vec3;
 use concordem_tests::random::Random;
 
 use crate::case::{Case, Heat, Region};
@@ -45,6 +46,7 @@ pub fn add(random: &mut Random, case: &mut Case) {
     }
     if random.happens(0.1) {
         keys += "motion = false\n";
+        case.gravity = Vec3::zeros();
     } else if random.happens(0.3) {
         keys += "dissipation = true\n";
     }

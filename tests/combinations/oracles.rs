@@ -106,6 +106,10 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
             continue;
         }
         let lowest = run.records.iter().map(of).fold(0.0, f64::min);
+        // In the step in which a bond breaks its forces are void, and the surfaces of particles that deform move back. The contact that
+        // follows begins with the larger overlap, so it takes back a little more than the bond had (here 1 % of a bond's energy).
+        let moved = case.materials.contains("deformable") && name == "damage";
+        let tolerance = if moved { 1e-5 * scale } else { tolerance };
         if lowest < -tolerance {
             add("negative dissipation", format!("{name} {lowest:.2e} of {scale:.2e} J"));
         }
@@ -129,7 +133,9 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
         + largest(|r| r.expansion_work).max(ledger.expansion_work.get().abs());
     // YADE's measures do not close the ledger (docs/book/theory/kinematics.md): what they create is available, too.
     let yade = case.kinematics.starts_with("yade");
-    let created = run.records.iter().map(|r| -r.integration - r.residual).fold(0.0, f64::max);
+    // A run that ends is not judged at its last record, which may come many steps after the one before.
+    let judged = &run.records[..run.records.len().saturating_sub(1)];
+    let created = judged.iter().map(|r| -r.integration - r.residual).fold(0.0, f64::max);
     let available = if yade { available + created } else { available };
     let kinetic = kinetic(run);
     // At half steps a vibration with Ω = ωΔt has up to 1/(1 − Ω²/4) of the energy that leapfrog conserves; "auto" has Ω ≤ 1.6.

@@ -147,6 +147,7 @@ impl Checker<'_> {
                 ("prescribe", !scenario.prescribed.is_empty()),
                 ("force", !scenario.forces.is_empty()),
                 ("initial", !scenario.initials.is_empty()),
+                ("integration.gravity", scenario.integration.gravity.iter().any(|g| g.si() != 0.0)),
                 ("stop.unbalanced", scenario.stop.unbalanced.is_some()),
                 ("stop.strain", scenario.stop.strain.is_some()),
             ] {
