@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Mutex, PoisonError};
 
 use concordem::assembly::AssemblyError;
 use concordem::assembly::restart::RestartError;
@@ -49,8 +50,23 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| internal(&*payload))
 }
 
+/// A panic that carries an exception of Python through Rust code that has no other way to end.
+pub struct Raised(Mutex<Option<PyErr>>);
+
+impl Raised {
+    /// The payload for an exception.
+    pub fn new(error: PyErr) -> Self {
+        Self(Mutex::new(Some(error)))
+    }
+}
+
 /// The exception for a panic.
 pub fn internal(payload: &(dyn Any + Send)) -> PyErr {
+    if let Some(Raised(error)) = payload.downcast_ref()
+        && let Some(error) = error.lock().unwrap_or_else(PoisonError::into_inner).take()
+    {
+        return error;
+    }
     let message = payload
         .downcast_ref::<&str>()
         .map(ToString::to_string)

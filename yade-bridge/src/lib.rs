@@ -22,6 +22,7 @@ mod packing;
 mod regions;
 mod results;
 mod scenario;
+mod scripted;
 mod shared;
 mod simulation;
 mod state;
@@ -91,5 +92,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     memory::register(module)?;
     continuum::register(module)?;
     cells::register(module)?;
+    scripted::register(module)?;
     hosted::register(module)
 }

@@ -10,6 +10,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
 
 use crate::errors::{OrRaise, caught, of_assembly};
 use crate::packing::packing_of;
+use crate::scripted::Replacement;
 use crate::simulation::{Simulation, guarded};
 use crate::warnings::warn;
 
@@ -206,13 +207,19 @@ impl Scenario {
     }
 
     /// Create particles and bonds. Returns a Simulation. Raises AssemblyError if this is not possible.
-    #[pyo3(signature = (threads=None, progress=None))]
+    ///
+    /// `bond_law`, `contact_law`: laws written in Python (`concordem.laws.Law`) that replace those of the scenario; `contact_law` acts
+    /// without a bond, also with walls.
+    #[pyo3(signature = (threads=None, progress=None, bond_law=None, contact_law=None))]
     fn simulation(
         slf: &Bound<'_, Self>,
         threads: Option<usize>,
         progress: Option<Bound<'_, PyAny>>,
+        bond_law: Option<Py<PyAny>>,
+        contact_law: Option<Py<PyAny>>,
     ) -> PyResult<Simulation> {
-        Simulation::build(slf, threads, progress.as_ref(), None)
+        let laws = Replacement { bonds: bond_law, contacts: contact_law };
+        Simulation::build(slf, threads, progress.as_ref(), None, &laws)
     }
 
     /// Create only the packing. Returns Packing.

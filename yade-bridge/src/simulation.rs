@@ -6,15 +6,17 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use concordem::assembly::restart::{self, Continuation};
-use concordem::assembly::{Assembly, Summary, assemble};
+use concordem::assembly::{Assembly, Summary, assemble_with, place};
 use concordem::fracture::Event;
 use concordem::output::{checkpoint, hash};
 use concordem::sampling::Bonds as SampledBonds;
 use concordem::schedule::simulation::OperatorRow;
 use concordem::schedule::{Record, Simulation as Run, StopReason};
+use concordem::state::Load;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -22,6 +24,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
 use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
 use crate::scenario::Scenario;
+use crate::scripted::{Replacement, ScriptedLaw};
 use crate::shared::{Access, Shared};
 use crate::state::{Addresses, State};
 use crate::warnings::warn;
@@ -39,6 +42,8 @@ pub struct Inner {
     operators: Vec<Vec<OperatorRow>>,
     events: Vec<Event>,
     addresses: Addresses,
+    /// Loads of the scenario.
+    loads: Vec<Load>,
 }
 
 /// A simulation of a scenario.
@@ -48,6 +53,8 @@ pub struct Simulation {
     pool: Option<rayon::ThreadPool>,
     scenario: Py<Scenario>,
     summary: Summary,
+    /// Laws in Python, which the blocks of contacts know by number.
+    _laws: Vec<Arc<ScriptedLaw>>,
 }
 
 /// Payload that carries an exception of a signal handler or progress function back to Python.
@@ -167,11 +174,21 @@ impl Simulation {
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
         checkpoint: Option<checkpoint::Checkpoint>,
+        laws: &Replacement,
     ) -> PyResult<Self> {
         let py = scenario.py();
         let Scenario { inner, folder } = scenario.get();
-        let assembly = guarded(py, threads, progress, |progress| assemble(inner, folder, progress))?;
+        laws.check(py, inner)?;
+        let mut scripted = Vec::new();
+        let mut replace = |state: &mut _, model: &_| {
+            scripted = Python::attach(|py| laws.apply(py, inner.materials.len(), state, model));
+        };
+        let assembly = guarded(py, threads, progress, |progress| {
+            let placed = place(inner, folder, progress)?;
+            assemble_with(inner, folder, &placed, &mut replace, progress)
+        })?;
         let mut assembly = assembly.map_err(|error| of_assembly(inner, error))?;
+        let loads = assembly.state.particles.loads.clone();
         warn(py, inner, &assembly.summary.warnings)?;
         if let Some(mut checkpoint) = checkpoint {
             let before = concordem::scenario::Scenario::parse("<checkpoint>", &checkpoint.provenance).or_raise()?;
@@ -185,13 +202,13 @@ impl Simulation {
         let operators = vec![Vec::new(); schedule.operators.len()];
         let run = detach(py, || Run::new(state, model, schedule))?.or_raise()?;
         let addresses = Addresses::of(&run.state.particles);
-        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses };
+        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses, loads };
         let inner = Shared::new(
             inner,
             "the simulation is running in another thread; access it from its progress function, or wait",
             "the simulation failed in the middle of a step, so its state is invalid; load a checkpoint, or start again",
         );
-        Ok(Self { inner, pool: pool(threads)?, scenario: scenario.clone().unbind(), summary })
+        Ok(Self { inner, pool: pool(threads)?, scenario: scenario.clone().unbind(), summary, _laws: scripted })
     }
 
     /// Lock the data; an error if another thread is stepping, or if a step failed.
@@ -254,14 +271,19 @@ fn name_of(reason: StopReason) -> &'static str {
 impl Simulation {
     /// Continue from a checkpoint that `save` wrote. `scenario`: continue with this scenario instead of the stored one.
     #[staticmethod]
-    #[pyo3(signature = (path, scenario=None, threads=None))]
+    /// `bond_law`, `contact_law`: the laws in Python with which the checkpoint was written; see Scenario.simulation.
+    #[pyo3(signature = (path, scenario=None, threads=None, bond_law=None, contact_law=None))]
     fn load(
         py: Python<'_>,
         path: PathBuf,
         scenario: Option<Bound<'_, Scenario>>,
         threads: Option<usize>,
+        bond_law: Option<Py<PyAny>>,
+        contact_law: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let checkpoint = checkpoint::read(&path).or_raise()?;
+        let laws = Replacement { bonds: bond_law, contacts: contact_law };
+        laws.check_stored(checkpoint.columns.iter().map(|(name, _)| name))?;
         let scenario = if let Some(scenario) = scenario {
             scenario
         } else {
@@ -269,7 +291,7 @@ impl Simulation {
             let folder = path.parent().map(PathBuf::from).unwrap_or_default();
             Bound::new(py, Scenario::with_warnings(py, inner.or_raise()?, folder)?)?
         };
-        Self::build(&scenario, threads, None, Some(checkpoint))
+        Self::build(&scenario, threads, None, Some(checkpoint), &laws)
     }
 
     /// Write the complete state to a checkpoint; returns the state hash.
@@ -461,6 +483,42 @@ impl Simulation {
             let targets = run.solver.targets_mut(&run.state.particles);
             for ((target, v), w) in targets.iter_mut().zip(velocity).zip(angular) {
                 *target = (*v, *w);
+            }
+        })
+    }
+
+    /// Loads on the particles from the next step on, besides those of the scenario: forces (N) and moments about the centers (N·m),
+    /// (n, 3) each, one row per particle. They stay until the next call.
+    ///
+    /// Raises ValueError for arrays of another length, numbers that are not finite, and scenarios whose loads change with time.
+    #[pyo3(signature = (force, moment=None))]
+    fn set_loads(&self, py: Python<'_>, force: Vectors<'_>, moment: Option<Vectors<'_>>) -> PyResult<()> {
+        let force = force.get()?;
+        let moment = moment.as_ref().map(Vectors::get).transpose()?;
+        let mut inner = self.lock()?;
+        let particles = inner.run.state.particles.len();
+        for (name, given) in [("forces", Some(force.len())), ("moments", moment.map(<[_]>::len))] {
+            if let Some(given) = given.filter(|given| *given != particles) {
+                let message = format!("{given} {name} for {particles} particles; give one row per particle");
+                return Err(PyValueError::new_err(message));
+            }
+        }
+        if !force.iter().chain(moment.into_iter().flatten()).all(|v| v.iter().all(|c| c.is_finite())) {
+            return Err(PyValueError::new_err("a load is not finite"));
+        }
+        if !inner.run.schedule.histories.loads.is_empty() {
+            let message = "the histories of the scenario's [[force]] set the loads in every step; remove their `history`, and give these \
+                           loads here";
+            return Err(PyValueError::new_err(message));
+        }
+        inner.change(py, |Inner { run, loads, .. }| {
+            let particles = &mut run.state.particles;
+            particles.loads.clone_from(loads);
+            for (p, force) in force.iter().enumerate() {
+                let moment = moment.map_or_else(concordem::math::Vec3::zeros, |moment| moment[p]);
+                if *force != concordem::math::Vec3::zeros() || moment != concordem::math::Vec3::zeros() {
+                    particles.add_load(p as u32, *force, moment);
+                }
             }
         })
     }

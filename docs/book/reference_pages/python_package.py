@@ -142,6 +142,7 @@ def pages():
     lines += [*add("__init__.py", ""), *module("_plot.py", "")[2:]]
     lines += ["## concordem.operators", "", *add("operators.py", "")]
     lines += ["## concordem.packing", "", *add("packing.py", ""), *module("packing.py", "")[2:], *module("_memoized.py", "")[2:]]
+    lines += module("laws.py", "concordem.laws")
     lines += ["## concordem.coupling", "", *add("coupling/__init__.py", "")]
     for path in ("_protocol", "_materials", "_scikit", "_sequential", "_embedding", "_volume", "_pictures"):
         lines += module(f"coupling/{path}.py", "")[2:]

@@ -1,6 +1,6 @@
 //! Assembly: from a scenario to a state, a model, and a schedule.
 //!
-//! [`assemble_placed`] lists the stages; each stage has its own file. Particles and clumps come first, because walls,
+//! [`assemble_with`] lists the stages; each stage has its own file. Particles and clumps come first, because walls,
 //! bonds, and the loading refer to them; the time step comes last, because it depends on all of them.
 
 mod aggregates;
@@ -173,6 +173,23 @@ pub fn assemble_placed(
     placed: &Placed,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
+    assemble_with(scenario, folder, placed, &mut |_, _| (), progress)
+}
+
+/// Receives the state with all bonds and the blocks of contacts, before the time step is chosen. It may replace laws.
+pub type ReplaceLaws<'a> = &'a mut dyn FnMut(&mut State, &Model);
+
+/// Builds a scenario as [`assemble_placed`] does, with laws of the caller.
+///
+/// # Errors
+/// Those of [`assemble_placed`].
+pub fn assemble_with(
+    scenario: &Scenario,
+    folder: &Path,
+    placed: &Placed,
+    replace: ReplaceLaws<'_>,
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
     memory::check_particles(scenario, placed)?;
     let mut cuts = Cuts::new(scenario, folder, placed.packing.cell.as_ref())?;
     let aggregates = aggregates::build(scenario, folder, placed, progress)?;
@@ -188,6 +205,7 @@ pub fn assemble_placed(
     let mut warnings = phases.as_ref().map_or_else(Vec::new, |phases| phases.doubtful(scenario));
     let bonded = add_bonds(scenario, placed, &mut cuts, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
+    replace(&mut state, &model);
     walls::add(scenario, folder, &mut state)?;
     let mut schedule = schedule(scenario, placed, bonded.interaction_ratio, &mut state)?;
     overlaps::refuse_walls(scenario, &state)?;
