@@ -465,6 +465,69 @@ impl Simulation {
         })
     }
 
+    /// Names of the walls that are meshes.
+    #[getter]
+    fn mesh_names(&self) -> PyResult<Vec<String>> {
+        let inner = self.lock()?;
+        Ok(inner.run.state.walls.iter().filter(|wall| wall.mesh().is_some()).map(|wall| wall.name.clone()).collect())
+    }
+
+    /// Vertices, triangles, velocities, and forces of the mesh `name`, as copies. Returns MeshState.
+    fn mesh<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let inner = self.lock()?;
+        let wall = mesh_number(&inner.run, name)?;
+        let Some(mesh) = inner.run.state.walls[wall].mesh() else { return Err(no_mesh(&inner.run, name)) };
+        let fields = (
+            vectors(py, &mesh.position)?,
+            rows::<_, u32>(py, mesh.triangles(), 3)?,
+            vectors(py, &mesh.previous_velocity)?,
+            vectors(py, &mesh.force)?,
+        );
+        result(py, "MeshState", fields)
+    }
+
+    /// Velocities of the vertices of the mesh `name` from the next step on, m/s, (n, 3).
+    ///
+    /// Raises ValueError for a mesh that follows `motion` of the scenario, another number of rows, and numbers that are not finite.
+    fn drive_mesh(&self, py: Python<'_>, name: &str, velocities: Vectors<'_>) -> PyResult<()> {
+        let velocity = velocities.get()?;
+        let mut inner = self.lock()?;
+        let wall = free_mesh(&inner.run, name, &[velocity])?;
+        let drive = move |Inner { run, .. }: &mut Inner| match run.state.walls[wall].mesh_mut() {
+            Some(mesh) => mesh.drive(velocity),
+            None => Ok(()),
+        };
+        inner.change(py, drive)?.map_err(|error| PyValueError::new_err(format!("mesh \"{name}\": {error}")))
+    }
+
+    /// Place the vertices of the mesh `name`: `positions` (m, (n, 3)), to which they came with `velocities` (m/s, (n, 3)) in the last step.
+    ///
+    /// For a host that advances the vertices with the forces of a step: call it after every step. The vertices then rest until the next
+    /// call. The work of the vertices counts in the ledger.
+    ///
+    /// Raises ValueError for a mesh that follows `motion` of the scenario, another number of rows, numbers that are not finite, and
+    /// triangles without area; the mesh then stays as it was.
+    fn place_mesh(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        positions: Vectors<'_>,
+        velocities: Vectors<'_>,
+    ) -> PyResult<()> {
+        let (position, velocity) = (positions.get()?, velocities.get()?);
+        let mut inner = self.lock()?;
+        let wall = free_mesh(&inner.run, name, &[position, velocity])?;
+        let place = move |Inner { run, .. }: &mut Inner| {
+            let state = &mut run.state;
+            let Some(mesh) = state.walls[wall].mesh_mut() else { return Ok(()) };
+            let work = mesh.place(position, velocity, state.clock.dt)?;
+            state.ledger.add_boundary_work(work);
+            Ok(())
+        };
+        let placed: Result<(), concordem::state::MeshError> = inner.change(py, place)?;
+        placed.map_err(|error| PyValueError::new_err(format!("mesh \"{name}\": {error}")))
+    }
+
     /// Net contact force (N) and torque (N·m) of the last step on every particle, (n, 3) each.
     fn net_forces<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.lock()?;
@@ -495,6 +558,39 @@ impl Simulation {
             state.clock.step
         ))
     }
+}
+
+/// Index of the wall `name`, which must be a mesh.
+fn mesh_number(run: &Run, name: &str) -> PyResult<usize> {
+    let found = run.state.walls.iter().position(|wall| wall.name == name && wall.mesh().is_some());
+    found.ok_or_else(|| no_mesh(run, name))
+}
+
+fn no_mesh(run: &Run, name: &str) -> PyErr {
+    let names: Vec<&str> =
+        run.state.walls.iter().filter(|wall| wall.mesh().is_some()).map(|wall| &wall.name[..]).collect();
+    PyValueError::new_err(format!(
+        "no wall named \"{name}\" is a mesh; meshes of the scenario: {names:?}. Give a [[wall]] shape = {{ kind = \"mesh\", ... }}"
+    ))
+}
+
+/// Index of the mesh `name`, which no history moves; in two dimensions, `vectors` must lie in the plane as the mesh does.
+fn free_mesh(run: &Run, name: &str, vectors: &[&[concordem::math::Vec3]]) -> PyResult<usize> {
+    let wall = mesh_number(run, name)?;
+    if run.schedule.histories.meshes.iter().any(|timed| timed.wall == wall) {
+        let message = format!("the mesh \"{name}\" follows the `motion` of the scenario; remove it to move the mesh from Python");
+        return Err(PyValueError::new_err(message));
+    }
+    let Some(mesh) = run.state.walls[wall].mesh() else { return Err(no_mesh(run, name)) };
+    if run.schedule.planar {
+        // The last array has the velocities. Positions across the plane stay what they are.
+        let moves = vectors.last().is_some_and(|rows| rows.iter().any(|v| v.z != 0.0))
+            || vectors.len() > 1 && vectors[0].iter().zip(&mesh.position).any(|(x, old)| x.z != old.z);
+        if moves {
+            return Err(PyValueError::new_err(format!("mesh \"{name}\": in two dimensions vertices do not move along z")));
+        }
+    }
+    Ok(wall)
 }
 
 /// The event log as a table.
