@@ -3,8 +3,8 @@
 //! A particle near a surface of triangles can have several closest points. A point inside a face always acts. A point
 //! on an edge or corner acts only if it is a closest point of the surface as a whole: no other triangle that contains
 //! it has a closer one. If it is the closest point of several triangles, only one of them acts. So a flat or convex
-//! surface acts once, not once per triangle. In a shallow fold of a [`Mesh`](crate::state::Mesh), only the nearer face acts, so that the
-//! size of the force does not jump when a surface that deforms is bent inwards. When the closest point moves from one triangle to the next, the new
+//! surface acts once, not once per triangle. In a fold of a [`Mesh`](crate::state::Mesh), `WallEvaluator::faces`
+//! decides. When the closest point moves from one triangle to the next, the new
 //! contact inherits the history of the old one.
 
 use std::ops::Range;
@@ -28,12 +28,13 @@ const SAME_POINT: f64 = 1e-6;
 /// triangle.
 const SAME_SURFACE: f64 = 0.5;
 
-/// Cosine of the angle, 0.2 rad, between two faces of a mesh below which a particle in the fold touches only the nearer one.
+/// Cosine of the angle, 0.2 rad, between two faces of a mesh below which a particle that comes to both at once touches only the nearer one.
 ///
-/// A particle that comes over a concave edge of the angle ε is inside the second face at once, with the overlap `δ − ½(R − δ)ε²` if δ is
-/// that with the first: unless this is negative, the force would jump, on a nearly flat surface to the double. Above 0.2 rad, it is
-/// negative for all overlaps below 2 % of the radius, and the second contact begins with zero overlap.
+/// Else the force on a nearly flat surface would be the double, where the particle comes down within `½Rε` of an edge of the angle ε.
 const NEARLY_FLAT: f64 = 0.980_066_577_841_241_6;
+
+/// Largest error of a distance by rounding, as a fraction of the particle's radius.
+const ROUNDING: f64 = 1e-9;
 
 /// Wall and element for every element number.
 pub fn element_table(walls: &[Wall]) -> Vec<(u32, u32)> {
@@ -171,27 +172,74 @@ impl WallEvaluator<'_> {
                     }
                 })
         };
-        // Whether contact `other` with a mesh replaces contact `i` inside a face in nearly the same plane.
-        let nearer = |other: usize, i: usize, point: &ClosestPoint| {
-            other != i
-                && element(other).0 == element(i).0
-                && walls[element(i).0 as usize].mesh().is_some()
-                && self.touching(other).is_some_and(|o| {
-                    let first = o.distance < point.distance || (o.distance == point.distance && other < i);
-                    o.interior && first && o.normal.dot(&point.normal) > NEARLY_FLAT
-                })
-        };
         let count = self.contacts.len();
+        let in_mesh = |i: usize| walls[element(i).0 as usize].mesh().is_some();
+        let meshes = (0..count).any(in_mesh);
+        let faces = if meshes { self.faces(block, walls) } else { Vec::new() };
+        let active = |i: usize| block.flags[self.contacts.start + i].has(ContactFlags::ACTIVE);
         acts.clear();
         acts.extend((0..count).map(|i| {
             let Some(closest_point) = self.touching(i) else { return false };
             let point = closest_point.normal * closest_point.distance;
-            let blocked = |other: usize| {
-                if closest_point.interior { nearer(other, i, &closest_point) } else { supersedes(other, i, &point) }
+            if closest_point.interior {
+                return !in_mesh(i) || faces[i];
+            }
+            // In a fold, a contact that has left its face acts on, at the edge, until it opens; else its force would jump to zero.
+            let beside = |other: usize| {
+                in_mesh(i) && active(i) && active(other) && self.touching(other).is_some_and(|o| o.interior)
             };
-            !(0..count).any(blocked)
+            !(0..count).any(|other| supersedes(other, i, &point) && !beside(other))
         }));
         self.acts = acts;
+    }
+
+    /// Which of the particle's contacts inside faces of meshes act.
+    ///
+    /// A contact that begins without overlap, as that with the second face of a deep fold, acts beside others. One that is there with an
+    /// overlap at once is an old one that came over a concave edge: it stays silent while another face is nearer, and then takes over from
+    /// the contact whose normal is closest. So the size of the force does not jump, and neither does the energy that the contact stores.
+    fn faces<L: ContactLaw>(&self, block: &ContactBlock<L>, walls: &[Wall]) -> Vec<bool> {
+        let start = self.contacts.start;
+        let points: Vec<Option<ClosestPoint>> =
+            (0..self.contacts.len()).map(|i| self.touching(i).filter(|point| point.interior)).collect();
+        let wall = |i: usize| self.elements[block.pair[start + i].b as usize].0;
+        // Cosine between the normals of two contacts with one mesh.
+        let cosine = |i: usize, j: usize| match (points[i], points[j]) {
+            (Some(a), Some(b)) if i != j && wall(i) == wall(j) => a.normal.dot(&b.normal),
+            _ => -1.0,
+        };
+        let first = |i: usize, j: usize| {
+            let distance = |i: usize| points[i].map_or(f64::INFINITY, |point| point.distance);
+            distance(i) < distance(j) || (distance(i) == distance(j) && i < j)
+        };
+        let all = 0..points.len();
+        let active = |i: usize| points[i].is_some() && block.flags[start + i].has(ContactFlags::ACTIVE);
+        // Whether it did not touch one step ago.
+        let begins = |i: usize, point: &ClosestPoint| {
+            let (pair, image) = (block.pair[start + i], block.flags[start + i].image);
+            let surface = self.surface(&walls[wall(i) as usize], pair.b, image);
+            let velocity = self.context.particles.velocity[self.particle] - surface.velocity;
+            let extent = self.extent(&point.normal);
+            point.distance + velocity.dot(&point.normal) * self.context.dt >= extent * (1.0 - ROUNDING)
+        };
+        let own: Vec<bool> = all
+            .clone()
+            .map(|i| {
+                let Some(point) = points[i] else { return false };
+                let beside = |j: usize| cosine(i, j) > NEARLY_FLAT && (active(j) || first(j, i));
+                active(i) || begins(i, &point) && !all.clone().any(beside)
+            })
+            .collect();
+        let follows = |i: usize| {
+            points[i].is_some() && !own[i] && !all.clone().any(|j| cosine(i, j) > SAME_SURFACE && first(j, i))
+        };
+        // The contact from which contact `j` takes over.
+        let source = |j: usize| {
+            let candidates = all.clone().filter(|&i| own[i] && cosine(i, j) > SAME_SURFACE);
+            candidates.reduce(|best, i| if cosine(i, j) > cosine(best, j) { i } else { best })
+        };
+        let taken: Vec<usize> = all.clone().filter(|&j| follows(j)).filter_map(source).collect();
+        all.clone().map(|i| follows(i) || (own[i] && !taken.contains(&i))).collect()
     }
 
     /// Let new contacts inherit from a contact with the same surface that ends.
