@@ -338,7 +338,11 @@ fn twins(case: &Case, base: &Run, folder: &Path, add: &mut dyn FnMut(&'static st
         let found: Differences = match run(twin, folder, Options::default()) {
             Ok(Outcome::Done(other)) => differences(base, &other, turn),
             // Every triangle near a particle counts for the bound as if it touched: the step of the planes may be too large.
-            Ok(Outcome::Refused(message)) if ["facets", "mesh"].contains(&name) && message.contains("stable only below") => return,
+            Ok(Outcome::Refused(message))
+                if ["facets", "mesh"].contains(&name) && message.contains("stable only below") =>
+            {
+                return;
+            }
             // Images that move have another energy, by which the guard judges.
             Ok(Outcome::Failed(message, _)) if name == "image shift" && moving && guarded(&message) => return,
             Ok(Outcome::Refused(message) | Outcome::Failed(message, _)) | Err(message) => {

@@ -21,6 +21,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
 use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
+use crate::meshes::{free_mesh, mesh_number, no_mesh};
 use crate::scenario::Scenario;
 use crate::shared::{Access, Shared};
 use crate::state::{Addresses, State};
@@ -507,13 +508,7 @@ impl Simulation {
     ///
     /// Raises ValueError for a mesh that follows `motion` of the scenario, another number of rows, numbers that are not finite, and
     /// triangles without area; the mesh then stays as it was.
-    fn place_mesh(
-        &self,
-        py: Python<'_>,
-        name: &str,
-        positions: Vectors<'_>,
-        velocities: Vectors<'_>,
-    ) -> PyResult<()> {
+    fn place_mesh(&self, py: Python<'_>, name: &str, positions: Vectors<'_>, velocities: Vectors<'_>) -> PyResult<()> {
         let (position, velocity) = (positions.get()?, velocities.get()?);
         let mut inner = self.lock()?;
         let wall = free_mesh(&inner.run, name, &[position, velocity])?;
@@ -558,39 +553,6 @@ impl Simulation {
             state.clock.step
         ))
     }
-}
-
-/// Index of the wall `name`, which must be a mesh.
-fn mesh_number(run: &Run, name: &str) -> PyResult<usize> {
-    let found = run.state.walls.iter().position(|wall| wall.name == name && wall.mesh().is_some());
-    found.ok_or_else(|| no_mesh(run, name))
-}
-
-fn no_mesh(run: &Run, name: &str) -> PyErr {
-    let names: Vec<&str> =
-        run.state.walls.iter().filter(|wall| wall.mesh().is_some()).map(|wall| &wall.name[..]).collect();
-    PyValueError::new_err(format!(
-        "no wall named \"{name}\" is a mesh; meshes of the scenario: {names:?}. Give a [[wall]] shape = {{ kind = \"mesh\", ... }}"
-    ))
-}
-
-/// Index of the mesh `name`, which no history moves; in two dimensions, `vectors` must lie in the plane as the mesh does.
-fn free_mesh(run: &Run, name: &str, vectors: &[&[concordem::math::Vec3]]) -> PyResult<usize> {
-    let wall = mesh_number(run, name)?;
-    if run.schedule.histories.meshes.iter().any(|timed| timed.wall == wall) {
-        let message = format!("the mesh \"{name}\" follows the `motion` of the scenario; remove it to move the mesh from Python");
-        return Err(PyValueError::new_err(message));
-    }
-    let Some(mesh) = run.state.walls[wall].mesh() else { return Err(no_mesh(run, name)) };
-    if run.schedule.planar {
-        // The last array has the velocities. Positions across the plane stay what they are.
-        let moves = vectors.last().is_some_and(|rows| rows.iter().any(|v| v.z != 0.0))
-            || vectors.len() > 1 && vectors[0].iter().zip(&mesh.position).any(|(x, old)| x.z != old.z);
-        if moves {
-            return Err(PyValueError::new_err(format!("mesh \"{name}\": in two dimensions vertices do not move along z")));
-        }
-    }
-    Ok(wall)
 }
 
 /// The event log as a table.

@@ -103,7 +103,11 @@ fn a_belt_carries_a_sphere() {
     run(&mut state, model.clone(), 0.5 * slides, |x, t| x + Vec3::x() * (speed * t));
     // The shear spring yields after `μmg/(k V)` = 1.4e-5 s; the velocity is that of half a step before.
     let expected = friction * GRAVITY * (0.5 * slides);
-    assert!((state.particles.velocity[0].x / expected - 1.0).abs() < 5e-3, "{} {expected}", state.particles.velocity[0]);
+    assert!(
+        (state.particles.velocity[0].x / expected - 1.0).abs() < 5e-3,
+        "{} {expected}",
+        state.particles.velocity[0]
+    );
     let (vertices, triangles) = floor(8, 0.4);
     let shape = WallShape::Mesh(Mesh::new(vertices, triangles).unwrap());
     let (mut state, model) = scene(&[on_floor(0.03, 0.05)], shape, friction, 1e-4);
@@ -201,7 +205,10 @@ fn rigid_motion_makes_no_shear_force() {
         let tolerance = if axis == oblique { STIFFNESS * RADIUS * 200.0 * angle.powi(3) } else { 1e-8 };
         rigid(axis, dt, 1, 0.0, |step, angle, force, torque| {
             let expected = rotate(&axis, &Vec3::z(), angle) * (STIFFNESS * REST);
-            assert!((force - expected).norm() < tolerance && torque.norm() < tolerance, "{axis} {step} {force} {torque}");
+            assert!(
+                (force - expected).norm() < tolerance && torque.norm() < tolerance,
+                "{axis} {step} {force} {torque}"
+            );
         });
     }
 }
@@ -285,7 +292,8 @@ fn edges_and_vertices_are_crossed_without_a_jump() {
         let turn = 1.5 * stride / h;
         // In a deep fold, the second contact grows by a stride times the sine of 0.46 rad.
         let growth = if slope == 0.5 { stride * 0.5 / overlap } else { 0.0 };
-        let (fold, moved) = if at_once { (slope.atan(), 2.0 * h * (0.5 * slope.atan()).tan() / 0.5) } else { (0.0, 0.0) };
+        let (fold, moved) =
+            if at_once { (slope.atan(), 2.0 * h * (0.5 * slope.atan()).tan() / 0.5) } else { (0.0, 0.0) };
         assert!(size <= rate + growth, "{size:e}");
         assert!(jump <= rate + turn + fold + growth, "{jump:e}");
         assert!(on_vertices <= rate + 2.0 * turn + fold + moved + growth, "{on_vertices:e}");

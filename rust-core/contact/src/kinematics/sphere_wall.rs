@@ -84,8 +84,7 @@ fn yade<const RATCHETING: bool>(input: &WallInput<'_>) -> (Vec3, Transport) {
         wall_velocity - (a.velocity + cross(&a.angular_velocity, &(normal * closest_point.distance)))
     };
     let tangential = relative_velocity - normal * dot(&normal, &relative_velocity);
-    let twist =
-        dt * 0.5 * dot(&previous.normal, &a.angular_velocity) + dot(&previous.normal, &wall_rotation.imag());
+    let twist = dt * 0.5 * dot(&previous.normal, &a.angular_velocity) + dot(&previous.normal, &wall_rotation.imag());
     let transport = Transport::FirstOrder { swing: cross(&previous.normal, &normal), twist: previous.normal * twist };
     (tangential * dt, transport)
 }

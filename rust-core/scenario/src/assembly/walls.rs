@@ -154,7 +154,8 @@ fn mesh(scenario: &Scenario, number: usize, wall: &schema::Wall, folder: &Path) 
     if scenario.dimension == 2
         && let Some(leaning) = (0..mesh.triangles().len()).find(|&t| mesh.normal(t).z.abs() > UPRIGHT)
     {
-        let message = format!("triangle {leaning} is not perpendicular to the plane z = 0; in two dimensions all must be");
+        let message =
+            format!("triangle {leaning} is not perpendicular to the plane z = 0; in two dimensions all must be");
         return Err(unfit(&key, message));
     }
     if let Some(motion) = super::histories::mesh_motion(scenario, wall, &mesh.position, 0) {

@@ -3,8 +3,8 @@
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
 use concordem_solver::Solver;
 use concordem_solver::heat::supply::Factors;
-use concordem_solver::state::{Mesh, State};
 use concordem_solver::state::particles::Load;
+use concordem_solver::state::{Mesh, State};
 
 /// A factor that changes with time.
 ///

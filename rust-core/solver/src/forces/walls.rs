@@ -352,11 +352,17 @@ impl WallEvaluator<'_> {
         }
         let wall = |k: usize| self.elements[block.pair[k].b as usize].0;
         let others = self.contacts.clone().zip(&self.closest_points).filter(|(other, _)| wall(*other) == wall(k));
-        let same_surface = |point: &ClosestPoint| block.previous[k].normal.dot(&point.normal) > SAME_SURFACE;
+        // A face that the particle still touches, as the other one of a fold, has a contact of its own.
+        let same_surface = |point: &ClosestPoint| {
+            block.previous[k].normal.dot(&point.normal) > SAME_SURFACE && point.distance >= self.extent(&point.normal)
+        };
         let points = others.filter_map(|(other, point)| Some((other, point.filter(same_surface)?)));
-        Some(points.fold((k, own), |nearest, point| {
-            if point.1.distance < nearest.1.distance { point } else { nearest }
-        }))
+        Some(points.fold(
+            (k, own),
+            |nearest, point| {
+                if point.1.distance < nearest.1.distance { point } else { nearest }
+            },
+        ))
     }
 
     /// Measure contact `k`, activating it if it begins; `None` if the law has no contacts with walls.

@@ -223,7 +223,9 @@ impl Solver {
             .walls
             .iter()
             .zip(&self.wall_vertices)
-            .filter_map(|(wall, old)| Some(wall.mesh()?.position.iter().zip(old).map(|(x, old)| (x - old).norm_squared())))
+            .filter_map(|(wall, old)| {
+                Some(wall.mesh()?.position.iter().zip(old).map(|(x, old)| (x - old).norm_squared()))
+            })
             .flatten()
             .fold(0.0, f64::max)
             .sqrt();

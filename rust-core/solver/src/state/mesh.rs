@@ -34,7 +34,9 @@ pub enum MeshError {
         count: usize,
     },
     /// A triangle has no area.
-    #[error("triangle {triangle} has no area: its corners lie on one line, or coincide; remove it, or move its vertices")]
+    #[error(
+        "triangle {triangle} has no area: its corners lie on one line, or coincide; remove it, or move its vertices"
+    )]
     Degenerate {
         /// Triangle.
         triangle: usize,
@@ -99,8 +101,7 @@ impl Mesh {
             return Err(MeshError::Unused { vertex });
         }
         let zero = vec![Vec3::zeros(); count];
-        let mesh =
-            Self { position, velocity: zero.clone(), previous_velocity: zero.clone(), force: zero, triangles };
+        let mesh = Self { position, velocity: zero.clone(), previous_velocity: zero.clone(), force: zero, triangles };
         mesh.check()?;
         Ok(mesh)
     }
@@ -191,8 +192,7 @@ impl Mesh {
     pub fn rotation(&self, triangle: usize, dt: f64) -> Quat {
         let vertices = self.triangles[triangle];
         let now = self.corners(triangle);
-        let before: [Vec3; 3] =
-            std::array::from_fn(|i| now[i] - self.previous_velocity[vertices[i] as usize] * dt);
+        let before: [Vec3; 3] = std::array::from_fn(|i| now[i] - self.previous_velocity[vertices[i] as usize] * dt);
         let edges = |x: &[Vec3; 3]| [x[1] - x[0], x[2] - x[0]];
         let ([e, f], [e_old, f_old]) = (edges(&now), edges(&before));
         let (normal, normal_old) = (e.cross(&f).normalize(), e_old.cross(&f_old).normalize());

@@ -3,16 +3,16 @@
 pub mod clumps;
 pub mod columns;
 pub mod contacts;
+pub mod mesh;
 pub mod particles;
 mod persistence;
-pub mod mesh;
 pub mod walls;
 
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use concordem_contact::Cell;
-pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
 pub use mesh::{Mesh, MeshError};
+pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
 pub use walls::{Wall, WallShape};
 
 use concordem_contact::math::Vec3;

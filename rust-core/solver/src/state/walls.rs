@@ -4,8 +4,8 @@
 //! plane across one of the edges is then a sheet that particles touch from both sides, because the next image of the
 //! space in front lies behind it.
 
-use super::mesh::Mesh;
 use super::Cell;
+use super::mesh::Mesh;
 use concordem_contact::math::{Mat3, Vec3};
 pub use concordem_contact::wall::ClosestPoint;
 
