@@ -356,6 +356,8 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
             a: &motion,
             closest_point: &closest_point,
             wall_velocity: &velocity,
+            // The host has no rotation of its triangles.
+            wall_rotation: &Quat::identity(),
             geometry: &geometry,
             previous: &previous,
             dt,

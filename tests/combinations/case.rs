@@ -11,6 +11,8 @@ pub enum Shape {
     Plane(Vec3, Vec3),
     /// Triangles.
     Facets(Vec<[Vec3; 3]>),
+    /// Vertices and triangles, moved by the velocity of the wall through a history of their own.
+    Mesh(Vec<Vec3>, Vec<[u32; 3]>),
     /// A point of the axis, its direction (0 to 2), radius, and whether particles are inside.
     Cylinder(Vec3, usize, f64, bool),
 }
@@ -225,6 +227,7 @@ impl Case {
                     v(normal);
                 }
                 Shape::Facets(triangles) => triangles.iter_mut().flatten().for_each(v),
+                Shape::Mesh(vertices, _) => vertices.iter_mut().for_each(v),
                 Shape::Cylinder(center, axis, ..) => {
                     v(center);
                     *axis = turn.axis(*axis).0;
@@ -347,12 +350,21 @@ impl Case {
     }
 
     fn write_walls(&self, text: &mut String, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) {
+        if self.walls.iter().any(|wall| matches!(wall.shape, Shape::Mesh(..))) {
+            // One second per unit, longer than any run: displacements are velocities.
+            *text += "[[history]]\nname = \"time\"\nshape = { kind = \"table\", points = [[0, 0], [1, 1]] }\n";
+        }
         for (k, wall) in self.walls.iter().enumerate() {
             let shape = match &wall.shape {
                 Shape::Plane(point, normal) => {
                     format!("{{ kind = \"plane\", point = {}, normal = {} }}", list(point), list(normal))
                 }
                 Shape::Facets(triangles) => format!("{{ kind = \"facets\", path = \"{}\" }}", surface(k, triangles)),
+                Shape::Mesh(vertices, triangles) => {
+                    let vertices: Vec<String> = vertices.iter().map(list).collect();
+                    let vertices = vertices.join(", ");
+                    format!("{{ kind = \"mesh\", vertices = [{vertices}], triangles = {triangles:?} }}")
+                }
                 Shape::Cylinder(center, axis, radius, inside) => format!(
                     "{{ kind = \"cylinder\", center = {}, axis = \"{}\", radius = {radius:?}, side = \"{}\" }}",
                     list(center),
@@ -360,11 +372,15 @@ impl Case {
                     if *inside { "inside" } else { "outside" }
                 ),
             };
-            let _ = writeln!(
-                text,
-                "[[wall]]\nname = \"w{k}\"\nmaterial = \"m\"\nshape = {shape}\nvelocity = {}",
-                list(&wall.velocity)
-            );
+            let _ = writeln!(text, "[[wall]]\nname = \"w{k}\"\nmaterial = \"m\"\nshape = {shape}");
+            if let Shape::Mesh(..) = wall.shape {
+                if wall.velocity != Vec3::zeros() {
+                    let displacement = list(&wall.velocity);
+                    let _ = writeln!(text, "motion = {{ displacement = {displacement}, history = \"time\" }}");
+                }
+                continue;
+            }
+            let _ = writeln!(text, "velocity = {}", list(&wall.velocity));
             *text += &follows(wall.history);
         }
     }

@@ -10,7 +10,7 @@ use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, PairCoefficients};
 use concordem::state::columns::ColumnStore;
 use concordem::state::contacts::{ContactBlock, ContactFlags};
-use concordem::state::{Clock, Clump, Particles, Sphere, State, Wall, WallShape};
+use concordem::state::{Clock, Clump, Mesh, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{
     DENSITY, TIME_STEP, bonded, concrete, law, noise, noise_vector, on_threads, one_material, particles, pull,
     random_packing, runs, solver,
@@ -124,6 +124,14 @@ fn bouncing() -> (State, Model) {
         [corner(-5.0, -1.0), corner(9.0, -1.0), corner(9.0, 9.0)],
         [corner(-5.0, -1.0), corner(9.0, 9.0), corner(-5.0, 9.0)],
     ];
+    // A lid that sinks, tilts, and stretches: its vertices move on their own.
+    let lid = [(-1.0, -1.0), (5.0, -1.0), (5.0, 5.0), (-1.0, 5.0), (2.0, 2.1)];
+    let lid = lid.map(|(x, y)| Vec3::new(x, y, 4.6)).to_vec();
+    let mut lid = Mesh::new(lid, vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]).unwrap();
+    for (k, velocity) in lid.velocity.iter_mut().enumerate() {
+        *velocity = noise_vector(k, 4) * 0.3 - Vec3::z() * 1.2;
+    }
+    lid.previous_velocity.clone_from(&lid.velocity);
     let state = State {
         particles,
         clumps: vec![clump],
@@ -131,6 +139,7 @@ fn bouncing() -> (State, Model) {
         walls: vec![
             wall("floor", WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() }),
             wall("side", WallShape::Facets { triangles }),
+            wall("lid", WallShape::Mesh(lid)),
         ],
         wall_contacts: Some(Box::new(ContactBlock::new(vec![contact]))),
         clock: Clock { step: 0, dt: 5e-4 },
@@ -163,6 +172,12 @@ fn bouncing_spheres_restart_bit_for_bit_from_any_step() {
                 solver_now = solver(model.clone(), &mut state);
             }
         }
+        let lid = state.walls[2].mesh().expect("the lid");
+        // It pushes in some of the last steps, and has done work.
+        assert!(
+            state.ledger.boundary_work.get().abs() > 1e-3 && lid.position[4].z < 4.0,
+            "the lid must push in this test"
+        );
         let residual = state.ledger.residual() / state.ledger.initial;
         println!(
             "{began} steps with new contacts, {} searches, residual {residual:.1e}",

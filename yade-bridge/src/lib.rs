@@ -17,6 +17,7 @@ mod elastic;
 mod errors;
 mod hosted;
 mod memory;
+mod meshes;
 mod operators;
 mod packing;
 mod regions;

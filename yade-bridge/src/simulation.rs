@@ -23,6 +23,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
 use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
+use crate::meshes::{free_mesh, mesh_number, no_mesh};
 use crate::scenario::Scenario;
 use crate::scripted::{Replacement, ScriptedLaw};
 use crate::shared::{Access, Shared};
@@ -521,6 +522,63 @@ impl Simulation {
                 }
             }
         })
+    }
+
+    /// Names of the walls that are meshes.
+    #[getter]
+    fn mesh_names(&self) -> PyResult<Vec<String>> {
+        let inner = self.lock()?;
+        Ok(inner.run.state.walls.iter().filter(|wall| wall.mesh().is_some()).map(|wall| wall.name.clone()).collect())
+    }
+
+    /// Vertices, triangles, velocities, and forces of the mesh `name`, as copies. Returns MeshState.
+    fn mesh<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let inner = self.lock()?;
+        let wall = mesh_number(&inner.run, name)?;
+        let Some(mesh) = inner.run.state.walls[wall].mesh() else { return Err(no_mesh(&inner.run, name)) };
+        let fields = (
+            vectors(py, &mesh.position)?,
+            rows::<_, u32>(py, mesh.triangles(), 3)?,
+            vectors(py, &mesh.previous_velocity)?,
+            vectors(py, &mesh.force)?,
+        );
+        result(py, "MeshState", fields)
+    }
+
+    /// Velocities of the vertices of the mesh `name` from the next step on, m/s, (n, 3).
+    ///
+    /// Raises ValueError for a mesh that follows `motion` of the scenario, another number of rows, and numbers that are not finite.
+    fn drive_mesh(&self, py: Python<'_>, name: &str, velocities: Vectors<'_>) -> PyResult<()> {
+        let velocity = velocities.get()?;
+        let mut inner = self.lock()?;
+        let wall = free_mesh(&inner.run, name, &[velocity])?;
+        let drive = move |Inner { run, .. }: &mut Inner| match run.state.walls[wall].mesh_mut() {
+            Some(mesh) => mesh.drive(velocity),
+            None => Ok(()),
+        };
+        inner.change(py, drive)?.map_err(|error| PyValueError::new_err(format!("mesh \"{name}\": {error}")))
+    }
+
+    /// Place the vertices of the mesh `name`: `positions` (m, (n, 3)), to which they came with `velocities` (m/s, (n, 3)) in the last step.
+    ///
+    /// For a host that advances the vertices with the forces of a step: call it after every step. The vertices then rest until the next
+    /// call. The work of the vertices counts in the ledger.
+    ///
+    /// Raises ValueError for a mesh that follows `motion` of the scenario, another number of rows, numbers that are not finite, and
+    /// triangles without area; the mesh then stays as it was.
+    fn place_mesh(&self, py: Python<'_>, name: &str, positions: Vectors<'_>, velocities: Vectors<'_>) -> PyResult<()> {
+        let (position, velocity) = (positions.get()?, velocities.get()?);
+        let mut inner = self.lock()?;
+        let wall = free_mesh(&inner.run, name, &[position, velocity])?;
+        let place = move |Inner { run, .. }: &mut Inner| {
+            let state = &mut run.state;
+            let Some(mesh) = state.walls[wall].mesh_mut() else { return Ok(()) };
+            let work = mesh.place(position, velocity, state.clock.dt)?;
+            state.ledger.add_boundary_work(work);
+            Ok(())
+        };
+        let placed: Result<(), concordem::state::MeshError> = inner.change(py, place)?;
+        placed.map_err(|error| PyValueError::new_err(format!("mesh \"{name}\": {error}")))
     }
 
     /// Net contact force (N) and torque (N·m) of the last step on every particle, (n, 3) each.

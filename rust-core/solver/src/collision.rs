@@ -290,7 +290,12 @@ impl Speeds {
             if n > 0 { gradient.norm() * 2.0 * particles.radius.iter().copied().fold(0.0, f64::max) } else { 0.0 };
         Self {
             particles: with_fall(2.0 * largest(&mean) + shear),
-            walls: state.walls.iter().map(|wall| with_fall(largest(&wall.velocity))).collect(),
+            walls: state
+                .walls
+                .iter()
+                // Vertices of a mesh may move in any direction.
+                .map(|wall| with_fall(largest(&wall.velocity) + wall.mesh().map_or(0.0, |mesh| mesh.fastest().0)))
+                .collect(),
         }
     }
 }
@@ -310,6 +315,7 @@ fn height(state: &State, along: &Vec3) -> f64 {
             WallShape::Facets { triangles } => {
                 triangles.iter().flatten().for_each(|corner| take((corner + wall.displacement).dot(along)));
             }
+            WallShape::Mesh(mesh) => mesh.position.iter().for_each(|vertex| take(vertex.dot(along))),
             WallShape::Plane { .. } | WallShape::Cylinder { .. } => {}
         }
     }

@@ -117,6 +117,11 @@ impl Ledger {
         self.pending_expansion = after;
     }
 
+    /// Add work of prescribed motion over the half step after the present instant, J, which was not known when the step was booked.
+    pub fn add_boundary_work(&mut self, work: f64) {
+        self.pending[1] += work;
+    }
+
     /// Energy stored in contacts, J.
     pub fn stored_total(&self) -> f64 {
         self.stored.iter().sum()

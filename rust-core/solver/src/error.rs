@@ -64,6 +64,18 @@ pub enum SolverError {
         /// Time step, s.
         dt: f64,
     },
+    /// The motion of a mesh is not possible.
+    #[error("at step {step} (t = {time} s) the mesh `{wall}` cannot move on: {problem}")]
+    Mesh {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Name of the wall.
+        wall: String,
+        /// What is wrong, and the remedy.
+        problem: String,
+    },
     /// An implicit step of heat conduction, or a steady state, was not found.
     #[error(
         "heat conduction: conjugate gradients stopped at a relative residual of {residual:.1e} after {iterations} \

@@ -56,7 +56,7 @@ from ._errors import (
     YadeError,
 )
 from ._plot import _method, plot
-from ._types import BeamFit, ElasticAnswers, ElasticConstants, ElasticFit, Forces, Summary, units
+from ._types import BeamFit, ElasticAnswers, ElasticConstants, ElasticFit, Forces, MeshState, Summary, units
 
 __all__ = [
     "AssemblyError",
@@ -71,6 +71,7 @@ __all__ = [
     "ElasticFit",
     "Forces",
     "InternalError",
+    "MeshState",
     "OperatorError",
     "PackingError",
     "Problem",

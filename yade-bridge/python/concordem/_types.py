@@ -41,6 +41,19 @@ class Loads(NamedTuple):
     """Moment about the point, N m, (n, 3); None if there is none."""
 
 
+class MeshState(NamedTuple):
+    """A mesh: triangles whose vertices move on their own."""
+
+    positions: Reals
+    """Positions of the vertices, m, (n, 3)."""
+    triangles: NDArray[np.uint32]
+    """Vertices of each triangle, (m, 3)."""
+    velocities: Reals
+    """Velocities of the vertices in the last step, m/s, (n, 3)."""
+    forces: Reals
+    """Forces of the particles on the vertices in the last step, N, (n, 3)."""
+
+
 class Forces(NamedTuple):
     """Forces of all contacts."""
 

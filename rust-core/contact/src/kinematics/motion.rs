@@ -114,6 +114,8 @@ pub struct WallInput<'a> {
     pub closest_point: &'a ClosestPoint,
     /// Velocity of the wall there, m/s.
     pub wall_velocity: &'a Vec3,
+    /// Rotation of the surface there in the step: identity for a wall that only translates.
+    pub wall_rotation: &'a Quat,
     /// Constants of the contact.
     pub geometry: &'a ContactGeometry,
     /// Geometry at the end of the previous step.

@@ -2,9 +2,10 @@
 
 use super::bodies::{is_rigid, members};
 use super::{AssemblyError, unfit};
-use crate::schedule::{Histories, History, Loading, Stage, Stop, TimedLoads, TimedMotion, TimedWall};
+use crate::schedule::{Histories, History, Loading, Stage, Stop, TimedLoads, TimedMesh, TimedMotion, TimedWall};
 use crate::schema::quantity::{Component, vector};
 use crate::schema::{self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, WallShape};
+use concordem_contact::math::Vec3;
 use concordem_solver::state::{Particles, PointOfAction, State};
 
 /// The history of a name; the checks of the scenario guarantee that it exists.
@@ -71,11 +72,33 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
             let timed = |wall| TimedWall { history: history.clone(), wall, velocity };
             histories.walls.extend((first..first + faces).map(timed));
         }
+        if let Some(mesh) = state.walls[first].mesh() {
+            histories.meshes.extend(mesh_motion(scenario, wall, &mesh.position, first));
+        }
         first += faces;
     }
     add_loads(scenario, &state.particles, &mut histories);
     histories.start(state);
     Ok(histories)
+}
+
+/// The motion of the vertices of a mesh that start at `reference` (m), if it has one. `number`: index of the wall in the state.
+pub(super) fn mesh_motion(
+    scenario: &Scenario,
+    wall: &schema::Wall,
+    reference: &[Vec3],
+    number: usize,
+) -> Option<TimedMesh> {
+    let motion = wall.motion.as_ref()?;
+    Some(TimedMesh {
+        history: history(scenario, &motion.history)?,
+        wall: number,
+        reference: reference.to_vec(),
+        displacement: vector(&motion.displacement),
+        rotation: motion.rotation.as_ref().map_or_else(Vec3::zeros, vector),
+        center: motion.center.as_ref().map_or_else(Vec3::zeros, vector),
+        single: motion.vertices.iter().flatten().map(vector).collect(),
+    })
 }
 
 /// Refuses two motions of one component of a particle, if one of them follows a history: the later one could not simply

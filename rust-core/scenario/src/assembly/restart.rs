@@ -100,6 +100,7 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
         "title" | "stop" | "prescribe" | "force" => true,
         "output" => continuation == Continuation::NewResult || change.key != "output.file",
         // A result describes one program of loading.
+        "history" if places_mesh(change, before) || places_mesh(change, after) => false,
         "sample" | "stage" | "history" => continuation == Continuation::NewResult,
         "loading" => loading_allowed(change, &before.loading, &after.loading),
         "integration" => {
@@ -117,6 +118,16 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
                 && number(&change.after)
         }
         _ => false,
+    }
+}
+
+/// Whether the change is that of a history by which a mesh moves: its vertices would jump to other places.
+fn places_mesh(change: &Change, scenario: &Scenario) -> bool {
+    let number = change.key.strip_prefix("history[").and_then(|rest| rest.split(']').next()?.parse::<usize>().ok());
+    let named = |name: &str| scenario.walls.iter().filter_map(|wall| wall.motion.as_ref()).any(|m| m.history == name);
+    match number {
+        Some(number) => scenario.histories.get(number).is_some_and(|history| named(&history.name)),
+        None => scenario.walls.iter().any(|wall| wall.motion.is_some()),
     }
 }
 

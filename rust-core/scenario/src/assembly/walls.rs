@@ -11,7 +11,7 @@ use crate::schedule::{Servo, Target};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Quantity, Scenario, Side};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{State, Wall, WallShape};
+use concordem_solver::state::{Mesh, State, Wall, WallShape};
 
 /// Adds the walls of `[[wall]]`.
 pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Result<(), AssemblyError> {
@@ -23,6 +23,11 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
             Some(servo) => pushing(servo, &wall.shape, face) * servo.maximum_speed.si(),
         };
         let material = material_index(scenario, &wall.material);
+        if let schema::WallShape::Mesh { .. } = &wall.shape {
+            let mesh = mesh(scenario, number, wall, folder)?;
+            state.walls.push(Wall::new(name, WallShape::Mesh(mesh), material, Vec3::zeros()));
+            continue;
+        }
         for (face, (name, shape)) in shapes(name, &wall.shape, folder)?.into_iter().enumerate() {
             state.walls.push(Wall::new(name, shape, material, velocity(face)));
         }
@@ -54,7 +59,9 @@ fn pushing(servo: &schema::Servo, shape: &schema::WallShape, face: usize) -> Vec
             normal[face / 2] = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
             normal
         }
-        schema::WallShape::Cylinder { .. } | schema::WallShape::Facets { .. } => given.unwrap_or_default(),
+        schema::WallShape::Cylinder { .. } | schema::WallShape::Facets { .. } | schema::WallShape::Mesh { .. } => {
+            given.unwrap_or_default()
+        }
     };
     direction.normalize()
 }
@@ -125,20 +132,71 @@ fn shapes(name: String, shape: &schema::WallShape, folder: &Path) -> Result<Vec<
         schema::WallShape::Facets { path, unit } => {
             vec![(name, WallShape::Facets { triangles: triangles(folder, path, unit.si())? })]
         }
+        // Has a motion of its own; see `mesh`.
+        schema::WallShape::Mesh { .. } => Vec::new(),
     })
+}
+
+/// Sine of the largest angle between a triangle and the direction across the plane in two dimensions; vertices of files have 32 bits.
+const UPRIGHT: f64 = 1e-6;
+
+/// The mesh of wall `number`. Its vertices have the largest velocity of their motion, which bounds the time step; `histories::build`
+/// sets those of the first step.
+fn mesh(scenario: &Scenario, number: usize, wall: &schema::Wall, folder: &Path) -> Result<Mesh, AssemblyError> {
+    let key = format!("wall[{number}].shape");
+    let schema::WallShape::Mesh { path, unit, vertices, triangles } = &wall.shape else { return Err(no_mesh(&key)) };
+    let (vertices, triangles) = match (path, vertices, triangles) {
+        (Some(path), ..) => stl(folder, path, unit.map_or(1.0, Quantity::si))?,
+        (None, Some(vertices), Some(triangles)) => (vertices.iter().map(vector).collect(), triangles.clone()),
+        _ => return Err(no_mesh(&key)),
+    };
+    let mut mesh = Mesh::new(vertices, triangles).map_err(|error| unfit(&key, error.to_string()))?;
+    if scenario.dimension == 2
+        && let Some(leaning) = (0..mesh.triangles().len()).find(|&t| mesh.normal(t).z.abs() > UPRIGHT)
+    {
+        let message =
+            format!("triangle {leaning} is not perpendicular to the plane z = 0; in two dimensions all must be");
+        return Err(unfit(&key, message));
+    }
+    if let Some(motion) = super::histories::mesh_motion(scenario, wall, &mesh.position, 0) {
+        if motion.single.len() != mesh.position.len() && !motion.single.is_empty() {
+            let message = format!("{} rows for the {} vertices of the mesh", motion.single.len(), mesh.position.len());
+            return Err(unfit(&format!("wall[{number}].motion.vertices"), message));
+        }
+        for k in 0..mesh.position.len() {
+            mesh.velocity[k] = Vec3::x() * motion.fastest(k);
+        }
+    }
+    Ok(mesh)
+}
+
+fn no_mesh(key: &str) -> AssemblyError {
+    unfit(key, "give `path`, or both `vertices` and `triangles`".to_owned())
 }
 
 /// Triangles of an STL file, scaled to meters.
 pub(super) fn triangles(folder: &Path, path: &str, unit: f64) -> Result<Vec<[Vec3; 3]>, AssemblyError> {
+    let (vertices, triangles) = stl(folder, path, unit)?;
+    Ok(triangles.iter().map(|corners| corners.map(|vertex| vertices[vertex as usize])).collect())
+}
+
+/// Vertices of an STL file, scaled to meters, in the order of their first appearance, and its triangles.
+fn stl(folder: &Path, path: &str, unit: f64) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), AssemblyError> {
     let file = folder.join(path);
     let fail = |message: String| AssemblyError::File { path: file.display().to_string(), message };
     let mut reader = BufReader::new(open_regular(&file).map_err(|error| fail(error.to_string()))?);
     let mesh = stl_io::read_stl(&mut reader).map_err(|error| fail(format!("not a readable STL file: {error}")))?;
+    let vertex = |v: &stl_io::Vertex| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * unit;
     let corner = |index: usize| {
-        mesh.vertices
-            .get(index)
-            .map(|v| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * unit)
-            .ok_or_else(|| fail(format!("refers to vertex {index}, which does not exist")))
+        if index >= mesh.vertices.len() {
+            return Err(fail(format!("refers to vertex {index}, which does not exist")));
+        }
+        u32::try_from(index).map_err(|_| fail("has too many vertices".to_owned()))
     };
-    mesh.faces.iter().map(|f| Ok([corner(f.vertices[0])?, corner(f.vertices[1])?, corner(f.vertices[2])?])).collect()
+    let triangles: Result<Vec<[u32; 3]>, AssemblyError> = mesh
+        .faces
+        .iter()
+        .map(|f| Ok([corner(f.vertices[0])?, corner(f.vertices[1])?, corner(f.vertices[2])?]))
+        .collect();
+    Ok((mesh.vertices.iter().map(vertex).collect(), triangles?))
 }

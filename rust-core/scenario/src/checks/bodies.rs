@@ -2,7 +2,7 @@
 
 use super::{Checker, SYMMETRY};
 use crate::schema::quantity::{Component, Length, vector};
-use crate::schema::{Clump, Packing, ParticleSet, Quantity, Selection, Servo, Wall, WallShape};
+use crate::schema::{Clump, MeshMotion, Packing, ParticleSet, Quantity, Selection, Servo, Wall, WallShape};
 
 impl Checker<'_> {
     pub(super) fn walls(&mut self) {
@@ -22,9 +22,82 @@ impl Checker<'_> {
                 WallShape::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
                 _ => {}
             }
+            if let WallShape::Mesh { path, unit, vertices, triangles } = &wall.shape {
+                let key = format!("wall[{at}].shape");
+                self.mesh(&key, path.is_some(), unit.is_some(), vertices.as_deref(), triangles.as_deref());
+                self.moved_mesh(&format!("wall[{at}]"), wall, vertices.as_deref().map(<[_]>::len));
+                continue;
+            }
+            if wall.motion.is_some() {
+                let help = "use shape.kind = \"mesh\"; other walls move with `velocity`";
+                self.conflict(&format!("wall[{at}].motion"), "only the vertices of a mesh have a motion", help);
+            }
             if let Some(servo) = &wall.servo {
                 self.servo(&format!("wall[{at}]"), wall, servo);
             }
+        }
+    }
+
+    /// A mesh is read, or given by its vertices and triangles. Its geometry is checked when it is built.
+    fn mesh(
+        &mut self,
+        key: &str,
+        path: bool,
+        unit: bool,
+        vertices: Option<&[[Length; 3]]>,
+        triangles: Option<&[[u32; 3]]>,
+    ) {
+        match (path, vertices.is_some(), triangles.is_some()) {
+            (true, false, false) | (false, true, true) => {}
+            (true, ..) => {
+                let name = if vertices.is_some() { "vertices" } else { "triangles" };
+                let help = "keep `path`, or `vertices` and `triangles`";
+                self.conflict(&format!("{key}.{name}"), "the mesh is read from `path`, too", help);
+            }
+            (false, ..) => {
+                let help = "give `path`, or both `vertices` and `triangles`";
+                self.missing(key, "the mesh has neither a file nor vertices with triangles", help);
+            }
+        }
+        if unit && !path {
+            self.conflict(&format!("{key}.unit"), "is the unit of a file, but there is none", "remove `unit`");
+        }
+    }
+
+    /// A mesh moves by its vertices, not as a whole.
+    fn moved_mesh(&mut self, key: &str, wall: &Wall, vertices: Option<usize>) {
+        let help = "use `motion`, with a displacement that follows a history";
+        if wall.velocity.iter().any(|component| component.si() != 0.0) {
+            self.conflict(&format!("{key}.velocity"), "a mesh moves by its vertices", help);
+        }
+        for (name, given) in [("history", wall.history.is_some()), ("servo", wall.servo.is_some())] {
+            if given {
+                self.conflict(&format!("{key}.{name}"), "a mesh moves by its vertices", help);
+            }
+        }
+        let Some(MeshMotion { displacement, rotation, center, vertices: single, .. }) = &wall.motion else { return };
+        let zero = |vector: &[Length; 3]| vector.iter().all(|component| component.si() == 0.0);
+        let turns = rotation.as_ref().is_some_and(|rotation| rotation.iter().any(|angle| angle.si() != 0.0));
+        if zero(displacement) && !turns && single.as_ref().is_none_or(|rows| rows.iter().all(zero)) {
+            let help = "give `displacement`, `rotation`, or `vertices`, or remove `motion`";
+            self.conflict(&format!("{key}.motion"), "moves no vertex", help);
+        }
+        match (rotation.is_some(), center.is_some()) {
+            (true, false) => {
+                let help = "give a point on the axis: center = [0, 0, 0]";
+                self.missing(&format!("{key}.motion"), "the rotation has no center", help);
+            }
+            (false, true) => {
+                let help = "remove `center`, or give `rotation`";
+                self.conflict(&format!("{key}.motion.center"), "there is no rotation about it", help);
+            }
+            _ => {}
+        }
+        if let (Some(rows), Some(count)) = (single, vertices)
+            && rows.len() != count
+        {
+            let message = format!("{} rows for {count} vertices", rows.len());
+            self.conflict(&format!("{key}.motion.vertices"), message, "give one row per vertex of the mesh");
         }
     }
 

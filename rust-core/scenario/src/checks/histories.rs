@@ -2,7 +2,7 @@
 
 use super::Checker;
 use crate::schema::quantity::Component;
-use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage};
+use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage, WallShape};
 use concordem_contact::kinematics::MotionMeasure;
 
 impl Checker<'_> {
@@ -29,7 +29,8 @@ impl Checker<'_> {
             self.prescribed_history(at, prescribe);
         }
         for (at, wall) in scenario.walls.iter().enumerate() {
-            if wall.history.is_some() && wall.servo.is_none() && wall.velocity.iter().all(|v| v.si() == 0.0) {
+            let mesh = matches!(wall.shape, WallShape::Mesh { .. });
+            if wall.history.is_some() && !mesh && wall.servo.is_none() && wall.velocity.iter().all(|v| v.si() == 0.0) {
                 let help = "give the `velocity` that the history multiplies, or remove `history`";
                 self.conflict(&format!("wall[{at}].history"), "multiplies a velocity of zero", help);
             }
@@ -128,6 +129,8 @@ impl crate::schema::Scenario {
         let mut all = each("prescribe", self.prescribed.iter().map(|table| &table.history));
         all.extend(each("force", self.forces.iter().map(|table| &table.history)));
         all.extend(each("wall", self.walls.iter().map(|table| &table.history)));
+        let motions = self.walls.iter().enumerate().filter_map(|(at, wall)| Some((at, wall.motion.as_ref()?)));
+        all.extend(motions.map(|(at, motion)| (format!("wall[{at}].motion.history"), &motion.history[..])));
         all.extend(each("stage", self.stages.iter().map(|table| &table.history)));
         if let Some(heat) = &self.heat {
             all.extend(each("heat.source", heat.sources.iter().map(|table| &table.history)));

@@ -149,6 +149,15 @@ impl Checker<'_> {
             vec![("integration.gravity".to_owned(), components(&scenario.integration.gravity), false)];
         for (at, wall) in scenario.walls.iter().enumerate() {
             vectors.push((format!("wall[{at}].velocity"), components(&wall.velocity), false));
+            if let Some(motion) = &wall.motion {
+                vectors.push((format!("wall[{at}].motion.displacement"), components(&motion.displacement), false));
+                if let Some(rotation) = &motion.rotation {
+                    vectors.push((format!("wall[{at}].motion.rotation"), components(rotation), true));
+                }
+                for (k, row) in motion.vertices.iter().flatten().enumerate() {
+                    vectors.push((format!("wall[{at}].motion.vertices[{k}]"), components(row), false));
+                }
+            }
             if let Some(direction) = wall.servo.as_ref().and_then(|servo| servo.direction.as_ref()) {
                 vectors.push((format!("wall[{at}].servo.direction"), components(direction), false));
             }

@@ -95,7 +95,7 @@ impl Guard {
         let rounding_speed = 16.0 * f64::EPSILON * self.extent / state.clock.dt.max(f64::MIN_POSITIVE);
         let rounding = self.mass * rounding_speed * rounding_speed;
         // Walls have no energy in the ledger: the first impact of a moving wall may precede all other energy.
-        let wall_speed = state.walls.iter().map(|wall| wall.velocity.norm_squared()).fold(0.0, f64::max);
+        let wall_speed = state.walls.iter().map(|wall| wall.speed().powi(2)).fold(0.0, f64::max);
         let turnover = largest.max(ledger.turnover());
         *largest = turnover;
         let scale = turnover + 0.5 * self.mass * wall_speed;

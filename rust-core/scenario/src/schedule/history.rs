@@ -1,10 +1,10 @@
 //! A factor that changes with time, and what it multiplies: motions, walls, and loads.
 
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
 use concordem_solver::Solver;
 use concordem_solver::heat::supply::Factors;
-use concordem_solver::state::State;
 use concordem_solver::state::particles::Load;
+use concordem_solver::state::{Mesh, State};
 
 /// A factor that changes with time.
 ///
@@ -135,6 +135,56 @@ pub struct TimedWall {
     pub velocity: Vec3,
 }
 
+/// A mesh whose vertices follow a history: over the change `g` of the factor since the start, a vertex moves from `X` to
+/// `c + d g + R(θg)(X + u g − c)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedMesh {
+    /// The history.
+    pub history: History,
+    /// Index of the wall.
+    pub wall: usize,
+    /// Vertices `X` at the start, m.
+    pub reference: Vec<Vec3>,
+    /// Displacement `d` of all vertices at the change 1, m.
+    pub displacement: Vec3,
+    /// Rotation vector `θ` at the change 1, rad.
+    pub rotation: Vec3,
+    /// Center `c` of the rotation, m.
+    pub center: Vec3,
+    /// Displacements `u` of the single vertices at the change 1, m; may be empty.
+    pub single: Vec<Vec3>,
+}
+
+impl TimedMesh {
+    /// Position of vertex `k` after the change `g` of the factor, m.
+    pub fn position(&self, k: usize, g: f64) -> Vec3 {
+        let own = self.single.get(k).map_or_else(Vec3::zeros, |u| u * g);
+        let arm = self.reference[k] + own - self.center;
+        if self.rotation == Vec3::zeros() {
+            return self.center + self.displacement * g + arm;
+        }
+        let rotation = quaternion_of_rotation_vector(&(self.rotation * g));
+        let (w, u) = (rotation.w, rotation.imag());
+        let t = u.cross(&arm) * 2.0;
+        self.center + self.displacement * g + arm + t * w + u.cross(&t)
+    }
+
+    /// Upper bound of the speed of vertex `k`, m/s, while the change of the factor does not exceed twice its largest value.
+    pub fn fastest(&self, k: usize) -> f64 {
+        let own = self.single.get(k).map_or(0.0, Vec3::norm);
+        let arm = (self.reference[k] - self.center).norm() + own * 2.0 * self.history.largest();
+        self.history.steepest() * (self.displacement.norm() + own + self.rotation.norm() * arm)
+    }
+
+    /// Set the velocities that take the vertices to their places at the end of the step from `time` (s) to `time + dt`.
+    fn set(&self, time: f64, dt: f64, mesh: &mut Mesh) {
+        let g = self.history.at(time + dt) - self.history.at(0.0);
+        for (k, (velocity, place)) in mesh.velocity.iter_mut().zip(&mesh.position).enumerate() {
+            *velocity = (self.position(k, g) - place) / dt;
+        }
+    }
+}
+
 /// Loads that follow a history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimedLoads {
@@ -180,6 +230,8 @@ pub struct Histories {
     pub motions: Vec<TimedMotion>,
     /// Velocities of walls.
     pub walls: Vec<TimedWall>,
+    /// Motions of meshes.
+    pub meshes: Vec<TimedMesh>,
     /// Loads on particles.
     pub loads: Vec<TimedLoads>,
     /// All loads of the run at the factor 0: the constant ones.
@@ -194,6 +246,13 @@ impl Histories {
         let between = 0.5 * state.clock.dt;
         for wall in &self.walls {
             state.walls[wall.wall].velocity = wall.velocity * wall.history.at(between);
+        }
+        for timed in &self.meshes {
+            if let Some(mesh) = state.walls[timed.wall].mesh_mut() {
+                timed.set(0.0, 2.0 * between, mesh);
+                // They have come with it: a contact of the first step slides at once.
+                mesh.previous_velocity.clone_from(&mesh.velocity);
+            }
         }
         let particles = &mut state.particles;
         for motion in &self.motions {
@@ -214,6 +273,11 @@ impl Histories {
         }
         for wall in &self.walls {
             state.walls[wall.wall].velocity = wall.velocity * wall.history.at(between);
+        }
+        for timed in &self.meshes {
+            if let Some(mesh) = state.walls[timed.wall].mesh_mut() {
+                timed.set(time, dt, mesh);
+            }
         }
         if self.motions.is_empty() {
             return;

@@ -12,7 +12,7 @@ pub mod stop;
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
 pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
-pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMotion, TimedWall};
+pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMesh, TimedMotion, TimedWall};
 pub use loading::Loading;
 pub use servo::{Servo, Target};
 pub use simulation::{Advance, Simulation};

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
 use super::quantity::{
-    AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, Stress, Velocity,
+    Angle, AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, Stress, Velocity,
 };
 
 /// A rigid wall that particles touch.
@@ -27,6 +27,29 @@ pub struct Wall {
     /// Servo: the wall moves until it presses on the particles with a given force or pressure. Default: none, the wall moves with
     /// `velocity`. Example: `servo = { pressure = "2 MPa", maximum_speed = "0.1 m/s" }`.
     pub servo: Option<Servo>,
+    /// Motion of the vertices of a "mesh"; default: none, they stay where they are, or where Python puts them. Only for "mesh".
+    /// Example: `motion = { rotation = [0, 0, "360 deg"], center = [0, 0, 0], history = "turn" }`.
+    pub motion: Option<MeshMotion>,
+}
+
+/// Motion of the vertices of a mesh, over the change `g` of a history's factor since the start: a vertex that starts at `X` is at
+/// `c + d g + R(X + u g - c)`. `R` rotates by `g` times the rotation vector about the center `c`; `d` is the displacement of all
+/// vertices, and `u` that of the vertex alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshMotion {
+    /// Name of the history. Required. Example: `history = "turn"`.
+    pub history: String,
+    /// Displacement of all vertices at the change 1, m; default: zero. Example: `displacement = [0, 0, "-1 mm"]`.
+    #[serde(default)]
+    pub displacement: [Length; 3],
+    /// Rotation vector at the change 1, rad: its direction is the axis, its length the angle; default: zero. Needs `center`.
+    pub rotation: Option<[Angle; 3]>,
+    /// A point on the axis of the rotation, m. Required with `rotation`.
+    pub center: Option<[Length; 3]>,
+    /// Displacements of the single vertices at the change 1, m, one row per vertex in the order of the mesh; default: none.
+    /// They rotate with `rotation`. Example: `vertices = [[0, 0, 0], ["1 mm", 0, 0], [0, 0, 0]]`.
+    pub vertices: Option<Vec<[Length; 3]>>,
 }
 
 /// A servo: the wall moves along its direction with the speed `min(g (F0 - F), maximum_speed)`, F being the force on the particles
@@ -93,6 +116,20 @@ pub enum WallShape {
         #[serde(default = "super::packing::one_meter")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         unit: Length,
+    },
+    /// Triangles whose vertices move with `motion`, or by calls from Python; particles touch them from both sides. Give `path`, or
+    /// `vertices` and `triangles`.
+    Mesh {
+        /// Path of an STL file, relative to the scenario. Its vertices are numbered in the order in which they first appear. Example:
+        /// `path = "drum.stl"`.
+        path: Option<String>,
+        /// Length of one unit of the file, m; default: 1 m. Example for a file in millimeters: `unit = "1 mm"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        unit: Option<Length>,
+        /// Positions of the vertices at the start, m. Example: `vertices = [[0, 0, 0], ["1 mm", 0, 0], [0, "1 mm", 0]]`.
+        vertices: Option<Vec<[Length; 3]>>,
+        /// Vertices of each triangle, counted from 0. Example: `triangles = [[0, 1, 2]]`.
+        triangles: Option<Vec<[u32; 3]>>,
     },
 }
 

@@ -46,7 +46,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use aggregates::{AggregateGroup, AggregateShape, Aggregates, GradingTable, Mix, MixComponent, Surface};
-pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, Wall, WallShape};
+pub use bodies::{
+    AppliedForce, Clump, End, Initial, MeshMotion, ParticleSet, Prescribe, Selection, Servo, Side, Wall, WallShape,
+};
 pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
@@ -188,7 +190,7 @@ impl Scenario {
             files.push(("packing.shape.path".to_owned(), path));
         }
         for (at, wall) in self.walls.iter().enumerate() {
-            if let WallShape::Facets { path, .. } = &wall.shape {
+            if let WallShape::Facets { path, .. } | WallShape::Mesh { path: Some(path), .. } = &wall.shape {
                 files.push((format!("wall[{at}].shape.path"), path));
             }
         }

@@ -3,7 +3,8 @@
 //! A particle near a surface of triangles can have several closest points. A point inside a face always acts. A point
 //! on an edge or corner acts only if it is a closest point of the surface as a whole: no other triangle that contains
 //! it has a closer one. If it is the closest point of several triangles, only one of them acts. So a flat or convex
-//! surface acts once, not once per triangle. When the closest point moves from one triangle to the next, the new
+//! surface acts once, not once per triangle. In a fold of a [`Mesh`](crate::state::Mesh), `WallEvaluator::faces`
+//! decides. When the closest point moves from one triangle to the next, the new
 //! contact inherits the history of the old one.
 
 use std::ops::Range;
@@ -11,7 +12,7 @@ use std::ops::Range;
 use concordem_contact::kinematics::deformable::ParticleVirial;
 use concordem_contact::kinematics::{Motion, PreviousGeometry, WallInput};
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Quat, Vec3};
 use concordem_contact::wall::ClosestPoint;
 
 use super::commit::log_heat;
@@ -26,6 +27,14 @@ const SAME_POINT: f64 = 1e-6;
 /// Cosine of the largest rotation of the normal in one step for a contact to inherit history from a neighboring
 /// triangle.
 const SAME_SURFACE: f64 = 0.5;
+
+/// Cosine of the angle, 0.2 rad, between two faces of a mesh below which a particle that comes to both at once touches only the nearer one.
+///
+/// Else the force on a nearly flat surface would be the double, where the particle comes down within `½Rε` of an edge of the angle ε.
+const NEARLY_FLAT: f64 = 0.980_066_577_841_241_6;
+
+/// Largest error of a distance by rounding, as a fraction of the particle's radius.
+const ROUNDING: f64 = 1e-9;
 
 /// Wall and element for every element number.
 pub fn element_table(walls: &[Wall]) -> Vec<(u32, u32)> {
@@ -48,6 +57,9 @@ pub fn evaluate<L: ContactLaw>(
     for wall in walls.iter_mut() {
         wall.force = Vec3::zeros();
         wall.torque = Vec3::zeros();
+        if let Some(mesh) = wall.mesh_mut() {
+            mesh.force.fill(Vec3::zeros());
+        }
     }
     let mut evaluator = WallEvaluator {
         context,
@@ -97,12 +109,24 @@ struct WallEvaluator<'a> {
 /// Force and virial of a wall contact on its particle.
 struct WallAction {
     force: WallForce,
+    /// Triangle and weights of the contact point, if the wall is a mesh.
+    place: Option<(usize, [f64; 3])>,
     /// Vector from the particle's center to the contact point, m.
     arm: Vec3,
     /// Image of the wall.
     image: [i8; 3],
     /// Contribution to the particle virial, if the particle deforms.
     virial: ParticleVirial,
+}
+
+/// Motion of a wall at a contact point in the last step.
+struct Surface {
+    /// Triangle and weights of the point, if the wall is a mesh.
+    place: Option<(usize, [f64; 3])>,
+    /// Velocity, m/s.
+    velocity: Vec3,
+    /// Rotation.
+    rotation: Quat,
 }
 
 impl WallEvaluator<'_> {
@@ -149,13 +173,73 @@ impl WallEvaluator<'_> {
                 })
         };
         let count = self.contacts.len();
+        let in_mesh = |i: usize| walls[element(i).0 as usize].mesh().is_some();
+        let meshes = (0..count).any(in_mesh);
+        let faces = if meshes { self.faces(block, walls) } else { Vec::new() };
+        let active = |i: usize| block.flags[self.contacts.start + i].has(ContactFlags::ACTIVE);
         acts.clear();
         acts.extend((0..count).map(|i| {
             let Some(closest_point) = self.touching(i) else { return false };
             let point = closest_point.normal * closest_point.distance;
-            closest_point.interior || !(0..count).any(|other| supersedes(other, i, &point))
+            if closest_point.interior {
+                return !in_mesh(i) || faces[i];
+            }
+            // In a fold, a contact that has left its face acts on, at the edge, until it opens; else its force would jump to zero.
+            let beside = |other: usize| {
+                in_mesh(i) && active(i) && active(other) && self.touching(other).is_some_and(|o| o.interior)
+            };
+            !(0..count).any(|other| supersedes(other, i, &point) && !beside(other))
         }));
         self.acts = acts;
+    }
+
+    /// Which of the particle's contacts inside faces of meshes act.
+    ///
+    /// A contact that begins without overlap, as that with the second face of a deep fold, acts beside others. One that is there with an
+    /// overlap at once is an old one that came over a concave edge: it stays silent while another face is nearer, and then takes over from
+    /// the contact whose normal is closest. So the size of the force does not jump, and neither does the energy that the contact stores.
+    fn faces<L: ContactLaw>(&self, block: &ContactBlock<L>, walls: &[Wall]) -> Vec<bool> {
+        let start = self.contacts.start;
+        let points: Vec<Option<ClosestPoint>> =
+            (0..self.contacts.len()).map(|i| self.touching(i).filter(|point| point.interior)).collect();
+        let wall = |i: usize| self.elements[block.pair[start + i].b as usize].0;
+        // Cosine between the normals of two contacts with one mesh.
+        let cosine = |i: usize, j: usize| match (points[i], points[j]) {
+            (Some(a), Some(b)) if i != j && wall(i) == wall(j) => a.normal.dot(&b.normal),
+            _ => -1.0,
+        };
+        let first = |i: usize, j: usize| {
+            let distance = |i: usize| points[i].map_or(f64::INFINITY, |point| point.distance);
+            distance(i) < distance(j) || (distance(i) == distance(j) && i < j)
+        };
+        let all = 0..points.len();
+        let active = |i: usize| points[i].is_some() && block.flags[start + i].has(ContactFlags::ACTIVE);
+        // Whether it did not touch one step ago.
+        let begins = |i: usize, point: &ClosestPoint| {
+            let (pair, image) = (block.pair[start + i], block.flags[start + i].image);
+            let surface = self.surface(&walls[wall(i) as usize], pair.b, image);
+            let velocity = self.context.particles.velocity[self.particle] - surface.velocity;
+            let extent = self.extent(&point.normal);
+            point.distance + velocity.dot(&point.normal) * self.context.dt >= extent * (1.0 - ROUNDING)
+        };
+        let own: Vec<bool> = all
+            .clone()
+            .map(|i| {
+                let Some(point) = points[i] else { return false };
+                let beside = |j: usize| cosine(i, j) > NEARLY_FLAT && (active(j) || first(j, i));
+                active(i) || begins(i, &point) && !all.clone().any(beside)
+            })
+            .collect();
+        let follows = |i: usize| {
+            points[i].is_some() && !own[i] && !all.clone().any(|j| cosine(i, j) > SAME_SURFACE && first(j, i))
+        };
+        // The contact from which contact `j` takes over.
+        let source = |j: usize| {
+            let candidates = all.clone().filter(|&i| own[i] && cosine(i, j) > SAME_SURFACE);
+            candidates.reduce(|best, i| if cosine(i, j) > cosine(best, j) { i } else { best })
+        };
+        let taken: Vec<usize> = all.clone().filter(|&j| follows(j)).filter_map(source).collect();
+        all.clone().map(|i| follows(i) || (own[i] && !taken.contains(&i))).collect()
     }
 
     /// Let new contacts inherit from a contact with the same surface that ends.
@@ -197,13 +281,14 @@ impl WallEvaluator<'_> {
     fn contact<L: ContactLaw>(&mut self, block: &mut ContactBlock<L>, walls: &[Wall], k: usize) -> Option<WallAction> {
         let i = k - self.contacts.start;
         let wall = self.elements[block.pair[k].b as usize].0;
-        let acting = if self.acts[i] { self.closest_points[i] } else { self.opening(block, k) };
-        let Some(closest_point) = acting else {
+        let acting = if self.acts[i] { self.closest_points[i].map(|point| (k, point)) } else { self.opening(block, k) };
+        let Some((at, closest_point)) = acting else {
             deactivate(block, k);
             return None;
         };
         let begins = !block.flags[k].has(ContactFlags::ACTIVE);
-        let kinematics = self.measure(block, k, &closest_point, &walls[wall as usize].velocity)?;
+        let surface = self.surface(&walls[wall as usize], block.pair[at].b, block.flags[at].image);
+        let kinematics = self.measure(block, k, &closest_point, &surface)?;
         if L::STIFFENS && begins {
             let ContactFlags { row, image, .. } = block.flags[k];
             self.totals.begun.push(BegunContact { pair: block.pair[k], image, row });
@@ -239,21 +324,45 @@ impl WallEvaluator<'_> {
         let virial = ParticleVirial::of(&closest_point.normal, &force, &viscous, context.dashpots_strain);
         let moment = if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() };
         let force = WallForce { particle: self.particle as u32, wall, point, force, moment };
-        Some(WallAction { force, arm, image: block.flags[k].image, virial })
+        Some(WallAction { force, place: surface.place, arm, image: block.flags[k].image, virial })
     }
 
-    /// Closest point at which contact `k` opens in this step; `None` if it does not. The particle may have passed to another triangle of
-    /// the surface in the same step.
-    fn opening<L: ContactLaw>(&self, block: &ContactBlock<L>, k: usize) -> Option<ClosestPoint> {
+    /// Motion of the wall where it is closest to the particle, on the element `element` of its image `image`.
+    fn surface(&self, wall: &Wall, element: u32, image: [i8; 3]) -> Surface {
+        let Some(mesh) = wall.mesh() else {
+            return Surface { place: None, velocity: wall.velocity, rotation: Quat::identity() };
+        };
+        let context = self.context;
+        let shift = context.cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
+        let triangle = self.elements[element as usize].1 as usize;
+        let weights = mesh.weights(triangle, &(context.particles.position[self.particle] - shift));
+        Surface {
+            place: Some((triangle, weights)),
+            velocity: mesh.velocity_at(triangle, &weights),
+            rotation: mesh.rotation(triangle, context.dt),
+        }
+    }
+
+    /// Closest point at which contact `k` opens in this step, and the contact that has it; `None` if it does not open. The particle may
+    /// have passed to another triangle of the surface in the same step.
+    fn opening<L: ContactLaw>(&self, block: &ContactBlock<L>, k: usize) -> Option<(usize, ClosestPoint)> {
         let own = self.closest_points[k - self.contacts.start]?;
         if !block.flags[k].has(ContactFlags::ACTIVE) || own.distance < self.extent(&own.normal) {
             return None;
         }
         let wall = |k: usize| self.elements[block.pair[k].b as usize].0;
         let others = self.contacts.clone().zip(&self.closest_points).filter(|(other, _)| wall(*other) == wall(k));
-        let same_surface = |point: &ClosestPoint| block.previous[k].normal.dot(&point.normal) > SAME_SURFACE;
-        let points = others.filter_map(|(_, point)| *point).filter(same_surface);
-        Some(points.fold(own, |nearest, point| if point.distance < nearest.distance { point } else { nearest }))
+        // A face that the particle still touches, as the other one of a fold, has a contact of its own.
+        let same_surface = |point: &ClosestPoint| {
+            block.previous[k].normal.dot(&point.normal) > SAME_SURFACE && point.distance >= self.extent(&point.normal)
+        };
+        let points = others.filter_map(|(other, point)| Some((other, point.filter(same_surface)?)));
+        Some(points.fold(
+            (k, own),
+            |nearest, point| {
+                if point.1.distance < nearest.1.distance { point } else { nearest }
+            },
+        ))
     }
 
     /// Measure contact `k`, activating it if it begins; `None` if the law has no contacts with walls.
@@ -262,7 +371,7 @@ impl WallEvaluator<'_> {
         block: &mut ContactBlock<L>,
         k: usize,
         closest_point: &ClosestPoint,
-        wall_velocity: &Vec3,
+        surface: &Surface,
     ) -> Option<L::Kinematics> {
         let (context, a) = (self.context, self.particle);
         let radius = context.particles.radius[a];
@@ -271,7 +380,7 @@ impl WallEvaluator<'_> {
             block.flags[k].bits |= ContactFlags::ACTIVE;
             block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
             // The velocities give the distance one step ago, so candidates need not store it.
-            let approach = (motion.velocity - wall_velocity).dot(&closest_point.normal);
+            let approach = (motion.velocity - surface.velocity).dot(&closest_point.normal);
             block.previous[k] = PreviousGeometry {
                 normal: closest_point.normal,
                 length: closest_point.distance + approach * context.dt,
@@ -286,8 +395,15 @@ impl WallEvaluator<'_> {
             mass_b: f64::INFINITY,
         };
         let previous = &block.previous[k];
-        let input =
-            WallInput { a: &motion, closest_point, wall_velocity, geometry: &geometry, previous, dt: context.dt };
+        let input = WallInput {
+            a: &motion,
+            closest_point,
+            wall_velocity: &surface.velocity,
+            wall_rotation: &surface.rotation,
+            geometry: &geometry,
+            previous,
+            dt: context.dt,
+        };
         let measured = L::Kinematics::measure_wall(context.mode, &input)?;
         let Some(surface_displacement) = context.surface_displacement.get(a) else { return Some(measured) };
         let before = context.surface_displacement_before(a).quadratic(&previous.normal);
@@ -297,7 +413,7 @@ impl WallEvaluator<'_> {
     /// Add a contact to the totals, to its particle, and to its wall.
     fn accumulate<L: ContactLaw>(&mut self, action: &WallAction, sums: &mut ParticleSums<'_>, wall: &mut Wall) {
         let a = self.particle;
-        let WallAction { force: WallForce { force, moment, point, .. }, arm, image, virial } = action;
+        let WallAction { force: WallForce { force, moment, point, .. }, place, arm, image, virial } = action;
         self.totals.active += 1;
         if self.context.sample {
             self.totals.force_squared += force.norm_squared();
@@ -320,6 +436,9 @@ impl WallEvaluator<'_> {
         // The point lies on an image of the wall; move it back to the wall itself.
         let shift = self.context.cell.map_or_else(Vec3::zeros, |cell| cell.shift(*image));
         wall.torque -= (point - shift - wall.displacement).cross(force);
+        if let (Some((triangle, weights)), Some(mesh)) = (place, wall.mesh_mut()) {
+            mesh.add_force(*triangle, weights, &-force, L::TRANSMITS_MOMENT.then_some(&-moment));
+        }
     }
 }
 

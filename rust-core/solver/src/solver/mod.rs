@@ -35,6 +35,10 @@ pub struct Solver {
     verlet: Option<VerletList>,
     /// Displacements of the walls at the last rebuild of the neighbor list, m.
     wall_positions: Vec<Vec3>,
+    /// Vertices of those that are meshes, m.
+    wall_vertices: Vec<Vec<Vec3>>,
+    /// Smallest radius, m.
+    smallest: f64,
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
     poses: Vec<Pose>,
@@ -95,6 +99,8 @@ impl Solver {
             contact_map: TileMap::default(),
             verlet: None,
             wall_positions: Vec::new(),
+            wall_vertices: Vec::new(),
+            smallest: 0.0,
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             poses: Vec::new(),
@@ -229,6 +235,7 @@ impl Solver {
             self.check_stiffness(state, &report.begun)?;
         }
         self.kick_and_drift(state, &mut report);
+        self.check_meshes(state)?;
         let work = self.move_cell_and_walls(state, &crossing);
         book(state, &mut report, work);
         check_finite(state, &report)?;
@@ -357,6 +364,30 @@ impl Solver {
         })
     }
 
+    /// Fail if a mesh is about to move so fast that particles could pass through it in one step, or has lost the area of a triangle.
+    fn check_meshes(&self, state: &State) -> Result<(), SolverError> {
+        for wall in &state.walls {
+            let Some(mesh) = wall.mesh() else { continue };
+            let fail = |problem: String| SolverError::Mesh {
+                step: state.clock.step,
+                time: state.clock.time(),
+                wall: wall.name.clone(),
+                problem,
+            };
+            mesh.check().map_err(|error| fail(error.to_string()))?;
+            let (speed, vertex) = mesh.fastest();
+            let path = speed * state.clock.dt;
+            if path > self.smallest && self.smallest > 0.0 {
+                return Err(fail(format!(
+                    "vertex {vertex} moves {path:.3e} m in one step, more than the smallest radius, {:.3e} m: particles could pass \
+                     through; lower its velocity or the time step",
+                    self.smallest
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Strains of the step from the forces of the last one; returns the largest one.
     fn begin_deformation(&mut self, state: &mut State) -> f64 {
         let Some(deformable) = &self.model.deformable else { return 0.0 };
@@ -411,6 +442,11 @@ impl Solver {
             work[1] += half(&wall.velocity);
             wall.displacement += wall.velocity * dt;
             wall.previous_velocity = wall.velocity;
+            if let Some(mesh) = wall.mesh_mut() {
+                let [before, after] = mesh.drift(dt);
+                work[0] += before;
+                work[1] += after;
+            }
         }
         work
     }

@@ -45,6 +45,9 @@ impl Solver {
                 .map_err(neighbor)?;
         }
         self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
+        let vertices = |wall: &Wall| wall.mesh().map_or_else(Vec::new, |mesh| mesh.position.clone());
+        self.wall_vertices = state.walls.iter().map(vertices).collect();
+        self.smallest = if n > 0 { smallest } else { 0.0 };
         self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
         self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
             // The largest cutoff distance is that of two touching spheres.
@@ -215,7 +218,18 @@ impl Solver {
             .zip(&self.wall_positions)
             .map(|(wall, old)| (wall.displacement - old).norm())
             .fold(0.0, f64::max);
-        let allowed = verlet.skin - wall;
+        // No point of a triangle moves further than all its corners.
+        let vertex = state
+            .walls
+            .iter()
+            .zip(&self.wall_vertices)
+            .filter_map(|(wall, old)| {
+                Some(wall.mesh()?.position.iter().zip(old).map(|(x, old)| (x - old).norm_squared()))
+            })
+            .flatten()
+            .fold(0.0, f64::max)
+            .sqrt();
+        let allowed = verlet.skin - wall.max(vertex);
         let within = |(now, then): (&Vec3, &Vec3)| (now - then).norm_squared() < allowed * allowed;
         allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(within)
     }

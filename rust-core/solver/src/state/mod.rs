@@ -3,6 +3,7 @@
 pub mod clumps;
 pub mod columns;
 pub mod contacts;
+pub mod mesh;
 pub mod particles;
 mod persistence;
 pub mod walls;
@@ -10,6 +11,7 @@ pub mod walls;
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use concordem_contact::Cell;
+pub use mesh::{Mesh, MeshError};
 pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
 pub use walls::{Wall, WallShape};
 

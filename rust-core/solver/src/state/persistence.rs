@@ -297,6 +297,15 @@ fn read_wall(wall: &mut Wall, path: &str, source: &mut dyn ColumnSource) -> Resu
     let v = |i: usize| Vec3::new(reals[i], reals[i + 1], reals[i + 2]);
     (wall.displacement, wall.velocity, wall.force, wall.torque, wall.previous_velocity) =
         (v(0), v(3), v(6), v(9), v(12));
+    if let Some(mesh) = wall.mesh_mut() {
+        let path = format!("{path}_vertices");
+        let reals = with_length(&path, source.f64(&path)?, 12 * mesh.position.len())?;
+        for (k, r) in reals.chunks_exact(12).enumerate() {
+            let v = |i: usize| Vec3::new(r[i], r[i + 1], r[i + 2]);
+            (mesh.position[k], mesh.velocity[k], mesh.previous_velocity[k], mesh.force[k]) = (v(0), v(3), v(6), v(9));
+        }
+        mesh.check().map_err(|error| ColumnError::Value { path, row: 0, problem: error.to_string() })?;
+    }
     Ok(())
 }
 
@@ -305,7 +314,17 @@ fn write_wall(wall: &Wall, path: &str, sink: &mut dyn ColumnSink) -> Result<(), 
     for v in [&wall.displacement, &wall.velocity, &wall.force, &wall.torque, &wall.previous_velocity] {
         reals.extend_from_slice(v.as_slice());
     }
-    sink.column(path, Column::f64(&reals, 15, "m, m/s, N, N m, m/s"))
+    sink.column(path, Column::f64(&reals, 15, "m, m/s, N, N m, m/s"))?;
+    if let Some(mesh) = wall.mesh() {
+        let mut reals = Vec::with_capacity(12 * mesh.position.len());
+        for k in 0..mesh.position.len() {
+            for v in [&mesh.position[k], &mesh.velocity[k], &mesh.previous_velocity[k], &mesh.force[k]] {
+                reals.extend_from_slice(v.as_slice());
+            }
+        }
+        sink.column(&format!("{path}_vertices"), Column::f64(&reals, 12, "m, m/s, m/s, N"))?;
+    }
+    Ok(())
 }
 
 fn read_clump(clump: &mut Clump, path: &str, source: &mut dyn ColumnSource) -> Result<(), ColumnError> {

@@ -1,10 +1,11 @@
-//! Walls: plane, cylinder, and triangle surfaces with prescribed motion.
+//! Walls: plane, cylinder, and triangle surfaces with prescribed motion; [`Mesh`] for triangles with moving vertices.
 //!
 //! In a periodic cell, which must be at rest, walls have images like particles: image i is the wall moved by `H i`. A
 //! plane across one of the edges is then a sheet that particles touch from both sides, because the next image of the
 //! space in front lies behind it.
 
 use super::Cell;
+use super::mesh::Mesh;
 use concordem_contact::math::{Mat3, Vec3};
 pub use concordem_contact::wall::ClosestPoint;
 
@@ -34,6 +35,8 @@ pub enum WallShape {
         /// Corners, m.
         triangles: Vec<[Vec3; 3]>,
     },
+    /// Triangles whose vertices move on their own, touched from both sides. The wall itself has no displacement and no velocity.
+    Mesh(Mesh),
 }
 
 /// A wall.
@@ -78,7 +81,8 @@ impl Wall {
     pub fn element_count(&self) -> usize {
         match &self.shape {
             WallShape::Facets { triangles } => triangles.len(),
-            _ => 1,
+            WallShape::Mesh(mesh) => mesh.triangles().len(),
+            WallShape::Plane { .. } | WallShape::Cylinder { .. } => 1,
         }
     }
 
@@ -104,12 +108,8 @@ impl Wall {
                     ClosestPoint { normal: -outward, distance: rho - radius, interior: true }
                 })
             }
-            WallShape::Facets { triangles } => {
-                let (nearest, interior) = closest_on_triangle(&x, &triangles[element]);
-                let to = nearest - x;
-                let distance = to.norm();
-                (distance > 0.0).then(|| ClosestPoint { normal: to / distance, distance, interior })
-            }
+            WallShape::Facets { triangles } => on_triangle(&x, &triangles[element]),
+            WallShape::Mesh(mesh) => on_triangle(&x, &mesh.corners(element)),
         }
     }
 
@@ -155,7 +155,7 @@ impl Wall {
                 }
                 Ok(())
             }
-            WallShape::Plane { .. } | WallShape::Facets { .. } => Ok(()),
+            WallShape::Plane { .. } | WallShape::Facets { .. } | WallShape::Mesh(_) => Ok(()),
         }
     }
 
@@ -202,21 +202,35 @@ impl Wall {
                 }
                 near
             }
-            WallShape::Facets { .. } => Vec::new(),
+            WallShape::Facets { .. } | WallShape::Mesh(_) => Vec::new(),
         }
     }
 
     /// Center and radius (m) of a ball around element `element`; `None` if the element is infinite.
     pub fn bounds(&self, element: usize) -> Option<(Vec3, f64)> {
-        match &self.shape {
-            WallShape::Facets { triangles } => {
-                let t = &triangles[element];
-                let center = (t[0] + t[1] + t[2]) / 3.0;
-                let radius = t.iter().map(|c| (c - center).norm()).fold(0.0, f64::max);
-                Some((center + self.displacement, radius))
-            }
-            _ => None,
-        }
+        let t = match &self.shape {
+            WallShape::Facets { triangles } => triangles[element],
+            WallShape::Mesh(mesh) => mesh.corners(element),
+            WallShape::Plane { .. } | WallShape::Cylinder { .. } => return None,
+        };
+        let center = (t[0] + t[1] + t[2]) / 3.0;
+        let radius = t.iter().map(|c| (c - center).norm()).fold(0.0, f64::max);
+        Some((center + self.displacement, radius))
+    }
+
+    /// The mesh, if the wall is one.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        if let WallShape::Mesh(mesh) = &self.shape { Some(mesh) } else { None }
+    }
+
+    /// The mesh, to be changed in place.
+    pub fn mesh_mut(&mut self) -> Option<&mut Mesh> {
+        if let WallShape::Mesh(mesh) = &mut self.shape { Some(mesh) } else { None }
+    }
+
+    /// Largest speed of a point of the wall in this step, m/s.
+    pub fn speed(&self) -> f64 {
+        self.mesh().map_or_else(|| self.velocity.norm(), |mesh| mesh.fastest().0)
     }
 }
 
@@ -235,38 +249,50 @@ fn along(axis: &Vec3, edges: &Mat3) -> Option<usize> {
     (0..3).find(|&k| axis.cross(&edges.column(k)).norm() < PARALLEL * edges.column(k).norm())
 }
 
-/// Closest point of a triangle, and whether it lies inside the face (Ericson 2005, §5.1.5: regions by the signs of the
-/// barycentric coordinates).
-fn closest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, bool) {
+/// Closest point of a triangle as seen from `x`; `None` if `x` lies on it.
+fn on_triangle(x: &Vec3, corners: &[Vec3; 3]) -> Option<ClosestPoint> {
+    let (nearest, interior, _) = closest_on_triangle(x, corners);
+    let to = nearest - x;
+    let distance = to.norm();
+    (distance > 0.0).then(|| ClosestPoint { normal: to / distance, distance, interior })
+}
+
+/// Closest point of a triangle, whether it lies inside the face, and its barycentric weights (Ericson 2005, §5.1.5: regions by the
+/// signs of the barycentric coordinates).
+pub(super) fn closest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, bool, [f64; 3]) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return (*a, false);
+        return (*a, false, [1.0, 0.0, 0.0]);
     }
     let bx = x - b;
     let (d3, d4) = (ab.dot(&bx), ac.dot(&bx));
     if d3 >= 0.0 && d4 <= d3 {
-        return (*b, false);
+        return (*b, false, [0.0, 1.0, 0.0]);
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return (a + ab * (d1 / (d1 - d3)), false);
+        let t = d1 / (d1 - d3);
+        return (a + ab * t, false, [1.0 - t, t, 0.0]);
     }
     let cx = x - c;
     let (d5, d6) = (ab.dot(&cx), ac.dot(&cx));
     if d6 >= 0.0 && d5 <= d6 {
-        return (*c, false);
+        return (*c, false, [0.0, 0.0, 1.0]);
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return (a + ac * (d2 / (d2 - d6)), false);
+        let t = d2 / (d2 - d6);
+        return (a + ac * t, false, [1.0 - t, 0.0, t]);
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), false);
+        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return (b + (c - b) * t, false, [0.0, 1.0 - t, t]);
     }
     let denominator = 1.0 / (va + vb + vc);
-    (a + ab * (vb * denominator) + ac * (vc * denominator), true)
+    let (v, w) = (vb * denominator, vc * denominator);
+    (a + ab * v + ac * w, true, [1.0 - v - w, v, w])
 }
 
 #[cfg(test)]
@@ -280,7 +306,10 @@ mod tests {
         for k in 0..200 {
             let u = |m: u32| f64::from((k * 7919 + m * 104_729) % 1000) / 250.0 - 1.5;
             let x = Vec3::new(u(1), u(2), u(3));
-            let (nearest, _) = closest_on_triangle(&x, &t);
+            let (nearest, _, weights) = closest_on_triangle(&x, &t);
+            // Rounding of coordinates of order 1.
+            let weighted = t[0] * weights[0] + t[1] * weights[1] + t[2] * weights[2];
+            assert!((weighted - nearest).norm() < 1e-15 * 8.0, "{weighted} {nearest}");
             let mut best = f64::INFINITY;
             let n = 200;
             for i in 0..=n {

@@ -7,7 +7,8 @@ tetrahedra, quadrilaterals, or triangles. :class:`CallbackElements` wraps functi
 Materials of the elements: :class:`Elastic`, :class:`Damaging` (the damage-plastic model :class:`DamagePlastic`), and
 :class:`CellMaterial`, a periodic cell of particles at each integration point; :class:`Layers` gives elements different ones.
 
-Particles that move with elements: :class:`VolumeCoupling`; :class:`Embedding` has its formulas.
+Particles that move with elements: :class:`VolumeCoupling`; :class:`Embedding` has its formulas. Particles that touch elements:
+:class:`SurfaceCoupling`, with their :class:`Skin`.
 
 SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 
@@ -27,6 +28,7 @@ from ._protocol import CallbackElements, FiniteElements, check_pair
 from ._pictures import write_vtk
 from ._scikit import ScikitDynamics
 from ._sequential import HandOver, hand_over
+from ._surface import Skin, SurfaceCoupling, SurfaceExchange
 from ._volume import Exchange, VolumeCoupling
 
 __all__ = [
@@ -46,6 +48,9 @@ __all__ = [
     "PointUpdate",
     "RepresentativeCells",
     "ScikitDynamics",
+    "Skin",
+    "SurfaceCoupling",
+    "SurfaceExchange",
     "VolumeCoupling",
     "check_pair",
     "hand_over",
