@@ -67,7 +67,7 @@ impl Kinematics for InstantKinematics {
     }
     /// The contact point is in the middle of the overlap, as between spheres.
     fn measure_wall(_mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self> {
-        let WallInput { a, closest_point, wall_velocity, geometry, previous, dt } = *input;
+        let WallInput { a, closest_point, wall_velocity, geometry, previous, dt, .. } = *input;
         let normal = closest_point.normal;
         let gap = closest_point.distance - geometry.radius_a;
         let arm_a = geometry.radius_a + 0.5 * gap;

@@ -356,6 +356,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
             a: &motion,
             closest_point: &closest_point,
             wall_velocity: &velocity,
+            wall_angular_velocity: &Vec3::zeros(),
             geometry: &geometry,
             previous: &previous,
             dt,

@@ -114,6 +114,8 @@ pub struct WallInput<'a> {
     pub closest_point: &'a ClosestPoint,
     /// Velocity of the wall there, m/s.
     pub wall_velocity: &'a Vec3,
+    /// Angular velocity of the wall, rad/s.
+    pub wall_angular_velocity: &'a Vec3,
     /// Constants of the contact.
     pub geometry: &'a ContactGeometry,
     /// Geometry at the end of the previous step.

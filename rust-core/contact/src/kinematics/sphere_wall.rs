@@ -3,7 +3,7 @@
 //! The normal points from the center to the wall. The contact point lies on the surface, so in all modes `arm_a` is the
 //! distance of the center from the wall, and `arm_b` is zero.
 //!
-//! **Finite**. The history rotates with the normal (exactly) and with half the sphere's twist; call that rotation `R`. With
+//! **Finite**. The history rotates with the normal (exactly) and with the mean twist of sphere and wall; call that rotation `R`. With
 //! the relative displacement `d = (v_wall − v)Δt`, the sine vector `s` of the sphere's rotation, and the arms `a_o`, `a` and
 //! normals `n_o`, `n` at the start and end of the step, the tangential displacement is
 //! `(1 − n n)·½[R(d − a_o s × n_o) + (d − a s × n)]`.
@@ -11,14 +11,14 @@
 //! of the step alone would leave an error of first order in the step in the energy ledger.
 //!
 //! **First order**, and **YADE** (`Ig2_Wall_Sphere_ScGeom` with `noRatch=False`): `(1 − n n)[v_wall − v − a ω × n]Δt`; the
-//! history rotates by `e − e × (n_o × n) − e × ½Δt (n_o·ω) n_o`. The two differ in the order of operations only.
+//! history rotates by `e − e × (n_o × n) − e × ½Δt (n_o·(ω + ω_wall)) n_o`. The two differ in the order of operations only.
 //!
 //! **YADE, ratcheting** (`noRatch=True`, YADE's default): `(1 − n n)[α(v_wall − v) − R ω × n]Δt`, `α = 2R/(2R − δ)` for
 //! the overlap δ: the wall is treated as a sphere of the same radius.
 
 use super::transport::Turn;
 use super::{MotionMeasure, PointKinematics, Transport, WallInput};
-use crate::math::{Quat, Vec3, yade_order};
+use crate::math::{Quat, Vec3, quaternion_of_rotation_vector, yade_order};
 
 /// Measure a contact of a sphere with a wall.
 pub fn measure(mode: MotionMeasure, input: &WallInput<'_>) -> PointKinematics {
@@ -47,11 +47,13 @@ pub fn measure(mode: MotionMeasure, input: &WallInput<'_>) -> PointKinematics {
 }
 
 fn finite(input: &WallInput<'_>) -> (Vec3, Transport) {
-    let WallInput { a, closest_point, wall_velocity, previous, dt, .. } = *input;
+    let WallInput { a, closest_point, wall_velocity, wall_angular_velocity, previous, dt, .. } = *input;
     let normal = closest_point.normal;
     let displacement = (wall_velocity - a.velocity) * dt;
     let turn = a.rotation_increment.imag() * (2.0 * a.rotation_increment.w);
-    let rotation_sum = Quat::from(a.rotation_increment.coords + Quat::identity().coords);
+    // A wall that does not turn has exactly the identity.
+    let of_wall = quaternion_of_rotation_vector(&(wall_angular_velocity * dt));
+    let rotation_sum = Quat::from(a.rotation_increment.coords + of_wall.coords);
     let swing_axis = previous.normal.cross(&normal);
     let transport = Turn::finite(&previous.normal, &normal, &swing_axis, &rotation_sum).transport(normal);
     let tangential = |displacement: Vec3, normal: &Vec3| displacement - normal * normal.dot(&displacement);
@@ -61,10 +63,10 @@ fn finite(input: &WallInput<'_>) -> (Vec3, Transport) {
 }
 
 fn first_order(input: &WallInput<'_>) -> (Vec3, Transport) {
-    let WallInput { a, closest_point, wall_velocity, previous, dt, .. } = *input;
+    let WallInput { a, closest_point, wall_velocity, wall_angular_velocity, previous, dt, .. } = *input;
     let (normal, length) = (closest_point.normal, closest_point.distance);
     let velocity = wall_velocity - a.velocity + normal.cross(&a.angular_velocity) * length;
-    let twist = previous.normal * (0.5 * dt * previous.normal.dot(&a.angular_velocity));
+    let twist = previous.normal * (0.5 * dt * previous.normal.dot(&(a.angular_velocity + wall_angular_velocity)));
     let transport = Transport::FirstOrder { swing: previous.normal.cross(&normal), twist };
     ((velocity - normal * normal.dot(&velocity)) * dt, transport)
 }
@@ -73,7 +75,7 @@ fn first_order(input: &WallInput<'_>) -> (Vec3, Transport) {
 /// is the wall: all signs are opposite, which changes no bit.)
 fn yade<const RATCHETING: bool>(input: &WallInput<'_>) -> (Vec3, Transport) {
     use yade_order::{cross, dot};
-    let WallInput { a, closest_point, wall_velocity, geometry, previous, dt } = *input;
+    let WallInput { a, closest_point, wall_velocity, wall_angular_velocity, geometry, previous, dt } = *input;
     let (normal, radius) = (closest_point.normal, geometry.radius_a);
     let relative_velocity = if RATCHETING {
         let alpha = (radius + radius) / (radius + radius - (radius - closest_point.distance));
@@ -82,7 +84,7 @@ fn yade<const RATCHETING: bool>(input: &WallInput<'_>) -> (Vec3, Transport) {
         wall_velocity - (a.velocity + cross(&a.angular_velocity, &(normal * closest_point.distance)))
     };
     let tangential = relative_velocity - normal * dot(&normal, &relative_velocity);
-    let twist = dt * 0.5 * dot(&previous.normal, &a.angular_velocity);
+    let twist = dt * 0.5 * dot(&previous.normal, &(a.angular_velocity + wall_angular_velocity));
     let transport = Transport::FirstOrder { swing: cross(&previous.normal, &normal), twist: previous.normal * twist };
     (tangential * dt, transport)
 }
@@ -127,6 +129,7 @@ mod tests {
             a: &motion,
             closest_point: &closest_point,
             wall_velocity: &Vec3::new(0.1, 0.0, 0.02),
+            wall_angular_velocity: &Vec3::zeros(),
             geometry: &geometry,
             previous: &previous,
             dt: DT,

@@ -1,5 +1,7 @@
 //! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
+mod expression;
+mod field;
 mod flexure;
 mod guard;
 mod history;
@@ -10,9 +12,11 @@ mod stage;
 pub mod stop;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
+pub use expression::{Expression, ExpressionFault};
+pub use field::{Field, FieldStep};
 pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
-pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMotion, TimedWall};
+pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMotion, TimedTurning, TimedWall};
 pub use loading::Loading;
 pub use servo::{Servo, Target};
 pub use simulation::{Advance, Simulation};

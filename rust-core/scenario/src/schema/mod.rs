@@ -46,7 +46,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use aggregates::{AggregateGroup, AggregateShape, Aggregates, GradingTable, Mix, MixComponent, Surface};
-pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, Wall, WallShape};
+pub use bodies::{
+    AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, VelocityField, Wall, WallRotation, WallShape,
+};
 pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};

@@ -203,7 +203,7 @@ impl WallEvaluator<'_> {
             return None;
         };
         let begins = !block.flags[k].has(ContactFlags::ACTIVE);
-        let kinematics = self.measure(block, k, &closest_point, &walls[wall as usize].velocity)?;
+        let kinematics = self.measure(block, k, &closest_point, &walls[wall as usize])?;
         if L::STIFFENS && begins {
             let ContactFlags { row, image, .. } = block.flags[k];
             self.totals.begun.push(BegunContact { pair: block.pair[k], image, row });
@@ -262,7 +262,7 @@ impl WallEvaluator<'_> {
         block: &mut ContactBlock<L>,
         k: usize,
         closest_point: &ClosestPoint,
-        wall_velocity: &Vec3,
+        wall: &Wall,
     ) -> Option<L::Kinematics> {
         let (context, a) = (self.context, self.particle);
         let radius = context.particles.radius[a];
@@ -271,7 +271,8 @@ impl WallEvaluator<'_> {
             block.flags[k].bits |= ContactFlags::ACTIVE;
             block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
             // The velocities give the distance one step ago, so candidates need not store it.
-            let approach = (motion.velocity - wall_velocity).dot(&closest_point.normal);
+            // A turning surface slides only.
+            let approach = (motion.velocity - wall.velocity).dot(&closest_point.normal);
             block.previous[k] = PreviousGeometry {
                 normal: closest_point.normal,
                 length: closest_point.distance + approach * context.dt,
@@ -286,8 +287,21 @@ impl WallEvaluator<'_> {
             mass_b: f64::INFINITY,
         };
         let previous = &block.previous[k];
-        let input =
-            WallInput { a: &motion, closest_point, wall_velocity, geometry: &geometry, previous, dt: context.dt };
+        // Halfway between the contact points at the start and the end of the step, so that the slip is work-conjugate, under the
+        // trapezoidal rule, to the moment on a turning wall.
+        let start = motion.position - motion.velocity * context.dt + previous.normal * previous.length;
+        let end = motion.position + closest_point.normal * closest_point.distance;
+        let moved = wall.velocity * (0.5 * context.dt);
+        let (wall_velocity, wall_angular_velocity) = wall.motion_at(&((start + end) * 0.5 + moved));
+        let input = WallInput {
+            a: &motion,
+            closest_point,
+            wall_velocity: &wall_velocity,
+            wall_angular_velocity: &wall_angular_velocity,
+            geometry: &geometry,
+            previous,
+            dt: context.dt,
+        };
         let measured = L::Kinematics::measure_wall(context.mode, &input)?;
         let Some(surface_displacement) = context.surface_displacement.get(a) else { return Some(measured) };
         let before = context.surface_displacement_before(a).quadratic(&previous.normal);
@@ -320,6 +334,9 @@ impl WallEvaluator<'_> {
         // The point lies on an image of the wall; move it back to the wall itself.
         let shift = self.context.cell.map_or_else(Vec3::zeros, |cell| cell.shift(*image));
         wall.torque -= (point - shift - wall.displacement).cross(force);
+        if L::TRANSMITS_MOMENT {
+            wall.torque -= moment;
+        }
     }
 }
 
