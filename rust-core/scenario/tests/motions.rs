@@ -68,7 +68,7 @@ fn disc_of_two_layers(size: f64) -> (String, Vec<[f64; 4]>) {
 }
 
 /// Torsion: one layer turns, the other one rests. Torque `G J/L θ` with `G = k_t/a`, `L = a`, and `J = a² Σ r²`, the discrete polar
-/// moment, because bonds within a layer stay unstrained. `J` of the circle differs by 3 % at most: the lattice cuts its edge.
+/// moment, because bonds within a layer stay unstrained. The lattice cuts the edge of the circle, whose `J` differs by 3.8 %.
 /// Tolerance: the bonds incline, by `rθ = 1e-3`, so that cosines differ from 1 by 5e-7. The angle follows a formula.
 #[test]
 fn a_turning_layer_twists_a_cylinder() {
@@ -101,12 +101,12 @@ fn a_turning_layer_twists_a_cylinder() {
         .sum();
     assert!((torque / -expected - 1.0).abs() < 1e-6, "{torque} {expected}");
     let circle = 0.5 * std::f64::consts::PI * 10.2_f64.powi(4);
-    assert!((squares / circle - 1.0).abs() < 0.03, "{squares} {circle}");
-    // The particles are on their circles, and have turned with the layer.
+    assert!((squares / circle - 1.0).abs() < 0.04, "{squares} {circle}");
+    // The particles are on their circles, and have turned with the layer. One step more than a period adds 5e-13 to the angle.
     for p in (0..list.len()).filter(|&p| particles.position[p].z > 0.5) {
         let [x, y, z, _] = list[particles.id[p] as usize];
         let place = Vec3::new(x * angle.cos() - y * angle.sin(), x * angle.sin() + y * angle.cos(), z);
-        assert!((particles.position[p] - place).norm() < 1e-13, "{p}");
+        assert!((particles.position[p] - place).norm() < 1e-11, "{p}");
         assert!((2.0 * particles.orientation[p].k - angle).abs() < 1e-12);
     }
     // Work of the layers: ½ T θ. Rounding of 1,000 sums.
@@ -140,7 +140,7 @@ const PURE_SHEAR: &str = "
 /// Tolerance: terms of the order ε, and 1e-4 for the rest of the waves after the ramp with local damping.
 #[test]
 fn a_sheared_surface_shears_the_block() {
-    let more = format!("{PURE_SHEAR}[integration]\ndamping = {{ kind = \"local\", coefficient = 0.3 }}\n[stop]\ntime = 1.5\n");
+    let more = format!("{PURE_SHEAR}[integration]\ndamping = {{ kind = \"local\", coefficient = 0.3 }}\ntime_step = 5e-4\n[stop]\ntime = 1.5\n");
     let (text, bonds) = sheared(5, &more);
     let mut simulation = simulation(&text);
     let last = run(&mut simulation);
@@ -175,7 +175,8 @@ fn free_components_follow_the_forces() {
     run(&mut simulation);
     let x = simulation.state.particles.position[0];
     // Leapfrog falls by ½ g t (t + Δt).
-    let place = Vec3::new(1_f64.cos(), 1_f64.sin(), -5.0 * 1.001);
+    let t = simulation.state.clock.time();
+    let place = Vec3::new(t.cos(), t.sin(), -5.0 * t * (t + 1e-3));
     assert!((x - place).norm() < 1e-11, "{x}");
 }
 
@@ -204,8 +205,9 @@ fn mass() -> f64 {
     2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6
 }
 
-/// A held sphere slides on a turning plane. Force `μ N` against the surface velocity, moment `μ N r`, dissipation `μ N ω r t` less
-/// the slip that the spring stores. The center of the rotation is not the point of the plane.
+/// A held sphere slides on a turning plane. Force `μ N` against the surface velocity `v`, moment `μ N r`, dissipation `μ N ω r t` less
+/// the slip that the spring stores. The center of the rotation is not the point of the plane. The spring turns with the mean twist of
+/// sphere and wall, so that its direction lags by `½ ω μ N/(k_t v) = 5e-5`, for which 1e-3 N are allowed.
 #[test]
 fn a_held_sphere_slides_on_a_turning_plane() {
     let text = on_a_wall(
@@ -240,16 +242,17 @@ fn a_held_sphere_slides_on_a_turning_plane() {
     // Overlap 1e-4 m: N = 10 N. At the arm (0.3, −0.4) the surface moves along (0.4, 0.3)/0.5 at 1 m/s.
     let wall = &sim.state.walls[0];
     let force = Vec3::new(-4.0, -3.0, -10.0);
-    assert!((wall.force - force).norm() < 1e-9, "{}", wall.force);
+    assert!((wall.force - force).norm() < 1e-3, "{}", wall.force);
+    assert!((wall.force.xy().norm() - 5.0).abs() < 1e-9, "{}", wall.force);
     let sample = &sim.schedule.operators[0];
     assert_eq!(sample.operator, Operator::WallMoment);
     let moment = &rows.last().unwrap().values[place(sample, "moment")];
     // (0.3, −0.4, 0) × F
     let expected = Vec3::new(0.3, -0.4, 0.0).cross(&force);
-    assert!((Vec3::from_row_slice(moment) - expected).norm() < 1e-9, "{moment:?} {expected}");
-    // The spring is stretched by 5e-5 m at the limit of friction.
-    let work = 5.0 * 0.1 - 0.5 * 5.0 * 5e-5;
-    assert!((last.boundary_work / work - 1.0).abs() < 1e-4, "{} {work}", last.boundary_work);
+    assert!((Vec3::from_row_slice(moment) - expected).norm() < 1e-3, "{moment:?} {expected}");
+    // The spring is stretched by 5e-5 m at the limit of friction, and by the slip of one step at the start.
+    let work = 5.0 * sim.state.clock.time() - 0.5e5 * 4e-5_f64.powi(2);
+    assert!((last.boundary_work / work - 1.0).abs() < 1e-5, "{} {work}", last.boundary_work);
     assert!(last.residual.abs() < 1e-10 * work, "{}", last.residual);
 }
 
@@ -298,8 +301,9 @@ fn a_sphere_rolls_on_a_turntable() {
 }
 
 /// A sphere, or a disc, with a fixed center is driven by a turning cylinder: friction `μ N` spins it up with `α = μ N R/I` until the
-/// surfaces have the same speed. Its spin then is that of a gear; it oscillates on the spring of the contact, for which 1e-3 is
-/// allowed. The angular velocity follows a table that is constant after a first instant.
+/// surfaces have the same speed. Its spin then oscillates on the spring of the contact about that of a gear: the mean is within 1e-3. The
+/// angular velocity of the cylinder follows a table; friction grows with its angle `½ ω t²/T` and is fully mobilized after 6.3e-5 s,
+/// so that a third of this time counts. Tolerance 1 %.
 #[test]
 fn a_cylinder_drives_a_sphere_as_a_gear() {
     for (dimension, side) in [(3, "outside"), (3, "inside"), (2, "outside"), (2, "inside")] {
@@ -340,21 +344,28 @@ fn a_cylinder_drives_a_sphere_as_a_gear() {
         let arm = radius - overlap;
         let acceleration = 0.4 * normal_force * arm / inertia;
         let gear = if side == "outside" { -1.0 } else { 1.0 } * 4.0 * rod / arm;
-        let time = if dimension == 3 { 0.005 } else { 0.02 };
+        let time = if dimension == 3 { 0.0015 } else { 0.02 };
         while simulation.state.clock.time() < time {
             simulation.advance().unwrap();
         }
         let spin = simulation.state.particles.angular_velocity[0];
-        // Friction begins after some 1e-4 s.
-        let expected = acceleration * time * gear.signum();
-        assert!((spin.z / expected - 1.0).abs() < 0.05, "{dimension} {side}: {spin} {expected}");
+        let delay = 2.0 / 3.0 * 6.3e-5;
+        let expected = acceleration * (time - delay) * gear.signum();
+        assert!((spin.z / expected - 1.0).abs() < 0.01, "{dimension} {side}: {spin} {expected}");
         assert!(spin.x == 0.0 && spin.y == 0.0);
-        let last = run(&mut simulation);
+        let mut spins = Vec::new();
+        let last = loop {
+            let advance = simulation.advance().unwrap();
+            if simulation.state.clock.time() > 0.02 {
+                spins.push(simulation.state.particles.angular_velocity[0].z);
+            }
+            if let Some(last) = advance.last {
+                break last;
+            }
+        };
         if dimension == 3 {
-            let spin = simulation.state.particles.angular_velocity[0].z;
-            // The last slip stores ½ (μN)²/k_t, which swings.
-            let swing = (0.4 * normal_force) / (1e5 * inertia).sqrt() * arm;
-            assert!((spin - gear).abs() < 1.2 * swing.max(1e-3 * gear.abs()), "{side}: {spin} {gear} {swing}");
+            let mean = spins.iter().sum::<f64>() / spins.len() as f64;
+            assert!((mean / gear - 1.0).abs() < 1e-3, "{side}: {mean} {gear}");
         }
         assert!(last.residual.abs() < 1e-5 * last.boundary_work, "{side}: {} {}", last.residual, last.boundary_work);
     }
@@ -388,7 +399,7 @@ fn clumps_and_deformable_particles_ride_on_turning_walls() {
             [stop]
             time = 0.02"
         );
-        let text = on_a_wall(0.5, "[0.02, 0, 0.01, 0.01], [0.0399, 0, 0.01, 0.01]", &more)
+        let text = on_a_wall(0.5, "[0.02, 0, 0.01, 0.01], [0.04, 0, 0.01, 0.01]", &more)
             .replace("density = 2500", &format!("density = 2500\n{material}"));
         let mut simulation = simulation(&text);
         let last = run(&mut simulation);
@@ -418,7 +429,7 @@ fn impossible_motions_are_refused() {
         (field("", &turn.replace("[0, 0, 1]", "[0, 0, 0]")), "must not be zero"),
         (field("", &format!("{turn}, free = [\"x\", \"y\", \"z\"]")), "prescribes no component"),
         (field("", &format!("{turn}, free = [\"x\", \"x\"]")), "names an axis twice"),
-        (history("{ kind = \"expression\", expression = \"2*sinus(t)\" }"), "test.toml:18:45: history[0].shape.expression"),
+        (history("{ kind = \"expression\", expression = \"2*sinus(t)\" }"), "test.toml:16:48: history[0].shape.expression"),
         (history("{ kind = \"expression\", expression = \"2*sinus(t)\" }"), "`sinus` is no function"),
         (history("{ kind = \"expression\", expression = \"1/(t - 0.005)\" }"), "is inf at t = 0.005 s"),
     ] {
@@ -442,7 +453,7 @@ fn impossible_motions_are_refused() {
     let message = Scenario::parse("test.toml", &out.replace("version = 1", "version = 1\ndimension = 2")).unwrap_err();
     assert!(message.to_string().contains("points out of the plane"), "{message}");
     // Two fields that move the same particle.
-    let twice = format!("{}{}[stop]\ntime = 1", field("", turn), field("", turn));
+    let twice = format!("{}{}[integration]\ntime_step = 1e-3\n[stop]\ntime = 1", field("", turn), field("", turn));
     let scenario = Scenario::parse("test.toml", &on_a_wall(0.5, "[0, 0, 0, 0.01]", &twice)).unwrap();
     let error = assemble(&scenario, Path::new(""), &mut |_, _| ()).err().expect("two motions");
     assert!(error.to_string().contains("another prescribed motion"), "{error}");
