@@ -364,7 +364,12 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
             let highest = case.spheres.iter().map(|(x, r)| x[axis] + r).fold(f64::NEG_INFINITY, f64::max);
             let mut point = Vec3::zeros();
             point[axis] = single(highest + 1e-6);
-            case.walls.push(Wall { shape: Shape::Plane(point, -normal), velocity: Vec3::zeros(), history: None, rotation: None });
+            case.walls.push(Wall {
+                shape: Shape::Plane(point, -normal),
+                velocity: Vec3::zeros(),
+                history: None,
+                rotation: None,
+            });
         } else if let Some(cell) = &mut case.cell {
             // Room for the sheet between the cell's two ends.
             cell[axis] += 0.3e-3;

@@ -140,7 +140,9 @@ const PURE_SHEAR: &str = "
 /// Tolerance: terms of the order ε, and 1e-4 for the rest of the waves after the ramp with local damping.
 #[test]
 fn a_sheared_surface_shears_the_block() {
-    let more = format!("{PURE_SHEAR}[integration]\ndamping = {{ kind = \"local\", coefficient = 0.3 }}\ntime_step = 5e-4\n[stop]\ntime = 1.5\n");
+    let more = format!(
+        "{PURE_SHEAR}[integration]\ndamping = {{ kind = \"local\", coefficient = 0.3 }}\ntime_step = 5e-4\n[stop]\ntime = 1.5\n"
+    );
     let (text, bonds) = sheared(5, &more);
     let mut simulation = simulation(&text);
     let last = run(&mut simulation);
@@ -375,10 +377,9 @@ fn a_cylinder_drives_a_sphere_as_a_gear() {
 /// the order of the rotations per step squared that clumps are known for, and a restart continues with the same bits.
 #[test]
 fn clumps_and_deformable_particles_ride_on_turning_walls() {
-    for (material, clump) in [
-        ("", "[[clump]]\nset = \"sphere\"\n"),
-        ("deformable = { young = 1e8, poisson = 0.3 }\n", ""),
-    ] {
+    for (material, clump) in
+        [("", "[[clump]]\nset = \"sphere\"\n"), ("deformable = { young = 1e8, poisson = 0.3 }\n", "")]
+    {
         let more = format!(
             "[[wall]]
             material = \"m\"
@@ -416,7 +417,9 @@ fn impossible_motions_are_refused() {
         format!("[[wall]]\nmaterial = \"m\"\nshape = {shape}\nrotation = {{ angular_velocity = 1{rotation} }}\n")
     };
     let history = |shape: &str| {
-        format!("[[history]]\nname = \"h\"\nshape = {shape}\n[[force]]\nset = \"sphere\"\nforce = [1, 0, 0]\nhistory = \"h\"\n")
+        format!(
+            "[[history]]\nname = \"h\"\nshape = {shape}\n[[force]]\nset = \"sphere\"\nforce = [1, 0, 0]\nhistory = \"h\"\n"
+        )
     };
     let field = |keys: &str, field: &str| format!("[[prescribe]]\nset = \"sphere\"\n{keys}\nfield = {{ {field} }}\n");
     let turn = "kind = \"rotation\", point = [0, 0, 0], axis = [0, 0, 1], angular_velocity = 1";
@@ -429,7 +432,10 @@ fn impossible_motions_are_refused() {
         (field("", &turn.replace("[0, 0, 1]", "[0, 0, 0]")), "must not be zero"),
         (field("", &format!("{turn}, free = [\"x\", \"y\", \"z\"]")), "prescribes no component"),
         (field("", &format!("{turn}, free = [\"x\", \"x\"]")), "names an axis twice"),
-        (history("{ kind = \"expression\", expression = \"2*sinus(t)\" }"), "test.toml:16:48: history[0].shape.expression"),
+        (
+            history("{ kind = \"expression\", expression = \"2*sinus(t)\" }"),
+            "test.toml:16:48: history[0].shape.expression",
+        ),
         (history("{ kind = \"expression\", expression = \"2*sinus(t)\" }"), "`sinus` is no function"),
         (history("{ kind = \"expression\", expression = \"1/(t - 0.005)\" }"), "is inf at t = 0.005 s"),
     ] {
@@ -449,7 +455,11 @@ fn impossible_motions_are_refused() {
     let moved = format!("{}{}", cell, field("", turn).replace("[[prescribe]]", "\n[[prescribe]]"));
     let message = Scenario::parse("test.toml", &moved).unwrap_err().to_string();
     assert!(message.contains("images of a turning wall") && message.contains("a particle and its image"), "{message}");
-    let out = on_a_wall(0.5, "[0, 0, 0, 0.01]", &format!("{}[stop]\ntime = 1", field("", &turn.replace("[0, 0, 1]", "[0, 1, 1]"))));
+    let out = on_a_wall(
+        0.5,
+        "[0, 0, 0, 0.01]",
+        &format!("{}[stop]\ntime = 1", field("", &turn.replace("[0, 0, 1]", "[0, 1, 1]"))),
+    );
     let message = Scenario::parse("test.toml", &out.replace("version = 1", "version = 1\ndimension = 2")).unwrap_err();
     assert!(message.to_string().contains("points out of the plane"), "{message}");
     // Two fields that move the same particle.

@@ -6,7 +6,9 @@ use crate::schedule::{
     Expression, Field, Histories, History, Loading, Stage, Stop, TimedLoads, TimedMotion, TimedTurning, TimedWall,
 };
 use crate::schema::quantity::{Component, vector};
-use crate::schema::{self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, VelocityField, WallShape};
+use crate::schema::{
+    self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, VelocityField, WallShape,
+};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::{Particles, PointOfAction, State};
 

@@ -41,13 +41,13 @@ use concordem_contact::law::cpm::Cpm;
 use concordem_contact::math::Vec3;
 use concordem_packing::TIE;
 use concordem_packing::bonding::{self, BondCount};
-use concordem_solver::{Model, PairCoefficients};
 use concordem_solver::collision::Collision;
 use concordem_solver::coupling::Convergence;
 pub use concordem_solver::laws;
 use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
 use concordem_solver::state::{Particles, State};
 use concordem_solver::time_step::TimeStepBounds;
+use concordem_solver::{Model, PairCoefficients};
 
 pub use aggregates::{Phase, Phases};
 pub use bodies::apply_loads;
@@ -425,7 +425,8 @@ fn schedule(
 /// Bonds made during the run.
 fn bondings(scenario: &Scenario) -> Vec<Bonding> {
     let one = |bonding: &crate::schema::Bonding| {
-        let stage = bonding.stage.as_ref().and_then(|name| scenario.stages.iter().position(|stage| stage.name == *name));
+        let stage =
+            bonding.stage.as_ref().and_then(|name| scenario.stages.iter().position(|stage| stage.name == *name));
         let moment = stage.map_or_else(
             || Moment::After {
                 time: bonding.time.map_or(0.0, Quantity::si),

@@ -100,7 +100,10 @@ pub fn one(
     if sample.operator == Operator::WallMoment && about.is_none() {
         about = sample.wall.as_ref().and_then(|name| axis_point(scenario, name));
         if about.is_none() {
-            return Err(unfit("sample.about", "this wall has no axis; give the point that the moment refers to".into()));
+            return Err(unfit(
+                "sample.about",
+                "this wall has no axis; give the point that the moment refers to".into(),
+            ));
         }
     }
     let gradient = Mat3::from_fn(|i, j| sample.velocity_gradient[i][j].si());

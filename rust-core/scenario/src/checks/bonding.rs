@@ -40,7 +40,9 @@ impl Checker<'_> {
             Some(stage) => {
                 let names: Vec<&str> = scenario.stages.iter().map(|stage| stage.name.as_str()).collect();
                 self.known(&format!("{key}.stage"), "stage", stage, &names);
-                for (name, given) in [("time", bonding.time.is_some()), ("kinetic_energy", bonding.kinetic_energy.is_some())] {
+                for (name, given) in
+                    [("time", bonding.time.is_some()), ("kinetic_energy", bonding.kinetic_energy.is_some())]
+                {
                     if given {
                         let help = "remove it, or remove `stage`; a stage may itself end by time";
                         self.conflict(&format!("{key}.{name}"), "the bonds are made at the end of the stage", help);
@@ -62,7 +64,10 @@ impl Checker<'_> {
         for (what, given) in [
             ("[heat] conducts along the contacts of the start", scenario.heat.is_some()),
             ("[[cut]] separates particles only at the start", !scenario.cuts.is_empty()),
-            ("no energy balance is known for deformable particles", scenario.materials.iter().any(|m| m.deformable.is_some())),
+            (
+                "no energy balance is known for deformable particles",
+                scenario.materials.iter().any(|m| m.deformable.is_some()),
+            ),
         ] {
             if given {
                 self.conflict(key, format!("cannot be combined: {what}"), "remove one of the two");

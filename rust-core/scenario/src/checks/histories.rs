@@ -98,7 +98,8 @@ impl Checker<'_> {
     /// A velocity field.
     fn field(&mut self, key: &str, prescribe: &Prescribe) {
         let Some(field) = &prescribe.field else { return };
-        let help = "keep the field, or the components; the other one belongs into another [[prescribe]] with another set";
+        let help =
+            "keep the field, or the components; the other one belongs into another [[prescribe]] with another set";
         for (name, given) in [
             ("velocity", prescribe.velocity.iter().any(|component| *component != Component::Free)),
             ("displacement", prescribe.displacement.iter().any(|component| *component != Component::Free)),

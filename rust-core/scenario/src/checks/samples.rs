@@ -175,7 +175,11 @@ impl Checker<'_> {
             }
             if sample.operator == Operator::WallMoment && self.scenario.packing.is_periodic() {
                 let message = "in a periodic cell the moment depends on the image of the wall";
-                self.conflict(&format!("{path}.operator"), message, "use \"wall-traction\", or a packing without a cell");
+                self.conflict(
+                    &format!("{path}.operator"),
+                    message,
+                    "use \"wall-traction\", or a packing without a cell",
+                );
             }
             self.sample_region(sample, &path, misused);
         }

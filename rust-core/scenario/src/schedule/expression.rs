@@ -1,8 +1,7 @@
 //! Formulas of the time, as `1e-3*sin(2*pi*50*t)`.
 //!
-//! Our own parser, because the crates that are kept up give other results than a reader of the formula expects; see
-//! [decision 039](https://github.com/concordem/concordem/blob/main/docs/decisions/039-formulas-of-the-time.md). All functions come from
-//! [`libm`], so that a value has the same bits on every machine and after a restart.
+//! Our own parser, because the crates that are kept up give other results than a reader of the formula expects (decision 039). All
+//! functions come from [`libm`], so that a value has the same bits on every machine and after a restart.
 
 use std::f64::consts::PI;
 
@@ -302,7 +301,9 @@ impl Reader<'_> {
             (_, Some((_, operation)), true) => return self.call(&name, *operation),
             (_, Some(_), false) => {
                 self.at += name.len();
-                return Err(self.fault(format!("`{name}` needs its argument in parentheses"), "write for example sin(t)"));
+                return Err(
+                    self.fault(format!("`{name}` needs its argument in parentheses"), "write for example sin(t)")
+                );
             }
             (_, None, true) => {
                 let known: Vec<&str> = FUNCTIONS.iter().map(|(known, _)| *known).collect();
@@ -414,7 +415,8 @@ mod tests {
     /// Cut off and mixed formulas are read or refused; evaluation needs no more than the stack.
     #[test]
     fn any_text_is_read_or_refused() {
-        let pieces = ["t", "sin(", "min(", ",", ")", "(", "+", "-", "*", "/", "^", "2e-3", ".", "pi", " ", "é", "e", "**"];
+        let pieces =
+            ["t", "sin(", "min(", ",", ")", "(", "+", "-", "*", "/", "^", "2e-3", ".", "pi", " ", "é", "e", "**"];
         let mut number = 12_345_u64;
         for _ in 0..20_000 {
             let mut text = String::new();

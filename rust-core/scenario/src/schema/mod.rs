@@ -48,7 +48,8 @@ use serde::{Deserialize, Serialize};
 
 pub use aggregates::{AggregateGroup, AggregateShape, Aggregates, GradingTable, Mix, MixComponent, Surface};
 pub use bodies::{
-    AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, VelocityField, Wall, WallRotation, WallShape,
+    AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, VelocityField, Wall,
+    WallRotation, WallShape,
 };
 pub use bonding::Bonding;
 pub use cut::{Cut, CutShape};

@@ -29,7 +29,8 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let walls = &sampling.state.forces.walls;
     let of_this_wall = || (0..walls.wall.len()).filter(|&k| walls.wall[k] == wall.wall);
     let force = -of_this_wall().map(|k| walls.force[k]).sum::<Vec3>();
-    let moment = -of_this_wall().map(|k| (walls.point[k] - about).cross(&walls.force[k]) + walls.moment[k]).sum::<Vec3>();
+    let moment =
+        -of_this_wall().map(|k| (walls.point[k] - about).cross(&walls.force[k]) + walls.moment[k]).sum::<Vec3>();
     row.vector(&force).vector(&moment).scalars([of_this_wall().count() as f64]);
     Ok(())
 }
