@@ -24,6 +24,8 @@ pub struct Wall {
     pub velocity: Vec3,
     /// Number of the history that multiplies the velocity.
     pub history: Option<usize>,
+    /// Angular velocity of a plane about its normal, with the number of the history that multiplies it.
+    pub rotation: Option<(f64, Option<usize>)>,
 }
 
 /// A rigid body: packed particles by number, or added spheres.
@@ -382,6 +384,10 @@ impl Case {
             }
             let _ = writeln!(text, "velocity = {}", list(&wall.velocity));
             *text += &follows(wall.history);
+            if let Some((speed, history)) = wall.rotation {
+                let follows = history.map_or(String::new(), |k| format!(", history = \"h{k}\""));
+                *text += &format!("rotation = {{ angular_velocity = {speed:?}{follows} }}\n");
+            }
         }
     }
 

@@ -359,12 +359,17 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
         let lowest = case.spheres.iter().map(|(x, r)| x[axis] - r).fold(f64::INFINITY, f64::min);
         let mut point = Vec3::zeros();
         point[axis] = single(lowest - 1e-6);
-        case.walls.push(Wall { shape: Shape::Plane(point, normal), velocity, history: None });
+        case.walls.push(Wall { shape: Shape::Plane(point, normal), velocity, history: None, rotation: None });
         if case.cell.is_none() && random.happens(0.4) {
             let highest = case.spheres.iter().map(|(x, r)| x[axis] + r).fold(f64::NEG_INFINITY, f64::max);
             let mut point = Vec3::zeros();
             point[axis] = single(highest + 1e-6);
-            case.walls.push(Wall { shape: Shape::Plane(point, -normal), velocity: Vec3::zeros(), history: None });
+            case.walls.push(Wall {
+                shape: Shape::Plane(point, -normal),
+                velocity: Vec3::zeros(),
+                history: None,
+                rotation: None,
+            });
         } else if let Some(cell) = &mut case.cell {
             // Room for the sheet between the cell's two ends.
             cell[axis] += 0.3e-3;
@@ -374,7 +379,7 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
         let middle = Vec3::new(counts[0] as f64, counts[1] as f64, 0.0) * (0.5 * SPACING);
         let reach = case.spheres.iter().map(|(x, r)| (x - middle).xy().norm() + r).fold(0.0, f64::max);
         let shape = Shape::Cylinder(middle, 2, reach + 1e-6, true);
-        case.walls.push(Wall { shape, velocity: Vec3::zeros(), history: None });
+        case.walls.push(Wall { shape, velocity: Vec3::zeros(), history: None, rotation: None });
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use concordem_tests::random::Random;
 
-use crate::case::{Action, Case, Loading, Motion, Region, Sample, Stage};
+use crate::case::{Action, Case, Loading, Motion, Region, Sample, Shape, Stage};
 use crate::generator::{ids, planar, spin, vector};
 use concordem::math::Vec3;
 
@@ -19,7 +19,20 @@ pub fn add(random: &mut Random, case: &mut Case) {
         let sample = sample(random, case);
         case.samples.push(sample);
     }
+    turning_walls(random, case);
     drop_unused(case);
+}
+
+/// Planes that turn about their normals.
+fn turning_walls(random: &mut Random, case: &mut Case) {
+    if case.cell.is_some() || case.dimension == 2 || random.happens(0.5) {
+        return;
+    }
+    let histories = case.histories.len();
+    for wall in case.walls.iter_mut().filter(|wall| matches!(wall.shape, Shape::Plane(..))) {
+        let history = random.happens(0.5).then(|| random.below(histories));
+        wall.rotation = Some((random.between(-300.0, 300.0), history));
+    }
 }
 
 /// A factor over time.
@@ -27,6 +40,10 @@ fn history(random: &mut Random) -> String {
     let period = random.one_of(&[3e-6, 1e-5, 4e-5]);
     if random.happens(0.4) {
         let (mean, phase) = (random.one_of(&[0.0, 0.5]), random.between(0.0, 6.0));
+        if random.happens(0.3) {
+            let formula = format!("{mean:?} + sin(2*pi*t/{period:?} + {phase:?})");
+            return format!("{{ kind = \"expression\", expression = \"{formula}\", until = 2e-4 }}");
+        }
         return format!("{{ kind = \"sine\", period = {period:?}, mean = {mean:?}, phase = {phase:?} }}");
     }
     let mut points = Vec::new();
@@ -140,7 +157,8 @@ fn sample(random: &mut Random, case: &Case) -> Sample {
 /// Removes histories that nothing follows, from the end.
 fn drop_unused(case: &mut Case) {
     let used = |k: usize| {
-        let walls = case.walls.iter().map(|wall| wall.history);
+        let turning = case.walls.iter().filter_map(|wall| wall.rotation).map(|(_, history)| history);
+        let walls = case.walls.iter().map(|wall| wall.history).chain(turning);
         let actions = case.actions.iter().map(|(_, action)| match action {
             Action::Prescribe(motion) => motion.history,
             Action::Force(_, _, history, _) => *history,

@@ -471,7 +471,9 @@ fn shifted(case: &Case) -> Option<Case> {
 
 /// The scenario with triangles in place of planes.
 fn with_facets(case: &Case) -> Option<Case> {
-    if case.cell.is_some() || !case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plane(..))) {
+    // Triangles cannot turn.
+    let turns = case.walls.iter().any(|wall| wall.rotation.is_some());
+    if case.cell.is_some() || turns || !case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plane(..))) {
         return None;
     }
     let mut twin = case.clone();

@@ -102,6 +102,8 @@ dimensions! {
     Conductivity = OfConductivity, "thermal conductivity", ["W/m/K", "kW/m/K"];
     /// Thermal expansion, 1/K.
     Expansion = OfExpansion, "thermal expansion", ["1/K"];
+    /// Energy, J.
+    Energy = OfEnergy, "energy", ["J", "mJ", "uJ", "kJ"];
     /// Power, W.
     Power = OfPower, "power", ["W", "mW", "kW"];
     /// Power per volume, W/m³.

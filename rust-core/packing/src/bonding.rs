@@ -63,6 +63,34 @@ pub fn bond_unless(
     Ok(BondCount { bonds: block.len(), ties })
 }
 
+/// Bond pairs as [`bond`] does, in a block that may hold bonds already, if they are `wanted`. Returns the new bonds, in ascending order.
+///
+/// # Errors
+/// Those of [`bond`].
+pub fn bond_more(
+    block: &mut dyn Contacts,
+    rows: &PairCoefficients,
+    particles: &Particles,
+    cell: Option<&Cell>,
+    interaction_ratio: f64,
+    wanted: &dyn Fn(Pair, [i8; 3]) -> bool,
+) -> Result<Vec<(Pair, [i8; 3])>, NeighborError> {
+    let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
+    let never = &mut |_: &Vec3, _: &Vec3| false;
+    let mut bonder = Bonder::new(block, rows, particles, never);
+    let mut made = Vec::new();
+    for candidate in candidate_pairs(&particles.position, &reach, cell)? {
+        let (pair, image) = (Pair { a: candidate.a, b: candidate.b }, candidate.image);
+        let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
+        if wanted(pair, image) && bonder.bond(pair, image, &shift).is_some() {
+            made.push((pair, image));
+        }
+    }
+    block.sort();
+    made.sort_unstable();
+    Ok(made)
+}
+
 /// As [`bond_unless`], but for given pairs, the lower index first, without a periodic cell.
 pub fn bond_links(
     block: &mut dyn Contacts,

@@ -82,6 +82,8 @@ def prescribed(document, start):
     velocity, spin = start.velocity.copy(), start.angular_velocity.copy()
     sets = members(document, start)
     for one in document.get("prescribe", []):
+        if "field" in one:
+            raise Unsupported("no translation of velocity fields")
         for key, letters, values in (("velocity", "xyz", velocity), ("angular_velocity", "XYZ", spin)):
             for axis, component in enumerate(one.get(key, ["free"] * 3)):
                 if component != "free":
@@ -155,8 +157,9 @@ def planes(document):
     names = [m["name"] for m in document["material"]]
     out = []
     for wall in document.get("wall", []):
-        if "servo" in wall:
-            raise Unsupported("no translation of a wall's servo")
+        for key in ("servo", "rotation"):
+            if key in wall:
+                raise Unsupported(f"no translation of a wall's {key}")
         shape, velocity, material = wall["shape"], vector(wall.get("velocity", [0, 0, 0])), names.index(wall["material"])
         if shape["kind"] == "box":
             low, high = vector(shape["minimum"]), vector(shape["maximum"])

@@ -241,6 +241,10 @@ impl Run {
                     format!("stage `{name}` ended at {:.6e} s, step {}: {}", clock.time(), clock.step, end.reason);
                 meter.line(&text);
             }
+            if let Some(made) = advance.bonded {
+                let clock = self.simulation.state.clock;
+                meter.line(&format!("{made} bonds made at {:.6e} s, step {}", clock.time(), clock.step));
+            }
             if let Some(last) = advance.last {
                 self.files.append_sample(&last.to_row())?;
                 self.show(&last, start, true);

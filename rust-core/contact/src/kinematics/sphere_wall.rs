@@ -3,8 +3,7 @@
 //! The normal points from the center to the wall. The contact point lies on the surface, so in all modes `arm_a` is the
 //! distance of the center from the wall, and `arm_b` is zero.
 //!
-//! **Finite**. The history rotates with the normal (exactly) and with half the twist of the sphere and half
-//! that of the wall (of a triangle with moving vertices; other walls do not rotate); call that rotation `R`. With
+//! **Finite**. The history rotates with the normal (exactly) and with the mean twist of sphere and wall; call that rotation `R`. With
 //! the relative displacement `d = (v_wall − v)Δt`, the sine vector `s` of the sphere's rotation, and the arms `a_o`, `a` and
 //! normals `n_o`, `n` at the start and end of the step, the tangential displacement is
 //! `(1 − n n)·½[R(d − a_o s × n_o) + (d − a s × n)]`.

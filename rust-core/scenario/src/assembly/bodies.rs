@@ -36,8 +36,8 @@ pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<()
             );
             return Err(unfit(&format!("prescribe[{number}].set"), message));
         }
-        let fastest = fastest(scenario, prescribe);
         for p in members {
+            let fastest = fastest(scenario, prescribe, &state.particles.position[p]);
             apply_prescribed(&fastest, p, &mut state.particles);
         }
     }

@@ -2,10 +2,15 @@
 
 use super::bodies::{is_rigid, members};
 use super::{AssemblyError, unfit};
-use crate::schedule::{Histories, History, Loading, Stage, Stop, TimedLoads, TimedMesh, TimedMotion, TimedWall};
+use crate::schedule::{
+    Expression, Field, Histories, History, Loading, Stage, Stop, TimedLoads, TimedMesh, TimedMotion, TimedTurning,
+    TimedWall,
+};
 use crate::schema::quantity::{Component, vector};
-use crate::schema::{self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, WallShape};
-use concordem_contact::math::Vec3;
+use crate::schema::{
+    self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, VelocityField, WallShape,
+};
+use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::{Particles, PointOfAction, State};
 
 /// The history of a name; the checks of the scenario guarantee that it exists.
@@ -19,6 +24,10 @@ pub(super) fn history(scenario: &Scenario, name: &str) -> Option<History> {
         },
         HistoryShape::Sine { period, amplitude, mean, phase } => {
             History::Sine { mean: mean.si(), amplitude: amplitude.si(), period: period.si(), phase: phase.si() }
+        }
+        HistoryShape::Expression { expression, until } => {
+            let until = until.or(scenario.stop.time).map_or(0.0, Quantity::si);
+            History::Formula { expression: Expression::parse(expression).ok()?, until }
         }
     })
 }
@@ -51,13 +60,14 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
     let mut histories = Histories::default();
     check_owners(scenario, loading, &state.particles)?;
     for prescribe in &scenario.prescribed {
-        if let Some(history) = prescribe.history.as_deref().and_then(|name| history(scenario, name)) {
+        if moves_in_time(prescribe) {
             histories.motions.push(TimedMotion {
-                history,
+                history: prescribe.history.as_deref().and_then(|name| history(scenario, name)),
                 particles: members(scenario, &state.particles, &prescribe.set).into_iter().map(|p| p as u32).collect(),
                 velocity: prescribe.velocity.map(Component::si),
                 angular_velocity: prescribe.angular_velocity.map(Component::si),
                 displacement: prescribe.displacement.map(Component::si),
+                field: prescribe.field.as_ref().map(field),
             });
         }
     }
@@ -74,6 +84,12 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
         }
         if let Some(mesh) = state.walls[first].mesh() {
             histories.meshes.extend(mesh_motion(scenario, wall, &mesh.position, first));
+        }
+        if let Some(rotation) = &wall.rotation
+            && let Some(history) = rotation.history.as_deref().and_then(|name| history(scenario, name))
+        {
+            let angular_velocity = super::walls::axis_of(&wall.shape) * rotation.angular_velocity.si();
+            histories.turning.push(TimedTurning { history, wall: first, angular_velocity });
         }
         first += faces;
     }
@@ -104,7 +120,7 @@ pub(super) fn mesh_motion(
 /// Refuses two motions of one component of a particle, if one of them follows a history: the later one could not simply
 /// replace the velocity of the earlier one.
 fn check_owners(scenario: &Scenario, loading: &Loading, particles: &Particles) -> Result<(), AssemblyError> {
-    if scenario.prescribed.iter().all(|prescribe| prescribe.history.is_none()) {
+    if !scenario.prescribed.iter().any(moves_in_time) {
         return Ok(());
     }
     let layers: [&[u32]; 2] = match loading {
@@ -121,20 +137,23 @@ fn check_owners(scenario: &Scenario, loading: &Loading, particles: &Particles) -
     for (number, prescribe) in scenario.prescribed.iter().enumerate() {
         let components = (0..3).fold(0_u8, |bits, i| {
             let moves = prescribe.velocity[i].si().or(prescribe.displacement[i].si()).is_some();
-            let rotates = prescribe.angular_velocity[i].si().is_some();
+            let of_field = prescribe.field.as_ref().map(field);
+            let moves = moves || of_field.as_ref().is_some_and(|field| field.prescribed[i]);
+            let turned = of_field.is_some_and(|field| field.angular_velocity.is_some());
+            let rotates = turned || prescribe.angular_velocity[i].si().is_some();
             bits | u8::from(moves) << i | u8::from(rotates) << (3 + i)
         });
         for p in members(scenario, particles, &prescribe.set) {
-            let others = if prescribe.history.is_some() { constant[p] | timed[p] } else { timed[p] };
+            let others = if moves_in_time(prescribe) { constant[p] | timed[p] } else { timed[p] };
             if others & components != 0 {
                 let message = format!(
                     "particle {} has another prescribed motion of the same component, or belongs to an end layer of the loading; \
-                     with a history, give each component one motion",
+                     with a history or a field, give each component one motion",
                     particles.id[p]
                 );
                 return Err(unfit(&format!("prescribe[{number}].set"), message));
             }
-            let bits = if prescribe.history.is_some() { &mut timed[p] } else { &mut constant[p] };
+            let bits = if moves_in_time(prescribe) { &mut timed[p] } else { &mut constant[p] };
             *bits |= components;
         }
     }
@@ -171,15 +190,47 @@ fn add_loads(scenario: &Scenario, particles: &Particles, histories: &mut Histori
     histories.constant_loads = constant.loads;
 }
 
-/// The components of a prescribed motion in SI units, with the largest factor of its history: the fastest motion of the run.
-pub(super) fn fastest(scenario: &Scenario, prescribe: &Prescribe) -> [[Option<f64>; 3]; 2] {
+/// Whether the velocities of a prescribed motion change during the run.
+fn moves_in_time(prescribe: &Prescribe) -> bool {
+    prescribe.history.is_some() || prescribe.field.is_some()
+}
+
+/// A velocity field of the scenario.
+fn field(of: &VelocityField) -> Field {
+    let mut prescribed = [true; 3];
+    of.free().iter().for_each(|axis| prescribed[axis.index()] = false);
+    match of {
+        VelocityField::Rotation { point, axis, angular_velocity, .. } => {
+            let w = vector(axis).normalize() * angular_velocity.si();
+            let gradient = Mat3::new(0.0, -w.z, w.y, w.z, 0.0, -w.x, -w.y, w.x, 0.0);
+            Field { point: vector(point), gradient, angular_velocity: Some(w), prescribed }
+        }
+        VelocityField::Linear { point, velocity_gradient, .. } => {
+            let gradient = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
+            Field { point: vector(point), gradient, angular_velocity: None, prescribed }
+        }
+    }
+}
+
+/// The components of a prescribed motion of a particle at `position` (m) in SI units, with the largest factor of its history: the
+/// fastest motion of the run, as far as the position of the particle changes little.
+pub(super) fn fastest(scenario: &Scenario, prescribe: &Prescribe, position: &Vec3) -> [[Option<f64>; 3]; 2] {
     let history = prescribe.history.as_deref().and_then(|name| history(scenario, name));
     let (largest, steepest) = history.map_or((1.0, 0.0), |history| (history.largest(), history.steepest()));
     let scaled = |value: Option<f64>| value.map(|value| value * largest);
     let velocity = std::array::from_fn(|i| {
         prescribe.displacement[i].si().map(|u| u * steepest).or_else(|| scaled(prescribe.velocity[i].si()))
     });
-    [velocity, prescribe.angular_velocity.map(|component| scaled(component.si()))]
+    let mut angular_velocity = prescribe.angular_velocity.map(|component| scaled(component.si()));
+    let mut velocity: [Option<f64>; 3] = velocity;
+    if let Some(field) = prescribe.field.as_ref().map(field) {
+        let found = field.gradient * (position - field.point) * largest;
+        (0..3).filter(|&i| field.prescribed[i]).for_each(|i| velocity[i] = Some(found[i]));
+        if let Some(given) = field.angular_velocity {
+            angular_velocity = [0, 1, 2].map(|i| Some(given[i] * largest));
+        }
+    }
+    [velocity, angular_velocity]
 }
 
 /// Largest factor of a history, 1 without one.

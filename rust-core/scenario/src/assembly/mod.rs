@@ -35,19 +35,19 @@ use std::path::Path;
 
 use cuts::Cuts;
 
-use crate::schedule::{Histories, Schedule, Stop};
+use crate::schedule::{Bonding, Histories, Moment, Schedule, Stop};
 use crate::schema::{Problem, Quantity, Scenario};
 use concordem_contact::law::cpm::Cpm;
 use concordem_contact::math::Vec3;
 use concordem_packing::TIE;
 use concordem_packing::bonding::{self, BondCount};
-use concordem_solver::Model;
 use concordem_solver::collision::Collision;
 use concordem_solver::coupling::Convergence;
 pub use concordem_solver::laws;
 use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
 use concordem_solver::state::{Particles, State};
 use concordem_solver::time_step::TimeStepBounds;
+use concordem_solver::{Model, PairCoefficients};
 
 pub use aggregates::{Phase, Phases};
 pub use bodies::apply_loads;
@@ -217,6 +217,7 @@ pub fn assemble_with(
     schedule.loading.tune(step.cell_stiffness, step.dt);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;
+    schedule.bond_rows = bonded.rows;
     schedule.servos = walls::servos(scenario, &step, &mut state);
     let p_wave = time_step::p_wave(scenario, &state.particles);
     warnings.extend(doubts::sizes(scenario, &state));
@@ -277,6 +278,8 @@ struct Bonded {
     bulk: Option<(f64, f64)>,
     /// See [`Summary::bonds_by_phase`].
     by_phase: [usize; 4],
+    /// Pair coefficients.
+    rows: PairCoefficients,
 }
 
 /// Adds bonds between particles.
@@ -292,11 +295,20 @@ fn add_bonds(
         if scenario.dimension == 2 {
             plane::check_reach(&placed.packing, 1.0)?;
         }
-        return Ok(Bonded { bonds: 0, interaction_ratio: 1.0, bulk: None, by_phase: [0; 4] });
+        let rows = PairCoefficients::default();
+        return Ok(Bonded { bonds: 0, interaction_ratio: 1.0, bulk: None, by_phase: [0; 4], rows });
     };
     progress("bonding", 0.0);
     let (mut block, rows) = laws::block(section.law, &scenario.materials, &aggregates::interfaces(scenario))?;
     let mut interaction_ratio = section.interaction_ratio.si();
+    if !section.at_start {
+        let ratio = scenario.bondings.iter().map(|bonding| bonding.interaction_ratio.si()).fold(1.0, f64::max);
+        if scenario.dimension == 2 {
+            plane::check_reach(&placed.packing, ratio * (1.0 + TIE))?;
+        }
+        state.bonds.push(block);
+        return Ok(Bonded { bonds: 0, interaction_ratio: ratio, bulk: None, by_phase: [0; 4], rows });
+    }
     let mut bulk = None;
     if let Some(coordination) = section.coordination {
         let found = placed.ratio_for_coordination(coordination.si())?;
@@ -330,7 +342,7 @@ fn add_bonds(
     let numbers = |Pair { a, b }: Pair| [a, b].map(|p| state.particles.aggregate_of(p as usize));
     let by_phase = aggregates::count_bonds((0..count.bonds).map(ends).map(numbers));
     state.bonds.push(block);
-    Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk, by_phase })
+    Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk, by_phase, rows })
 }
 
 /// Pairs of spheres of the packing as pairs of particles, the lower index first; `spheres`: number of spheres of the packing.
@@ -418,11 +430,32 @@ fn schedule(
             steps: scenario.stop.steps,
             unbalanced: scenario.stop.unbalanced.map(Quantity::si),
         },
+        bondings: bondings(scenario),
+        bond_rows: PairCoefficients::default(),
+        allow_unstable: scenario.integration.allow_unstable,
         allow_energy_error: scenario.integration.allow_energy_error || scenario.integration.allow_unstable,
         sample_interval: scenario.output.sample_interval,
         snapshot_interval: scenario.output.snapshot_interval,
         checkpoint_interval: scenario.output.checkpoint_interval,
     })
+}
+
+/// Bonds made during the run.
+fn bondings(scenario: &Scenario) -> Vec<Bonding> {
+    let one = |bonding: &crate::schema::Bonding| {
+        let stage =
+            bonding.stage.as_ref().and_then(|name| scenario.stages.iter().position(|stage| stage.name == *name));
+        let moment = stage.map_or_else(
+            || Moment::After {
+                time: bonding.time.map_or(0.0, Quantity::si),
+                kinetic_energy: bonding.kinetic_energy.map(Quantity::si),
+            },
+            Moment::EndOfStage,
+        );
+        let between = bonding.between.as_ref().map(|names| names.each_ref().map(|name| material_index(scenario, name)));
+        Bonding { moment, interaction_ratio: bonding.interaction_ratio.si(), between }
+    };
+    scenario.bondings.iter().map(one).collect()
 }
 
 /// Index of a material; the checks of the scenario guarantee that it exists.

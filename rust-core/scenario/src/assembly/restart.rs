@@ -2,7 +2,7 @@
 //!
 //! Keys that define the specimen cannot change: packing, particles, bonds, laws, clumps, walls, time step. Keys that
 //! drive it may change: the end of the run, output, samples, loading, prescribed motions, forces, gravity, damping,
-//! velocities and servos of walls, and numbers in the tables of laws. Any other changed key is an error; no change is ignored
+//! velocities, angular velocities, and servos of walls, and numbers in the tables of laws. Any other changed key is an error; no change is ignored
 //! silently.
 
 use super::{Assembly, AssemblyError, unfit};
@@ -107,7 +107,10 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
             let keys = ["integration.damping", "integration.gravity", "integration.allow_unstable"];
             keys.iter().any(|key| change.key.starts_with(key))
         }
-        "wall" => change.key.contains("].velocity") || change.key.contains("].servo"),
+        "wall" => {
+            let keys = ["].velocity", "].servo", "].rotation.angular_velocity"];
+            keys.iter().any(|key| change.key.contains(key))
+        }
         // Numbers in the tables of laws.
         "material" | "interface" => {
             let number = |text: &str| text == "none" || text.parse::<f64>().is_ok();
@@ -158,7 +161,7 @@ pub fn check(before: &Scenario, after: &Scenario, continuation: Continuation) ->
         let (span, value) = document.as_ref().map_or((0..0, None), |document| document.locate(&change.key));
         let message = format!("the scenario of the state has {}; a restart cannot change this key", change.before);
         let help = "restore the value, or start a new run. A restart may change stop, output, loading (not bending, torsion, or \
-                    the kind of platens), prescribe, force, gravity, damping, velocities and servos of walls, numbers in the tables of \
+                    the kind of platens), prescribe, force, gravity, damping, velocities, angular velocities, and servos of walls, numbers in the tables of \
                     laws, and in a new result sample, stage, and history";
         let key = change.key.clone();
         Problem { kind: ProblemKind::Conflict, key, value, span, message, help: help.to_owned() }
@@ -195,6 +198,9 @@ pub fn apply(
     if changed("wall") || changed("loading") {
         for (wall, fresh) in state.walls.iter_mut().zip(&fresh.walls) {
             wall.velocity = fresh.velocity;
+            if let (Some(turning), Some(fresh)) = (&mut wall.turning, &fresh.turning) {
+                turning.angular_velocity = fresh.angular_velocity;
+            }
         }
     }
     if ["material", "interface", "loading", "prescribe", "wall", "history"].into_iter().any(changed) {

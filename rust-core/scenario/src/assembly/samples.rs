@@ -1,7 +1,7 @@
 //! Builds the operators of a scenario with their regions.
 
 use super::{AssemblyError, material_index, set_index, unfit};
-use crate::sampling::{SampledRegion, SampledWall, ScheduledOperator};
+use crate::sampling::{Operator, SampledRegion, SampledWall, ScheduledOperator};
 use crate::schema::quantity::vector;
 use crate::schema::{self, SampleRegion, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
@@ -92,10 +92,20 @@ pub fn one(
     let sets = names.map(|name| members(scenario, particles, name)).collect::<Result<Vec<_>, _>>()?;
     let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
     let default = if is_list { Truncation::HalfCrossing } else { Truncation::default() };
-    let wall = sample.wall.as_ref().zip(sample.area).and_then(|(name, area)| {
+    let wall = sample.wall.as_ref().and_then(|name| {
         let wall = scenario.wall_names().iter().position(|wall| wall == name)?;
-        Some(SampledWall { wall: wall as u32, area: area.si() })
+        Some(SampledWall { wall: wall as u32, area: sample.area.map_or(1.0, schema::Quantity::si) })
     });
+    let mut about = sample.about.as_ref().map(vector);
+    if sample.operator == Operator::WallMoment && about.is_none() {
+        about = sample.wall.as_ref().and_then(|name| axis_point(scenario, name));
+        if about.is_none() {
+            return Err(unfit(
+                "sample.about",
+                "this wall has no axis; give the point that the moment refers to".into(),
+            ));
+        }
+    }
     let gradient = Mat3::from_fn(|i, j| sample.velocity_gradient[i][j].si());
     Ok(ScheduledOperator {
         name: sample.name().to_owned(),
@@ -110,9 +120,23 @@ pub fn one(
         partition: sample.partition.unwrap_or_default(),
         wall,
         sets,
-        about: sample.about.as_ref().map(vector),
+        about,
         interval: sample.interval.unwrap_or(scenario.output.sample_interval),
     })
+}
+
+/// A point of the axis of a plane or a cylinder of this name, m.
+fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
+    let names = |number: usize, wall: &schema::Wall| wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
+    let (_, wall) = scenario.walls.iter().enumerate().find(|(number, wall)| names(*number, wall) == name)?;
+    match &wall.shape {
+        schema::WallShape::Plane { point, .. } => {
+            let of_rotation = wall.rotation.as_ref().and_then(|rotation| rotation.point.as_ref());
+            Some(vector(of_rotation.unwrap_or(point)))
+        }
+        schema::WallShape::Cylinder { center, .. } => Some(vector(center)),
+        schema::WallShape::Box { .. } | schema::WallShape::Facets { .. } => None,
+    }
 }
 
 /// Particles of a set, by index.

@@ -109,7 +109,11 @@ pub(super) fn choose(scenario: &Scenario, model: &Model, state: &State) -> Resul
 /// The time step "auto", s; `limit`: bounds of the assembled system and of the stiffest contact that may form.
 fn automatic(scenario: &Scenario, model: &Model, limit: impl Fn(&Damping) -> (f64, f64)) -> f64 {
     let safety = scenario.integration.safety.si();
-    let default = if scenario.bonds.is_some() { CONTACT_SAFETY_WITH_BONDS } else { CONTACT_SAFETY };
+    let default = if scenario.bonds.as_ref().is_some_and(|bonds| bonds.at_start) {
+        CONTACT_SAFETY_WITH_BONDS
+    } else {
+        CONTACT_SAFETY
+    };
     let contact_safety = scenario.integration.contact_safety.map_or(default, Quantity::si);
     let damped = limit(&model.damping);
     // Local damping lowers the bound but hardly changes the frequencies: use the step of the undamped system if it is

@@ -11,7 +11,7 @@ use crate::schedule::{Servo, Target};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Quantity, Scenario, Side};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{Mesh, State, Wall, WallShape};
+use concordem_solver::state::{Mesh, State, Turning, Wall, WallShape};
 
 /// Adds the walls of `[[wall]]`.
 pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Result<(), AssemblyError> {
@@ -29,7 +29,9 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
             continue;
         }
         for (face, (name, shape)) in shapes(name, &wall.shape, folder)?.into_iter().enumerate() {
-            state.walls.push(Wall::new(name, shape, material, velocity(face)));
+            let mut made = Wall::new(name, shape, material, velocity(face));
+            made.turning = wall.rotation.as_ref().map(|rotation| turning(scenario, rotation, &wall.shape));
+            state.walls.push(made);
         }
     }
     if let Some(cell) = &state.cell {
@@ -47,6 +49,31 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
         return Err(unfit("contacts.law", message.into()));
     }
     Ok(())
+}
+
+/// Rotation of a wall before the first step, with the fastest angular velocity of the run unless a history changes it.
+fn turning(scenario: &Scenario, rotation: &schema::WallRotation, shape: &schema::WallShape) -> Turning {
+    let of_shape = match shape {
+        schema::WallShape::Plane { point, .. } | schema::WallShape::Cylinder { center: point, .. } => vector(point),
+        _ => Vec3::zeros(),
+    };
+    let factor = largest(scenario, rotation.history.as_deref());
+    let angular_velocity = axis_of(shape) * (rotation.angular_velocity.si() * factor);
+    let center = rotation.point.as_ref().map_or(of_shape, vector);
+    Turning { center, angular_velocity, previous: angular_velocity }
+}
+
+/// Unit vector of the axis about which a wall can turn; zero for shapes that cannot.
+pub(super) fn axis_of(shape: &schema::WallShape) -> Vec3 {
+    match shape {
+        schema::WallShape::Plane { normal, .. } => vector(normal).normalize(),
+        schema::WallShape::Cylinder { axis, .. } => {
+            let mut direction = Vec3::zeros();
+            direction[axis.index()] = 1.0;
+            direction
+        }
+        _ => Vec3::zeros(),
+    }
 }
 
 /// Direction in which a servo pushes, of length 1; `face`: index of the face of a box.

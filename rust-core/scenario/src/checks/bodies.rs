@@ -2,7 +2,9 @@
 
 use super::{Checker, SYMMETRY};
 use crate::schema::quantity::{Component, Length, vector};
-use crate::schema::{Clump, MeshMotion, Packing, ParticleSet, Quantity, Selection, Servo, Wall, WallShape};
+use crate::schema::{
+    Clump, MeshMotion, Packing, ParticleSet, Quantity, Selection, Servo, Wall, WallRotation, WallShape,
+};
 
 impl Checker<'_> {
     pub(super) fn walls(&mut self) {
@@ -31,6 +33,9 @@ impl Checker<'_> {
             if wall.motion.is_some() {
                 let help = "use shape.kind = \"mesh\"; other walls move with `velocity`";
                 self.conflict(&format!("wall[{at}].motion"), "only the vertices of a mesh have a motion", help);
+            }
+            if let Some(rotation) = &wall.rotation {
+                self.wall_rotation(&format!("wall[{at}].rotation"), wall, rotation);
             }
             if let Some(servo) = &wall.servo {
                 self.servo(&format!("wall[{at}]"), wall, servo);
@@ -70,7 +75,11 @@ impl Checker<'_> {
         if wall.velocity.iter().any(|component| component.si() != 0.0) {
             self.conflict(&format!("{key}.velocity"), "a mesh moves by its vertices", help);
         }
-        for (name, given) in [("history", wall.history.is_some()), ("servo", wall.servo.is_some())] {
+        for (name, given) in [
+            ("history", wall.history.is_some()),
+            ("servo", wall.servo.is_some()),
+            ("rotation", wall.rotation.is_some()),
+        ] {
             if given {
                 self.conflict(&format!("{key}.{name}"), "a mesh moves by its vertices", help);
             }
@@ -98,6 +107,32 @@ impl Checker<'_> {
         {
             let message = format!("{} rows for {count} vertices", rows.len());
             self.conflict(&format!("{key}.motion.vertices"), message, "give one row per vertex of the mesh");
+        }
+    }
+
+    fn wall_rotation(&mut self, key: &str, wall: &Wall, rotation: &WallRotation) {
+        match &wall.shape {
+            WallShape::Plane { .. } if self.scenario.dimension == 2 => {
+                let help = "remove `rotation`, or use a cylinder, which turns about z";
+                self.conflict(key, "a plane that turns about its normal leaves two dimensions", help);
+            }
+            WallShape::Plane { .. } => {}
+            WallShape::Cylinder { .. } => {
+                if rotation.point.is_some() {
+                    let help = "remove `point`; its axis is that of the shape";
+                    self.conflict(&format!("{key}.point"), "a cylinder turns about its own axis", help);
+                }
+            }
+            // Meshes are checked apart.
+            WallShape::Mesh { .. } => {}
+            WallShape::Box { .. } | WallShape::Facets { .. } => {
+                let help = "remove `rotation`, or use a \"plane\" or a \"cylinder\"";
+                self.conflict(key, "a wall of this shape does not stay in its place when it turns", help);
+            }
+        }
+        if self.scenario.packing.is_periodic() {
+            let message = "in a periodic cell the images of a turning wall would have different velocities";
+            self.conflict(key, message, "remove `rotation`, or use a packing without a cell");
         }
     }
 
@@ -159,9 +194,10 @@ impl Checker<'_> {
             self.known_set(&format!("prescribe[{at}].set"), &prescribed.set);
             let free = prescribed.velocity.iter().all(|component| *component == Component::Free)
                 && prescribed.displacement.iter().all(|component| *component == Component::Free)
-                && prescribed.angular_velocity.iter().all(|component| *component == Component::Free);
+                && prescribed.angular_velocity.iter().all(|component| *component == Component::Free)
+                && prescribed.field.is_none();
             if free {
-                let help = "give `velocity`, `displacement`, or `angular_velocity`, with \"free\" for components that follow the forces";
+                let help = "give `velocity`, `displacement`, `angular_velocity`, or `field`, with \"free\" for components that follow the forces";
                 self.conflict(&format!("prescribe[{at}]"), "prescribes no component of the motion", help);
             }
         }

@@ -1,8 +1,9 @@
 //! Checks of histories, of what follows them, and of stages.
 
 use super::Checker;
-use crate::schema::quantity::Component;
-use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage, WallShape};
+use crate::schedule::{Expression, ExpressionFault, History};
+use crate::schema::quantity::{Component, Time, vector};
+use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage, VelocityField, WallShape};
 use concordem_contact::kinematics::MotionMeasure;
 
 impl Checker<'_> {
@@ -12,6 +13,9 @@ impl Checker<'_> {
         let names: Vec<&str> = scenario.histories.iter().map(|history| history.name.as_str()).collect();
         self.unique("history", &names);
         for (at, history) in scenario.histories.iter().enumerate() {
+            if let HistoryShape::Expression { expression, until } = &history.shape {
+                self.expression(&format!("history[{at}].shape"), expression, *until);
+            }
             let HistoryShape::Table { points, repeat, .. } = &history.shape else { continue };
             let key = format!("history[{at}].shape.points");
             if let Some(k) = points.windows(2).position(|pair| pair[0].0.si() >= pair[1].0.si()) {
@@ -37,6 +41,36 @@ impl Checker<'_> {
         }
     }
 
+    /// A formula: its text, and values that are numbers.
+    fn expression(&mut self, shape: &str, text: &str, until: Option<Time>) {
+        let key = format!("{shape}.expression");
+        let expression = match Expression::parse(text) {
+            Ok(expression) => expression,
+            Err(ExpressionFault { at, message, help }) => {
+                self.range(&key, format!("at character {}: {message}", at + 1), help);
+                // Point at the fault, where the file has the formula in quotes as it is.
+                if let Some(problem) = self.problems.last_mut() {
+                    let written = self.document.written(&problem.span);
+                    if written.get(1..written.len().max(1) - 1) == Some(text) {
+                        problem.span.start += 1 + at;
+                        problem.span.end = problem.span.start;
+                    }
+                }
+                return;
+            }
+        };
+        let Some(until) = until.or(self.scenario.stop.time) else {
+            let help = "give `until`, the longest time at which the formula is used, or stop.time";
+            self.missing(&format!("{shape}.until"), "the bounds of the formula need an end of their search", help);
+            return;
+        };
+        let history = History::Formula { expression, until: until.si() };
+        if let Some((time, value)) = history.trials().find(|(_, value)| !value.is_finite()) {
+            let help = "change the formula so that it has a value at all times from 0 to `until`";
+            self.range(&key, format!("is {value} at t = {time} s"), help);
+        }
+    }
+
     fn prescribed_history(&mut self, at: usize, prescribe: &Prescribe) {
         let key = format!("prescribe[{at}]");
         let moved: Vec<usize> = (0..3).filter(|&i| prescribe.displacement[i] != Component::Free).collect();
@@ -54,10 +88,46 @@ impl Checker<'_> {
                 );
             }
         }
+        self.field(&key, prescribe);
         let carried = matches!(self.scenario.kinematics, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
         if prescribe.history.is_some() && carried && self.scenario.loading.drives_cell() {
             let message = "in a driven cell the kinematics of YADE change prescribed velocities, too";
             self.conflict(&format!("{key}.history"), message, "use kinematics = \"finite\"");
+        }
+    }
+
+    /// A velocity field.
+    fn field(&mut self, key: &str, prescribe: &Prescribe) {
+        let Some(field) = &prescribe.field else { return };
+        let help =
+            "keep the field, or the components; the other one belongs into another [[prescribe]] with another set";
+        for (name, given) in [
+            ("velocity", prescribe.velocity.iter().any(|component| *component != Component::Free)),
+            ("displacement", prescribe.displacement.iter().any(|component| *component != Component::Free)),
+        ] {
+            if given {
+                self.conflict(&format!("{key}.{name}"), "the field prescribes the velocity", help);
+            }
+        }
+        if let VelocityField::Rotation { axis, .. } = field {
+            if prescribe.angular_velocity.iter().any(|component| *component != Component::Free) {
+                self.conflict(&format!("{key}.angular_velocity"), "the field prescribes the angular velocity", help);
+            }
+            if vector(axis).norm() == 0.0 {
+                self.range(&format!("{key}.field.axis"), "must not be zero", "axis = [0, 0, 1] is along z");
+            }
+        }
+        let free = field.free();
+        if (0..free.len()).any(|k| free[..k].contains(&free[k])) {
+            self.range(&format!("{key}.field.free"), "names an axis twice", "name each axis once");
+        } else if free.len() == 3 {
+            let help = "remove an axis from `free`, or remove the field";
+            self.conflict(&format!("{key}.field.free"), "prescribes no component of the velocity", help);
+        }
+        if self.scenario.packing.is_periodic() {
+            let help = "use \"cell-strain\" loading, or a packing without a cell";
+            let message = "in a periodic cell a particle and its image would have different velocities";
+            self.conflict(&format!("{key}.field"), message, help);
         }
     }
 
@@ -131,6 +201,11 @@ impl crate::schema::Scenario {
         all.extend(each("wall", self.walls.iter().map(|table| &table.history)));
         let motions = self.walls.iter().enumerate().filter_map(|(at, wall)| Some((at, wall.motion.as_ref()?)));
         all.extend(motions.map(|(at, motion)| (format!("wall[{at}].motion.history"), &motion.history[..])));
+        for (at, wall) in self.walls.iter().enumerate() {
+            if let Some(name) = wall.rotation.as_ref().and_then(|rotation| rotation.history.as_deref()) {
+                all.push((format!("wall[{at}].rotation.history"), name));
+            }
+        }
         all.extend(each("stage", self.stages.iter().map(|table| &table.history)));
         if let Some(heat) = &self.heat {
             all.extend(each("heat.source", heat.sources.iter().map(|table| &table.history)));

@@ -6,6 +6,7 @@
 
 mod aggregates;
 mod bodies;
+mod bonding;
 mod cuts;
 mod files;
 mod heat;
@@ -39,6 +40,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.laws();
     checker.loading();
     checker.stages();
+    checker.bondings();
     checker.stop();
     checker.histories();
     checker.walls();

@@ -2,7 +2,7 @@
 
 use super::{Checker, components};
 use crate::schema::quantity::{Component, Length};
-use crate::schema::{Axis, LawName, Loading, Packing, WallShape};
+use crate::schema::{Axis, LawName, Loading, Packing, VelocityField, WallShape};
 
 const HELP: &str = "with dimension = 2 all motion is in the plane z = 0, and all rotation is about z";
 
@@ -169,6 +169,20 @@ impl Checker<'_> {
             let displacement = one.displacement.map(|component| Component::si(component).unwrap_or(0.0));
             vectors.push((format!("prescribe[{at}].displacement"), displacement, false));
             vectors.push((format!("prescribe[{at}].angular_velocity"), angular_velocity, true));
+            match &one.field {
+                Some(VelocityField::Rotation { axis, .. }) => {
+                    vectors.push((format!("prescribe[{at}].field.axis"), components(axis), true));
+                }
+                Some(VelocityField::Linear { velocity_gradient, .. }) => {
+                    for (row, gradient) in velocity_gradient.iter().enumerate() {
+                        let key = format!("prescribe[{at}].field.velocity_gradient[{row}]");
+                        let [x, y, z] = components(gradient);
+                        // Along z nothing moves, and no velocity changes.
+                        vectors.push((key, [0.0, 0.0, if row == 2 { x.abs() + y.abs() + z.abs() } else { z }], false));
+                    }
+                }
+                None => {}
+            }
         }
         for (at, one) in scenario.forces.iter().enumerate() {
             vectors.push((format!("force[{at}].force"), components(&one.force), false));

@@ -55,6 +55,7 @@ impl OperatorSample {
         let rule = self.operator.definition().region;
         let missing = match rule {
             RegionRule::Wall => self.wall.is_none() || self.area.is_none(),
+            RegionRule::WallAlone => self.wall.is_none(),
             RegionRule::Set => self.set.is_none(),
             RegionRule::TwoSets => self.sets.is_none(),
             _ => false,
@@ -79,7 +80,7 @@ impl OperatorSample {
         let rule = self.operator.definition().region;
         let whole = matches!(self.region, Some(SampleRegion::All { .. }));
         let accepted = match rule {
-            RegionRule::Any | RegionRule::Wall | RegionRule::Set | RegionRule::TwoSets => true,
+            RegionRule::Any | RegionRule::Wall | RegionRule::WallAlone | RegionRule::Set | RegionRule::TwoSets => true,
             RegionRule::WholeBody => whole,
             RegionRule::WholeBodyOrCell => whole || self.is_cell(),
             RegionRule::PeriodicCell => self.is_cell(),
@@ -171,6 +172,14 @@ impl Checker<'_> {
             if matches!(sample.operator, Operator::Temperature | Operator::HeatFlux) && self.scenario.heat.is_none() {
                 let message = "the scenario has no heat conduction";
                 self.conflict(&format!("{path}.operator"), message, "add [heat] with `temperature`");
+            }
+            if sample.operator == Operator::WallMoment && self.scenario.packing.is_periodic() {
+                let message = "in a periodic cell the moment depends on the image of the wall";
+                self.conflict(
+                    &format!("{path}.operator"),
+                    message,
+                    "use \"wall-traction\", or a packing without a cell",
+                );
             }
             self.sample_region(sample, &path, misused);
         }

@@ -48,8 +48,10 @@ pub enum RegionRule {
     Sphere,
     /// Any region with a shape, but not a list of particles.
     Shape,
-    /// No region: the operator reads a wall.
+    /// No region: the operator reads a wall, and an area.
     Wall,
+    /// No region: the operator reads a wall.
+    WallAlone,
     /// No region: the operator reads a set of particles.
     Set,
     /// No region: the operator reads two sets of particles.
@@ -59,7 +61,7 @@ pub enum RegionRule {
 impl RegionRule {
     /// Whether the operator is evaluated in a region.
     pub fn has_region(self) -> bool {
-        !matches!(self, Self::Wall | Self::Set | Self::TwoSets)
+        !matches!(self, Self::Wall | Self::WallAlone | Self::Set | Self::TwoSets)
     }
 
     /// What the operator needs and why, to complete a sentence that begins with its name.
@@ -72,6 +74,7 @@ impl RegionRule {
             Self::Sphere => "needs a sphere: the support of its kernel",
             Self::Shape => "needs a region with a shape: a list of particles has none",
             Self::Wall => "needs a wall and its area",
+            Self::WallAlone => "needs a wall",
             Self::Set => "needs a set of particles",
             Self::TwoSets => "needs two sets of particles",
         }
@@ -87,6 +90,7 @@ impl RegionRule {
             Self::Sphere => "write region = { kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }",
             Self::Any | Self::Shape => "use a box, a sphere, or another region with a shape",
             Self::Wall => "write wall = \"box z maximum\", area = \"36 mm^2\"",
+            Self::WallAlone => "write wall = \"NAME\" with the name of a [[wall]]",
             Self::Set => "write set = \"NAME\" with the name of a [[set]]",
             Self::TwoSets => "write sets = [\"LOWER\", \"UPPER\"] with the names of two [[set]] tables",
         }

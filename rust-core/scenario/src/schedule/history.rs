@@ -1,5 +1,7 @@
 //! A factor that changes with time, and what it multiplies: motions, walls, and loads.
 
+use super::Expression;
+use super::field::Field;
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
 use concordem_solver::Solver;
 use concordem_solver::heat::supply::Factors;
@@ -38,12 +40,23 @@ pub enum History {
         /// Phase at time zero, rad.
         phase: f64,
     },
+    /// A formula of the time.
+    Formula {
+        /// The formula.
+        expression: Expression,
+        /// Time up to which its bounds are searched, s.
+        until: f64,
+    },
 }
+
+/// Number of equal distances at whose ends a formula is evaluated to find its largest value and steepest slope.
+const TRIALS: u32 = 10_000;
 
 impl History {
     /// The factor at `time` (s).
     pub fn at(&self, time: f64) -> f64 {
         match self {
+            Self::Formula { expression, .. } => expression.at(time),
             Self::Sine { mean, amplitude, period, phase } => {
                 mean + amplitude * libm::sin(2.0 * std::f64::consts::PI * (time / period) + phase)
             }
@@ -68,10 +81,22 @@ impl History {
         }
     }
 
+    /// Times (s) and values at which the bounds of a formula are searched; empty for other histories.
+    pub(crate) fn trials(&self) -> impl Iterator<Item = (f64, f64)> {
+        let formula = if let Self::Formula { expression, until } = self { Some((expression, *until)) } else { None };
+        formula.into_iter().flat_map(|(expression, until)| {
+            (0..=TRIALS).map(move |k| {
+                let time = until * (f64::from(k) / f64::from(TRIALS));
+                (time, expression.at(time))
+            })
+        })
+    }
+
     /// Largest magnitude of the factor.
     pub fn largest(&self) -> f64 {
         match self {
             Self::Sine { mean, amplitude, .. } => mean.abs() + amplitude.abs(),
+            Self::Formula { .. } => self.trials().fold(0.0, |largest, (_, value)| largest.max(value.abs())),
             Self::Table { points, .. } => points.iter().fold(0.0, |largest, point| largest.max(point[1].abs())),
         }
     }
@@ -80,6 +105,16 @@ impl History {
     pub fn steepest(&self) -> f64 {
         match self {
             Self::Sine { amplitude, period, .. } => amplitude.abs() * 2.0 * std::f64::consts::PI / period,
+            Self::Formula { .. } => {
+                let mut trials = self.trials();
+                let Some(mut before) = trials.next() else { return 0.0 };
+                let slopes = trials.map(|now| {
+                    let slope = (now.1 - before.1) / (now.0 - before.0);
+                    before = now;
+                    slope.abs()
+                });
+                slopes.fold(0.0, f64::max)
+            }
             Self::Table { points, smooth, .. } => {
                 // The smooth step is 15/8 as steep in its middle as the straight line.
                 let factor = if *smooth { 1.875 } else { 1.0 };
@@ -90,11 +125,11 @@ impl History {
     }
 }
 
-/// A motion of particles that a history drives.
+/// A motion of particles that a history or a velocity field drives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimedMotion {
-    /// The history.
-    pub history: History,
+    /// The history; `None`: the factor is 1.
+    pub history: Option<History>,
     /// Indices of the particles.
     pub particles: Vec<u32>,
     /// Velocity at the factor 1, m/s, by component; `None` for components that this motion leaves alone.
@@ -103,13 +138,28 @@ pub struct TimedMotion {
     pub angular_velocity: [Option<f64>; 3],
     /// Displacement since the start at the factor 1, m, by component.
     pub displacement: [Option<f64>; 3],
+    /// Velocity field at the factor 1.
+    pub field: Option<Field>,
 }
 
 impl TimedMotion {
-    /// Sets the components that this motion drives, for the step from `time` (s) to `time + dt`.
-    fn set(&self, time: f64, dt: f64, velocity: &mut Vec3, angular_velocity: &mut Vec3) {
-        let factor = self.history.at(time + 0.5 * dt);
-        let rate = (self.history.at(time + dt) - self.history.at(time)) / dt;
+    /// What sets the components that this motion drives of a particle at a position (m): velocity (m/s) and angular velocity
+    /// (rad/s), for the step from `time` (s) to `time + dt`.
+    fn setter(&self, time: f64, dt: f64) -> impl Fn(&Vec3, &mut Vec3, &mut Vec3) {
+        let at = |time: f64| self.history.as_ref().map_or(1.0, |history| history.at(time));
+        let factor = at(time + 0.5 * dt);
+        let rate = (at(time + dt) - at(time)) / dt;
+        let field = self.field.as_ref().map(|field| field.step(factor, dt));
+        move |position: &Vec3, velocity: &mut Vec3, angular_velocity: &mut Vec3| {
+            if let Some(field) = &field {
+                field.set(position, velocity, angular_velocity);
+            }
+            self.set(factor, rate, velocity, angular_velocity);
+        }
+    }
+
+    /// Sets the components that do not depend on the position. `rate`: of the factor, 1/s.
+    fn set(&self, factor: f64, rate: f64, velocity: &mut Vec3, angular_velocity: &mut Vec3) {
         for i in 0..3 {
             if let Some(v) = self.velocity[i] {
                 velocity[i] = v * factor;
@@ -185,6 +235,26 @@ impl TimedMesh {
     }
 }
 
+/// A wall whose angular velocity follows a history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedTurning {
+    /// The history.
+    pub history: History,
+    /// Index of the wall.
+    pub wall: usize,
+    /// Angular velocity at the factor 1, rad/s.
+    pub angular_velocity: Vec3,
+}
+
+impl TimedTurning {
+    /// Sets the angular velocity at `time` (s).
+    fn set(&self, state: &mut State, time: f64) {
+        if let Some(turning) = &mut state.walls[self.wall].turning {
+            turning.angular_velocity = self.angular_velocity * self.history.at(time);
+        }
+    }
+}
+
 /// Loads that follow a history.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimedLoads {
@@ -232,6 +302,8 @@ pub struct Histories {
     pub walls: Vec<TimedWall>,
     /// Motions of meshes.
     pub meshes: Vec<TimedMesh>,
+    /// Angular velocities of walls.
+    pub turning: Vec<TimedTurning>,
     /// Loads on particles.
     pub loads: Vec<TimedLoads>,
     /// All loads of the run at the factor 0: the constant ones.
@@ -254,11 +326,19 @@ impl Histories {
                 mesh.previous_velocity.clone_from(&mesh.velocity);
             }
         }
+        for turning in &self.turning {
+            turning.set(state, between);
+            // No contact has moved before the first step.
+            if let Some(turning) = &mut state.walls[turning.wall].turning {
+                turning.previous = turning.angular_velocity;
+            }
+        }
         let particles = &mut state.particles;
         for motion in &self.motions {
+            let set = motion.setter(0.0, state.clock.dt);
             for &p in &motion.particles {
                 let p = p as usize;
-                motion.set(0.0, state.clock.dt, &mut particles.velocity[p], &mut particles.angular_velocity[p]);
+                set(&particles.position[p], &mut particles.velocity[p], &mut particles.angular_velocity[p]);
             }
         }
     }
@@ -279,14 +359,18 @@ impl Histories {
                 timed.set(time, dt, mesh);
             }
         }
+        for turning in &self.turning {
+            turning.set(state, between);
+        }
         if self.motions.is_empty() {
             return;
         }
         let targets = solver.targets_mut(&state.particles);
         for motion in &self.motions {
+            let set = motion.setter(time, dt);
             for &p in &motion.particles {
                 let (velocity, angular_velocity) = &mut targets[p as usize];
-                motion.set(time, dt, velocity, angular_velocity);
+                set(&state.particles.position[p as usize], velocity, angular_velocity);
             }
         }
     }

@@ -1,5 +1,8 @@
 //! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
+mod bonding;
+mod expression;
+mod field;
 mod flexure;
 mod guard;
 mod history;
@@ -10,9 +13,14 @@ mod stage;
 pub mod stop;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
+pub use bonding::{Bonding, Moment};
+pub use expression::{Expression, ExpressionFault};
+pub use field::{Field, FieldStep};
 pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
-pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMesh, TimedMotion, TimedWall};
+pub use history::{
+    HeatHistories, Histories, History, TimedLoads, TimedMesh, TimedMotion, TimedTurning, TimedWall,
+};
 pub use loading::Loading;
 pub use servo::{Servo, Target};
 pub use simulation::{Advance, Simulation};
@@ -20,6 +28,7 @@ pub use stage::{Stage, StageEnd, StageReason};
 pub use stop::{Stop, StopReason};
 
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_solver::PairCoefficients;
 
 /// Loading, samples, and stop conditions of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,10 +41,16 @@ pub struct Schedule {
     pub histories: Histories,
     /// Walls that keep a force constant.
     pub servos: Vec<Servo>,
+    /// Bonds made during the run.
+    pub bondings: Vec<Bonding>,
+    /// Pair coefficients of these bonds.
+    pub bond_rows: PairCoefficients,
     /// Conditions that end the run.
     pub stop: Stop,
     /// Whether the run continues even if integration errors have changed its energy.
     pub allow_energy_error: bool,
+    /// Whether the run continues even if bonds made during the run are too stiff for the time step.
+    pub allow_unstable: bool,
     /// Steps between two records of the time series.
     pub sample_interval: u64,
     /// Operators that are evaluated during the run.
@@ -59,8 +74,11 @@ impl Default for Schedule {
             stages: Vec::new(),
             histories: Histories::default(),
             servos: Vec::new(),
+            bondings: Vec::new(),
+            bond_rows: PairCoefficients::default(),
             stop: Stop::default(),
             allow_energy_error: false,
+            allow_unstable: false,
             sample_interval: 10,
             operators: Vec::new(),
             initial_positions: Vec::new(),

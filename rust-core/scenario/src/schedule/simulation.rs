@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::guard::{self, EnergyFault, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
-use super::{Record, Schedule, Stage, StageReason};
+use super::{Bonding, Record, Schedule, Stage, StageReason, bonding};
 use crate::sampling::{Bonds, Operator, SampledHeat, SampledState, ScheduledOperator, rigid_links};
 use concordem_contact::math::Mat3;
 use concordem_operator::OperatorError;
@@ -14,7 +14,7 @@ use concordem_solver::fracture::Event;
 use concordem_solver::heat::{HeatFlows, HeatLedger};
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
-use concordem_solver::{Model, Solver, SolverError, StepReport};
+use concordem_solver::{Model, Solver, SolverError, StepReport, time_step};
 
 /// Why a run cannot continue.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -32,6 +32,21 @@ pub enum RunError {
         time: f64,
         /// What is wrong.
         fault: Box<EnergyFault>,
+    },
+    /// Bonds made during the run are too stiff for the time step.
+    #[error("at step {step} (t = {time} s), after {made} bonds were made, the time step of {dt:.3e} s exceeds its stability bound of \
+             {bound:.3e} s; give integration.time_step = {:.2e}", 0.8 * bound)]
+    Bonds {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Number of new bonds.
+        made: usize,
+        /// Time step, s.
+        dt: f64,
+        /// Its bound, s.
+        bound: f64,
     },
     /// An operator cannot be evaluated.
     #[error("sample `{name}` at step {step}: {source}")]
@@ -78,6 +93,8 @@ pub struct Advance {
     pub events: Vec<Event>,
     /// The stage that ended with this step, if one did.
     pub stage: Option<StageEnd>,
+    /// Number of bonds made after this step, if it was time to make some.
+    pub bonded: Option<usize>,
     /// Why the run has ended, if it has.
     pub stopped: Option<StopReason>,
 }
@@ -107,8 +124,10 @@ mod memory {
     pub const ENERGY: usize = 15;
     /// Lasting rate of the servo of a cell, 1/s, column by column.
     pub const LASTING: usize = 16;
+    /// Which bonds have been made during the run: one bit for each [`super::Bonding`].
+    pub const BONDED: usize = LASTING + 9;
     /// First value of [`super::StageProgress`]. After it come time (s) and step of the end of each stage.
-    pub const STAGE: usize = LASTING + 9;
+    pub const STAGE: usize = BONDED + 1;
     pub const COUNT: usize = STAGE + super::StageProgress::LENGTH;
 }
 
@@ -126,7 +145,7 @@ pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stag
     }
     if let (true, Some(peak)) = (new_loading, memory.get_mut(memory::PEAK)) {
         *peak = 0.0;
-        memory[memory::LASTING..memory::STAGE].fill(0.0);
+        memory[memory::LASTING..memory::BONDED].fill(0.0);
     }
 }
 
@@ -255,6 +274,9 @@ impl Simulation {
     /// The solver fails, or an operator cannot be evaluated.
     pub fn advance(&mut self) -> Result<Advance, RunError> {
         let mut advance = self.step(false)?;
+        if advance.stopped.is_none() {
+            advance.bonded = self.bond(advance.stage.as_ref().map(|end| end.stage))?;
+        }
         if advance.stopped.is_some()
             && let Some(last) = self.final_rows()
         {
@@ -262,6 +284,35 @@ impl Simulation {
             advance.operators.extend(last.operators);
         }
         Ok(advance)
+    }
+
+    /// Makes the bonds that are due; `ended`: the stage that has just ended. Returns their number.
+    fn bond(&mut self, ended: Option<usize>) -> Result<Option<usize>, RunError> {
+        let done = self.state.schedule_memory[memory::BONDED] as u64;
+        let is_due = |k: &usize| done >> k & 1 == 0 && self.schedule.bondings[*k].is_due(&self.state, ended);
+        let due: Vec<usize> = (0..self.schedule.bondings.len()).filter(is_due).collect();
+        if due.is_empty() {
+            return Ok(None);
+        }
+        let clock = self.state.clock;
+        let model = self.solver.model().clone();
+        let before = bonding::stored_energy(&model, &self.state)?;
+        let mut made = 0;
+        for k in due {
+            let bonding: &Bonding = &self.schedule.bondings[k];
+            let failed = |source| SolverError::Neighbor { step: clock.step, source };
+            made += bonding.make(&mut self.state, &self.schedule.bond_rows).map_err(failed)?;
+            self.state.schedule_memory[memory::BONDED] += (1_u64 << k) as f64;
+        }
+        let after = bonding::stored_energy(&model, &self.state)?;
+        // The contacts that bonds replace lose what they stored.
+        self.state.ledger.damage.add(before - after);
+        let bound = time_step::bounds(&self.state).limit(&model.damping);
+        if clock.dt > bound && !self.schedule.allow_unstable {
+            return Err(RunError::Bonds { step: clock.step, time: clock.time(), made, dt: clock.dt, bound });
+        }
+        self.solver = Solver::new(model, &mut self.state)?;
+        Ok(Some(made))
     }
 
     /// The record and all operators of the present state, as the next step would compute them; a copy of the simulation
@@ -300,9 +351,9 @@ impl Simulation {
         };
         let heat = if due { self.heat() } else { [0.0; 5] };
         let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
-        let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::STAGE]);
+        let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::BONDED]);
         loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress, &mut lasting);
-        self.state.schedule_memory[memory::LASTING..memory::STAGE].copy_from_slice(lasting.as_slice());
+        self.state.schedule_memory[memory::LASTING..memory::BONDED].copy_from_slice(lasting.as_slice());
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume, heat };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));
@@ -330,7 +381,7 @@ impl Simulation {
         // The state stores the reason, so that a run killed while writing its result is known to have ended.
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
-        Ok(Advance { sample, operators, last: None, events, stage, stopped })
+        Ok(Advance { sample, operators, last: None, events, stage, bonded: None, stopped })
     }
 
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero without heat conduction.

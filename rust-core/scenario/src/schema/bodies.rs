@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
 use super::quantity::{
-    Angle, AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, Stress, Velocity,
+    Angle, AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, StrainRate, Stress, Velocity,
 };
 
 /// A rigid wall that particles touch.
@@ -24,6 +24,9 @@ pub struct Wall {
     pub velocity: [Velocity; 3],
     /// Name of a history that multiplies the velocity, or the force or pressure of the servo; default: constant.
     pub history: Option<String>,
+    /// Rotation about the normal of a "plane" or the axis of a "cylinder"; default: none. Particles feel the velocity of the turning
+    /// surface. Example: `rotation = { angular_velocity = "10 rad/s" }`.
+    pub rotation: Option<WallRotation>,
     /// Servo: the wall moves until it presses on the particles with a given force or pressure. Default: none, the wall moves with
     /// `velocity`. Example: `servo = { pressure = "2 MPa", maximum_speed = "0.1 m/s" }`.
     pub servo: Option<Servo>,
@@ -50,6 +53,20 @@ pub struct MeshMotion {
     /// Displacements of the single vertices at the change 1, m, one row per vertex in the order of the mesh; default: none.
     /// They rotate with `rotation`. Example: `vertices = [[0, 0, 0], ["1 mm", 0, 0], [0, 0, 0]]`.
     pub vertices: Option<Vec<[Length; 3]>>,
+}
+
+/// Rotation of a plane about its normal, or of a cylinder about its axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WallRotation {
+    /// Angular velocity, rad/s, by the right-hand rule about the normal or the axis. Required. Example:
+    /// `angular_velocity = "10 rad/s"`.
+    pub angular_velocity: AngularVelocity,
+    /// A point of the axis about which a "plane" turns, m; it moves with the wall. Default: the `point` of the shape. Not for a
+    /// "cylinder", which turns about its own axis.
+    pub point: Option<[Length; 3]>,
+    /// Name of a history that multiplies the angular velocity; default: constant.
+    pub history: Option<String>,
 }
 
 /// A servo: the wall moves along its direction with the speed `min(g (F0 - F), maximum_speed)`, F being the force on the particles
@@ -230,8 +247,51 @@ pub struct Prescribe {
     /// Example: `displacement = ["free", "free", "1 mm"]`.
     #[serde(default)]
     pub displacement: [Component<super::quantity::dimension::OfLength>; 3],
-    /// Name of a history that multiplies velocity, angular velocity, and displacement; default: constant velocities.
+    /// Velocity field: the velocity follows from the present position. Default: none.
+    /// Example: `field = { kind = "rotation", point = [0, 0, 0], axis = [0, 0, 1], angular_velocity = "10 rad/s" }`.
+    pub field: Option<VelocityField>,
+    /// Name of a history that multiplies velocity, angular velocity, displacement, and field; default: constant velocities.
     pub history: Option<String>,
+}
+
+/// A velocity field, which prescribes the velocity of a set by its present positions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum VelocityField {
+    /// Rotation of the set as a rigid body: the particles stay on circles about the axis, and turn about their centers with the
+    /// same angular velocity.
+    Rotation {
+        /// A point of the axis, m. Required.
+        point: [Length; 3],
+        /// Direction of the axis, a vector of any length. Required. Example: `axis = [0, 0, 1]`.
+        axis: [Number; 3],
+        /// Angular velocity, rad/s, by the right-hand rule. Required. Example: `angular_velocity = "10 rad/s"`.
+        angular_velocity: AngularVelocity,
+        /// Axes along which the particles follow the forces instead of the field; default: none. Example: `free = ["z"]`.
+        #[serde(default)]
+        free: Vec<Axis>,
+    },
+    /// Affine motion `v = L (x - x0)`: strain, rotation, or both. Rotations of the particles follow `angular_velocity`.
+    Linear {
+        /// The point `x0` without velocity, m; default: the origin.
+        #[serde(default)]
+        point: [Length; 3],
+        /// Velocity gradient L, 1/s: row i, column j is the derivative of velocity component i along axis j. Required.
+        /// Example, pure shear: `velocity_gradient = [[0, 0.1, 0], [0.1, 0, 0], [0, 0, 0]]`.
+        velocity_gradient: [[StrainRate; 3]; 3],
+        /// Axes along which the particles follow the forces instead of the field; default: none. Example: `free = ["z"]`.
+        #[serde(default)]
+        free: Vec<Axis>,
+    },
+}
+
+impl VelocityField {
+    /// Axes along which the particles follow the forces.
+    pub fn free(&self) -> &[Axis] {
+        match self {
+            Self::Rotation { free, .. } | Self::Linear { free, .. } => free,
+        }
+    }
 }
 
 /// A rigid body made of several spheres.

@@ -86,6 +86,11 @@ impl<'a> Document<'a> {
         }
     }
 
+    /// The text of a range, as written.
+    pub(crate) fn written(&self, span: &Range<usize>) -> &str {
+        self.source.text.get(span.clone()).unwrap_or("")
+    }
+
     /// Position of an array item: its table header, or the item itself.
     pub(crate) fn place_of_item(&self, item: &Spanned<DeValue<'_>>, parent: &Range<usize>) -> Range<usize> {
         let span = item.span();

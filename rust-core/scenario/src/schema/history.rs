@@ -49,6 +49,15 @@ pub enum HistoryShape {
         #[serde(default = "no_phase")]
         phase: Angle,
     },
+    /// A formula of the time `t` in seconds, with `+ - * / ^`, parentheses, `pi`, and functions such as `sin`, `exp`, `sqrt`, `min`.
+    Expression {
+        /// The formula. Required. Example: `expression = "1e-3*sin(2*pi*50*t)"`.
+        expression: String,
+        /// Time up to which the largest value and the steepest slope of the formula are searched, on which the time step depends, s;
+        /// default: `stop.time`. The formula holds after it, too. Example: `until = "20 ms"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        until: Option<Time>,
+    },
 }
 
 fn one() -> Number {

@@ -72,6 +72,9 @@ pub struct Bonds {
     /// away from the walls; the pairs with the smallest center distance over sum of radii are bonded. 6.2 in Jebahi et al. 2015.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
     pub coordination: Option<Number>,
+    /// Whether bonds are made at the start; default: true. With false, only `[[bonding]]` makes bonds.
+    #[serde(default = "yes")]
+    pub at_start: bool,
 }
 
 /// Contacts between particles without a bond, and with walls.
@@ -80,6 +83,10 @@ pub struct Bonds {
 pub struct Contacts {
     /// Law of the contacts.
     pub law: ContactLawName,
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn one() -> Number {

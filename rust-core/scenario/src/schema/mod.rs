@@ -27,6 +27,7 @@
 
 mod aggregates;
 mod bodies;
+mod bonding;
 mod cut;
 mod document;
 mod error;
@@ -47,8 +48,10 @@ use serde::{Deserialize, Serialize};
 
 pub use aggregates::{AggregateGroup, AggregateShape, Aggregates, GradingTable, Mix, MixComponent, Surface};
 pub use bodies::{
-    AppliedForce, Clump, End, Initial, MeshMotion, ParticleSet, Prescribe, Selection, Servo, Side, Wall, WallShape,
+    AppliedForce, Clump, End, Initial, MeshMotion, ParticleSet, Prescribe, Selection, Servo, Side, VelocityField, Wall,
+    WallRotation, WallShape,
 };
+pub use bonding::Bonding;
 pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
@@ -95,8 +98,11 @@ pub struct Scenario {
     /// Parameters for contacts between two materials, instead of the averages of both materials.
     #[serde(default, rename = "interface")]
     pub interfaces: Vec<Interface>,
-    /// Bonds made at the start; default: none.
+    /// Bonds, made at the start unless `at_start` is false; default: none.
     pub bonds: Option<Bonds>,
+    /// Bonds made during the run; default: none.
+    #[serde(default, rename = "bonding")]
+    pub bondings: Vec<Bonding>,
     /// Aggregates and pores, which divide the particles of the packing; default: none.
     pub aggregates: Option<Aggregates>,
     /// Notches, holes, and cracks that exist from the start; default: none.

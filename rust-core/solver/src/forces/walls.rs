@@ -12,7 +12,7 @@ use std::ops::Range;
 use concordem_contact::kinematics::deformable::ParticleVirial;
 use concordem_contact::kinematics::{Motion, PreviousGeometry, WallInput};
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
-use concordem_contact::math::{Quat, Vec3};
+use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
 use concordem_contact::wall::ClosestPoint;
 
 use super::commit::log_heat;
@@ -288,7 +288,7 @@ impl WallEvaluator<'_> {
         };
         let begins = !block.flags[k].has(ContactFlags::ACTIVE);
         let surface = self.surface(&walls[wall as usize], block.pair[at].b, block.flags[at].image);
-        let kinematics = self.measure(block, k, &closest_point, &surface)?;
+        let kinematics = self.measure(block, k, &closest_point, &walls[wall as usize], &surface)?;
         if L::STIFFENS && begins {
             let ContactFlags { row, image, .. } = block.flags[k];
             self.totals.begun.push(BegunContact { pair: block.pair[k], image, row });
@@ -371,6 +371,7 @@ impl WallEvaluator<'_> {
         block: &mut ContactBlock<L>,
         k: usize,
         closest_point: &ClosestPoint,
+        wall: &Wall,
         surface: &Surface,
     ) -> Option<L::Kinematics> {
         let (context, a) = (self.context, self.particle);
@@ -395,11 +396,21 @@ impl WallEvaluator<'_> {
             mass_b: f64::INFINITY,
         };
         let previous = &block.previous[k];
+        // Halfway between the contact points at the start and the end of the step, so that the slip is work-conjugate, under the
+        // trapezoidal rule, to the moment on a turning wall.
+        let turned = wall.turning.map(|_| {
+            let start = motion.position - motion.velocity * context.dt + previous.normal * previous.length;
+            let end = motion.position + closest_point.normal * closest_point.distance;
+            let moved = wall.velocity * (0.5 * context.dt);
+            let (velocity, angular_velocity) = wall.motion_at(&((start + end) * 0.5 + moved));
+            (velocity, quaternion_of_rotation_vector(&(angular_velocity * context.dt)))
+        });
+        let (wall_velocity, wall_rotation) = turned.unwrap_or((surface.velocity, surface.rotation));
         let input = WallInput {
             a: &motion,
             closest_point,
-            wall_velocity: &surface.velocity,
-            wall_rotation: &surface.rotation,
+            wall_velocity: &wall_velocity,
+            wall_rotation: &wall_rotation,
             geometry: &geometry,
             previous,
             dt: context.dt,
@@ -438,6 +449,9 @@ impl WallEvaluator<'_> {
         wall.torque -= (point - shift - wall.displacement).cross(force);
         if let (Some((triangle, weights)), Some(mesh)) = (place, wall.mesh_mut()) {
             mesh.add_force(*triangle, weights, &-force, L::TRANSMITS_MOMENT.then_some(&-moment));
+        }
+        if L::TRANSMITS_MOMENT {
+            wall.torque -= moment;
         }
     }
 }

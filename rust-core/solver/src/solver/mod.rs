@@ -437,11 +437,14 @@ impl Solver {
             work = [half_before, 0.5 * crossing.component_mul(&cell.matrix_change).sum()];
         }
         for wall in &mut state.walls {
-            let half = |velocity: &Vec3| -0.5 * wall.force.dot(velocity) * dt;
-            work[0] += half(&wall.previous_velocity);
-            work[1] += half(&wall.velocity);
+            let (now, before) = wall.turning.map_or_else(Default::default, |t| (t.angular_velocity, t.previous));
+            work[0] += -0.5 * wall.power(&wall.previous_velocity, &before) * dt;
+            work[1] += -0.5 * wall.power(&wall.velocity, &now) * dt;
             wall.displacement += wall.velocity * dt;
             wall.previous_velocity = wall.velocity;
+            if let Some(turning) = &mut wall.turning {
+                turning.previous = turning.angular_velocity;
+            }
             if let Some(mesh) = wall.mesh_mut() {
                 let [before, after] = mesh.drift(dt);
                 work[0] += before;

@@ -286,6 +286,8 @@ pub trait Contacts: Send + Sync {
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
     /// Keep only the contacts for whose flags `keep` holds.
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
+    /// Keep the contacts of the pairs, with their images, for which `keep` holds.
+    fn retain_pairs(&mut self, keep: &dyn Fn(Pair, [i8; 3]) -> bool);
     /// Cross-section of a bond with the pair coefficients `row`, m²; see [`ContactLaw::bonded_area`].
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64;
     /// Axial force of bond `k`, N, at its length in the last evaluation; see [`ContactLaw::axial_force`].
@@ -450,6 +452,12 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         for (pair, flags) in self.pair.iter().zip(&mut self.flags) {
             flags.image = image(*pair, flags.image);
         }
+    }
+    fn retain_pairs(&mut self, keep: &dyn Fn(Pair, [i8; 3]) -> bool) {
+        for (pair, flags) in self.pair.iter().zip(&mut self.flags) {
+            flags.padding = u16::from(!keep(*pair, flags.image));
+        }
+        self.retain(|flags| flags.padding == 0);
     }
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool) {
         self.retain(keep);

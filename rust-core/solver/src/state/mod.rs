@@ -13,7 +13,7 @@ pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use concordem_contact::Cell;
 pub use mesh::{Mesh, MeshError};
 pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
-pub use walls::{Wall, WallShape};
+pub use walls::{Turning, Wall, WallShape};
 
 use concordem_contact::math::Vec3;
 

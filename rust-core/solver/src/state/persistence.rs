@@ -297,6 +297,12 @@ fn read_wall(wall: &mut Wall, path: &str, source: &mut dyn ColumnSource) -> Resu
     let v = |i: usize| Vec3::new(reals[i], reals[i + 1], reals[i + 2]);
     (wall.displacement, wall.velocity, wall.force, wall.torque, wall.previous_velocity) =
         (v(0), v(3), v(6), v(9), v(12));
+    if let Some(turning) = &mut wall.turning {
+        let path = format!("{path} turning");
+        let reals = with_length(&path, source.f64(&path)?, 6)?;
+        let v = |i: usize| Vec3::new(reals[i], reals[i + 1], reals[i + 2]);
+        (turning.angular_velocity, turning.previous) = (v(0), v(3));
+    }
     if let Some(mesh) = wall.mesh_mut() {
         let path = format!("{path}_vertices");
         let reals = with_length(&path, source.f64(&path)?, 12 * mesh.position.len())?;
@@ -315,6 +321,10 @@ fn write_wall(wall: &Wall, path: &str, sink: &mut dyn ColumnSink) -> Result<(), 
         reals.extend_from_slice(v.as_slice());
     }
     sink.column(path, Column::f64(&reals, 15, "m, m/s, N, N m, m/s"))?;
+    if let Some(turning) = &wall.turning {
+        let reals: Vec<f64> = [turning.angular_velocity, turning.previous].iter().flatten().copied().collect();
+        sink.column(&format!("{path} turning"), Column::f64(&reals, 6, "rad/s"))?;
+    }
     if let Some(mesh) = wall.mesh() {
         let mut reals = Vec::with_capacity(12 * mesh.position.len());
         for k in 0..mesh.position.len() {

@@ -39,6 +39,17 @@ pub enum WallShape {
     Mesh(Mesh),
 }
 
+/// Rotation of a plane about its normal, or of a cylinder about its axis: the surface slides, and its place stays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turning {
+    /// A point of the axis at zero displacement, m.
+    pub center: Vec3,
+    /// Angular velocity, rad/s.
+    pub angular_velocity: Vec3,
+    /// Angular velocity in the last step, rad/s, with which its contacts have moved.
+    pub previous: Vec3,
+}
+
 /// A wall.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wall {
@@ -54,6 +65,8 @@ pub struct Wall {
     pub velocity: Vec3,
     /// Velocity in the last step, m/s; the work of its second half belongs to it.
     pub previous_velocity: Vec3,
+    /// Rotation about its own axis, if it turns.
+    pub turning: Option<Turning>,
     /// Force of the particles on the wall in the last step, N.
     pub force: Vec3,
     /// Its moment about the origin of the displaced wall, N·m.
@@ -72,9 +85,26 @@ impl Wall {
             displacement: zero,
             velocity,
             previous_velocity: velocity,
+            turning: None,
             force: zero,
             torque: zero,
         }
+    }
+
+    /// Velocity (m/s) in the last step of the surface at the point `x` (m), and angular velocity (rad/s).
+    pub fn motion_at(&self, x: &Vec3) -> (Vec3, Vec3) {
+        self.turning.map_or((self.velocity, Vec3::zeros()), |turning| {
+            let arm = x - self.displacement - turning.center;
+            (self.velocity + turning.previous.cross(&arm), turning.previous)
+        })
+    }
+
+    /// Power of the particles on the wall if it had this velocity (m/s) and angular velocity (rad/s), W.
+    pub fn power(&self, velocity: &Vec3, angular_velocity: &Vec3) -> f64 {
+        let translation = self.force.dot(velocity);
+        self.turning.map_or(translation, |turning| {
+            translation + (self.torque - turning.center.cross(&self.force)).dot(angular_velocity)
+        })
     }
 
     /// Number of elements: triangles, or 1.

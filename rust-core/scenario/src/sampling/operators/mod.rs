@@ -17,6 +17,7 @@ mod region_stress;
 mod set_force;
 mod set_motion;
 mod temperature;
+mod wall_moment;
 mod wall_traction;
 
 use super::definition::{OperatorDefinition, SampledQuantity};
@@ -55,6 +56,8 @@ operators! {
     BoundaryStress = "boundary-stress": boundary_stress::DEFINITION,
     /// Force of the particles on a wall, and the traction on a given area.
     WallTraction = "wall-traction": wall_traction::DEFINITION,
+    /// Force and moment of the particles on a wall: the torque of a drum, a vane, or a ring shear test.
+    WallMoment = "wall-moment": wall_moment::DEFINITION,
     /// Force and moment on a set of particles from outside it, and the reaction of its prescribed motion.
     SetForce = "set-force": set_force::DEFINITION,
     /// Mean position, displacement, and velocity of a set of particles.
