@@ -1,6 +1,6 @@
 //! Formulas of the time, as `1e-3*sin(2*pi*50*t)`.
 //!
-//! Our own parser, because the crates that are kept up give other results than a reader of the formula expects (decision 039). All
+//! Our own parser, because the crates that are kept up give other results than a reader of the formula expects (decision 040). All
 //! functions come from [`libm`], so that a value has the same bits on every machine and after a restart.
 
 use std::f64::consts::PI;
