@@ -87,6 +87,12 @@ pub(super) fn build(
     if model.mechanics && model.expands() {
         expansion::start(&model, state);
     }
+    if model.mechanics {
+        let factors = model.largest_stiffness_factors();
+        for block in state.bonds.iter_mut().chain(&mut state.contacts) {
+            block.contacts_mut().set_largest_factor(&factors);
+        }
+    }
     *heat_model = Some(model);
     Ok(Some(histories))
 }
@@ -122,6 +128,8 @@ fn curves(material: &crate::schema::Material) -> MaterialCurves {
             specific_heat: of(&variation.specific_heat),
             conductivity: of(&variation.conductivity),
             expansion: of(&variation.expansion),
+            stiffness: of(&variation.stiffness),
+            strength: of(&variation.strength),
         }
     })
 }

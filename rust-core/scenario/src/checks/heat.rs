@@ -2,9 +2,11 @@
 
 use super::Checker;
 use super::structure::wording::listing;
-use crate::schema::{Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatSource, Loading, Packing, ProblemKind, Shape};
-use concordem_contact::law::LawName;
-use concordem_contact::quantity::Quantity;
+use crate::schema::{
+    Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatSource, Loading, Material, Packing, ProblemKind, Shape,
+};
+use concordem_contact::law::{Factors, LawName};
+use concordem_contact::quantity::{Number, Quantity};
 
 impl crate::schema::Scenario {
     /// Names of the faces of the body, by number; a periodic packing has none.
@@ -67,9 +69,12 @@ impl Checker<'_> {
                 ("specific_heat", &variation.specific_heat),
                 ("conductivity", &variation.conductivity),
                 ("expansion", &variation.expansion),
+                ("stiffness", &variation.stiffness),
+                ("strength", &variation.strength),
             ];
             if columns.iter().all(|(_, factors)| factors.is_none()) {
-                let help = "add `specific_heat`, `conductivity`, or `expansion` with a factor for each temperature";
+                let help = "add `specific_heat`, `conductivity`, `expansion`, `stiffness`, or `strength` with a factor for each \
+                            temperature";
                 self.missing(&key, "has no factors", help);
             }
             for (name, factors) in columns {
@@ -87,7 +92,46 @@ impl Checker<'_> {
                         "give `expansion`, or remove the key",
                     );
                 }
+                if matches!(name, "stiffness" | "strength") {
+                    self.softening(&key, material, name == "strength");
+                }
             }
+        }
+    }
+
+    /// Factors on the stiffness or the strength of a material: laws that take them, and an effect.
+    fn softening(&mut self, key: &str, material: &Material, of_strength: bool) {
+        let scenario = self.scenario;
+        if scenario.heat.as_ref().is_some_and(|heat| !heat.motion) {
+            self.conflict(key, "has no effect: with heat.motion = false nothing moves", "remove one of the two");
+            return;
+        }
+        if let Some(at) = scenario.materials.iter().position(|material| material.deformable.is_some()) {
+            let message = format!("not with deformable particles (material[{at}].deformable)");
+            self.conflict(key, message, "remove one of the two");
+            return;
+        }
+        let bonds = scenario.bonds.as_ref().map(|bonds| bonds.law);
+        let contacts = scenario.contacts.law.law();
+        if of_strength && bonds.is_none() {
+            self.conflict(key, "has no effect: only bonds have a strength", "add [bonds], or remove the key");
+            return;
+        }
+        if bonds.is_none() && contacts.is_none() {
+            let help = "add [bonds], name a law in [contacts], or remove the key";
+            self.conflict(key, "has no effect: particles exert no forces", help);
+            return;
+        }
+        for law in bonds.into_iter().chain(contacts) {
+            let Some(table) = material.table_of(law) else { continue };
+            let Some(fault) = table.fault_of_variation() else { continue };
+            let path = if fault.key.is_empty() { law.key().to_owned() } else { format!("{}.{}", law.key(), fault.key) };
+            self.conflict(key, format!("`{path}`: {}", fault.message), fault.help);
+        }
+        let factors = Factors { strength: Number::new(0.5), ..Factors::default() };
+        let fault = bonds.filter(|_| of_strength).and_then(|law| material.fault_of_factors(law, &factors));
+        if let Some(fault) = fault {
+            self.conflict(key, format!("has no effect: {}", fault.message), fault.help);
         }
     }
 

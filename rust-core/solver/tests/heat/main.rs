@@ -4,6 +4,7 @@ mod conduction;
 mod curves;
 mod dissipation;
 mod expansion;
+mod softening;
 
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;
