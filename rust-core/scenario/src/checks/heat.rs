@@ -122,7 +122,7 @@ impl Checker<'_> {
             self.conflict(key, "has no effect: particles exert no forces", help);
             return;
         }
-        for law in bonds.into_iter().chain(contacts) {
+        for law in bonds.into_iter().chain(contacts.filter(|_| !of_strength)) {
             let Some(table) = material.table_of(law) else { continue };
             let Some(fault) = table.fault_of_variation() else { continue };
             let path = if fault.key.is_empty() { law.key().to_owned() } else { format!("{}.{}", law.key(), fault.key) };
