@@ -260,6 +260,30 @@ impl Checker<'_> {
         }
     }
 
+    /// Heat through the contacts with a wall.
+    fn heat_wall(&mut self, key: &str, wall: &str, boundary: &HeatBoundary) {
+        let scenario = self.scenario;
+        let names = scenario.wall_names();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        self.known(&format!("{key}.wall"), "wall", wall, &names);
+        for (other, given) in [("face", boundary.face.is_some()), ("set", boundary.set.is_some())] {
+            if given {
+                let message = "not with `wall`, whose heat flows into the particles that touch it";
+                self.conflict(&format!("{key}.{other}"), message, "remove one of the two");
+            }
+        }
+        for (other, given) in [("flux", boundary.flux.is_some()), ("radiation", boundary.radiation.is_some())] {
+            if given {
+                let help = "give `temperature`, or `convection` with the coefficient of the contact";
+                self.conflict(&format!("{key}.{other}"), "not with `wall`: contacts conduct", help);
+            }
+        }
+        if scenario.contacts.law.law().is_none() {
+            let help = "name a law in [contacts], or use `face`";
+            self.conflict(&format!("{key}.wall"), "has no effect: without a law in [contacts] no particle touches a wall", help);
+        }
+    }
+
     fn heat_boundary(&mut self, key: &str, boundary: &HeatBoundary) {
         let scenario = self.scenario;
         if let Some(set) = &boundary.set {
@@ -275,9 +299,12 @@ impl Checker<'_> {
             let message = "needs exactly one of `temperature`, `flux`, `convection`, and `radiation`";
             self.conflict(key, message, "give one of them; write a [[heat.boundary]] for each");
         }
+        if let Some(wall) = &boundary.wall {
+            self.heat_wall(key, wall, boundary);
+        }
         let faces = scenario.heat_faces();
         let on_particles = boundary.set.is_some() && boundary.face.is_none() && boundary.temperature.is_some();
-        if faces.is_empty() && !on_particles {
+        if faces.is_empty() && !on_particles && boundary.wall.is_none() {
             let help = "give `set` with `temperature`, or use a packing that is not periodic";
             self.conflict(key, "a periodic packing has no surface", help);
         } else if let Some(face) = &boundary.face

@@ -37,7 +37,7 @@ pub mod tables;
 pub use curve::{Curve, Curves, MaterialCurves};
 pub use flow::HeatFlows;
 pub use network::{Exposure, Link, Network};
-pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange};
+pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange, WallExchange};
 
 use crate::energy::Sum;
 use crate::state::Particles;

@@ -29,9 +29,11 @@ impl Solver {
 
     /// Compute the change of the temperatures in the step.
     pub(super) fn begin_heat(&mut self, state: &mut State) -> Result<(), SolverError> {
-        let (Some(pass), Some(model), Some(heat)) = (&mut self.heat, &self.model.heat, &mut state.heat) else {
-            return Ok(());
-        };
+        let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) else { return Ok(()) };
+        if !model.supply.walls.is_empty() {
+            pass.touch(model, state);
+        }
+        let Some(heat) = &mut state.heat else { return Ok(()) };
         let clock = &state.clock;
         let (time, dt) = (clock.time() * model.time_factor, clock.dt * model.time_factor);
         pass.begin(model, &state.particles, heat, time, dt)?;

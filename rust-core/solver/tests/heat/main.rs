@@ -5,6 +5,7 @@ mod curves;
 mod dissipation;
 mod expansion;
 mod softening;
+mod walls;
 
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;
