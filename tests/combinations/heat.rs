@@ -11,6 +11,20 @@ use crate::generator::ids;
 /// Heat capacity per mass of all materials, J/(kg·K).
 pub const SPECIFIC_HEAT: f64 = 800.0;
 
+/// Factors on the stiffness, and on the strength of bonds that have one; none with laws and options that take none.
+fn softening(random: &mut Random, case: &Case) -> &'static str {
+    let refused =
+        ["deformable", "hertz_mindlin", "hydrostatic_strength", "isotropic_prestress", "damage_time", "woo", "yade-public"];
+    if refused.iter().any(|key| case.materials.contains(key)) {
+        return "";
+    }
+    let strong = case.bonds.is_some_and(|(law, _)| law == "cpm") || case.materials.contains("strength");
+    if !strong {
+        return ", stiffness = [1, 0.5]";
+    }
+    random.one_of(&[", stiffness = [1, 0.5]", ", strength = [0.6, 1]", ", stiffness = [1, 1.5], strength = [1, 0.5]"])
+}
+
 /// Adds heat conduction. Everything hot is a set of particles, which no twin changes. The steps of the motion are some 0.1 µs, those of
 /// conduction seconds.
 pub fn add(random: &mut Random, case: &mut Case) {
@@ -18,12 +32,14 @@ pub fn add(random: &mut Random, case: &mut Case) {
     let conductivity = random.one_of(&[0.5, 1.5, 100.0]);
     let variation = if random.happens(0.3) {
         let expands = if expansion > 0.0 { ", expansion = [1, 1.5]" } else { "" };
+        let softens = if case.bonds.is_some() && random.happens(0.7) { softening(random, case) } else { "" };
         format!(
-            ", variation = {{ temperature = [280, 350], specific_heat = [1, 2], conductivity = [1, 0.5]{expands} }}"
+            ", variation = {{ temperature = [280, 350], specific_heat = [1, 2], conductivity = [1, 0.5]{expands}{softens} }}"
         )
     } else {
         String::new()
     };
+    let variation_softens = variation.contains("stiffness");
     let thermal = format!(
         "thermal = {{ specific_heat = {SPECIFIC_HEAT:?}, conductivity = {conductivity:?}, expansion = {expansion:?}{variation} }}\n"
     );
@@ -44,7 +60,7 @@ pub fn add(random: &mut Random, case: &mut Case) {
     if case.bonds.is_some() && random.happens(0.3) {
         keys += "crack_resistance = 1e-4\n";
     }
-    if random.happens(0.1) {
+    if !variation_softens && random.happens(0.1) {
         keys += "motion = false\n";
         case.gravity = Vec3::zeros();
     } else if random.happens(0.3) {

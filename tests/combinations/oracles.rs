@@ -130,7 +130,8 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
         + prescribed(run)
         + largest(|r| r.boundary_work).max(ledger.boundary_work.get().abs())
         + largest(|r| r.external_work).max(ledger.external_work.get().abs())
-        + largest(|r| r.expansion_work).max(ledger.expansion_work.get().abs());
+        + largest(|r| r.expansion_work).max(ledger.expansion_work.get().abs())
+        + largest(|r| r.stiffness_work).max(ledger.stiffness_work.get().abs());
     // YADE's measures do not close the ledger (docs/book/theory/kinematics.md): what they create is available, too.
     let yade = case.kinematics.starts_with("yade");
     // A run that ends is not judged at its last record, which may come many steps after the one before.

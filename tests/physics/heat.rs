@@ -410,7 +410,7 @@ fn a_heated_periodic_cell_repeats() {
         name = "concrete"
         density = 2400
         cpm = { young = "25 GPa", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = "3 MPa", friction_coefficient = 0.8 }
-        thermal = { specific_heat = 900, conductivity = 1.5, expansion = "1e-5 1/K" }
+        thermal = { specific_heat = 900, conductivity = 1.5, expansion = "1e-5 1/K", variation = { temperature = [293, 320], stiffness = [1, 0.6], strength = [1, 0.4] } }
         [bonds]
         law = "cpm"
         interaction_ratio = 1.2

@@ -16,6 +16,7 @@ mod lattices;
 mod periodic_walls;
 mod rest;
 mod scaling;
+mod softening;
 mod statics;
 mod time_step;
 mod yade_trajectory;

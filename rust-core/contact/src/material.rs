@@ -40,7 +40,7 @@ pub struct Thermal {
     pub variation: Option<ThermalVariation>,
 }
 
-/// Factors on the thermal constants at given temperatures: linear in between, constant below the first and above the last temperature.
+/// Factors on the constants of a material at given temperatures: linear in between, constant below the first and above the last temperature.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ThermalVariation {
@@ -52,6 +52,11 @@ pub struct ThermalVariation {
     pub conductivity: Option<Vec<Number>>,
     /// Factors on the thermal expansion, `d(strain)/dT`; default: 1.
     pub expansion: Option<Vec<Number>>,
+    /// Factors on the stiffness of bonds, and of contacts between particles; default: 1. A bond has the mean of its two particles.
+    pub stiffness: Option<Vec<Number>>,
+    /// Factors on the strength of bonds: on all stresses or forces at which they fail or slip; default: 1. A bond has the mean of its
+    /// two particles.
+    pub strength: Option<Vec<Number>>,
 }
 
 /// Title of the table of a law, for the schema.

@@ -97,6 +97,7 @@ pub fn stiffest(state: &State, model: &Model) -> Option<Collision> {
                 let Some(row) = model.contact_rows.get(a.material, b.material) else { continue };
                 let geometry = geometry(a, b);
                 let (stiffness, overlap) = block.impact(row, &geometry, speeds.particles);
+                let stiffness = stiffness.times(block.largest_factor(a.material, b.material));
                 take(collision([a, b], &stiffness, [a.radius, b.radius], speeds.particles, overlap));
             }
         }

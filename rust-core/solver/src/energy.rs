@@ -70,6 +70,8 @@ pub struct Ledger {
     pub deformation_other: Sum,
     /// Work of the thermal expansion of bonds.
     pub expansion_work: Sum,
+    /// Work of the change of stiffness with the temperature.
+    pub stiffness_work: Sum,
     /// Work of the thermal expansion over the half step after the present instant.
     pending_expansion: f64,
     /// Numerical damping, boundary work, and external work over the half step after the present instant.
@@ -122,6 +124,13 @@ impl Ledger {
         self.pending[1] += work;
     }
 
+    /// Book the work of the change of stiffness since the last step, J. Call it before [`Self::book`].
+    pub fn book_stiffness(&mut self, work: f64) {
+        if self.started {
+            self.stiffness_work.add(work);
+        }
+    }
+
     /// Energy stored in contacts, J.
     pub fn stored_total(&self) -> f64 {
         self.stored.iter().sum()
@@ -135,6 +144,7 @@ impl Ledger {
             self.boundary_work.get(),
             self.external_work.get(),
             self.expansion_work.get(),
+            self.stiffness_work.get(),
             -self.kinetic,
             -self.stored[0],
             -self.stored[1],

@@ -35,6 +35,8 @@ pub struct StepReport {
     pub evaluations: u32,
     /// Work of the thermal expansion of bonds over the half steps before and after the present instant, J.
     pub expansion: [f64; 2],
+    /// Work of the change of stiffness with the temperature, J.
+    pub stiffness_work: f64,
     /// Energy that contacts dissipated by damage, friction, and dashpots, J, if it becomes heat; at walls, twice the same particle.
     pub dissipated: Vec<(Pair, f64)>,
     /// Sums over deformable particles.

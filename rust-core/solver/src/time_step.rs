@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use crate::coupling::{Convergence, Coupling};
 use crate::integrate::Damping;
 use crate::lanczos;
-use crate::state::contacts::{ContactFlags, Contacts};
+use crate::state::contacts::{ContactFlags, Contacts, Pair};
 use crate::state::{Cell, Particles, State};
 use concordem_contact::kinematics::deformable::{Deformable, Update};
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
@@ -120,12 +120,16 @@ fn elements(state: &State) -> Vec<Element> {
 
 /// Largest stiffness of contact `k`, whose particles overlap by `overlap` now (m).
 fn stiffness(block: &dyn Contacts, k: usize, particles: &Particles, with_wall: bool, overlap: f64) -> Stiffness {
-    let stiffness = block.stiffness(k, particles, with_wall);
+    // Contacts with walls have no factors.
+    let Pair { a, b } = block.view(k).pair;
+    let b = if with_wall { a } else { b };
+    let factor = block.largest_factor(particles.material[a as usize], particles.material[b as usize]);
+    let stiffness = block.stiffness(k, particles, with_wall).times(factor);
     let unbonded = !block.view(k).flags.has(ContactFlags::BONDED);
     if !unbonded || overlap <= 0.0 {
         return stiffness;
     }
-    let now = block.stiffness_at(k, particles, with_wall, overlap);
+    let now = block.stiffness_at(k, particles, with_wall, overlap).times(factor);
     if now.normal > stiffness.normal { now } else { stiffness }
 }
 

@@ -32,7 +32,7 @@ const TERMS: [Term; 6] = [
 ];
 
 /// Series of the work done on the specimen.
-const WORK: [&str; 3] = ["boundary_work", "external_work", "expansion_work"];
+const WORK: [&str; 4] = ["boundary_work", "external_work", "expansion_work", "stiffness_work"];
 
 /// Sum of the given series that exist, sample by sample; `None` if none exists.
 fn sum_of(file: &ResultFile, series: &[&str]) -> Result<Option<Vec<f64>>, OutputError> {

@@ -12,7 +12,7 @@
 //! They are exact for rigid motions of any size and do not depend on the step, so all motion measures share them. Their
 //! derivatives, which make forces conservative, are [`EndRotations::end_moment`] and [`EndRotations::twist_axis`].
 
-use super::{ContactInput, Kinematics, MotionMeasure, PointKinematics, Transport, WallInput};
+use super::{ContactInput, Kinematics, MotionMeasure, PointKinematics, Transport, WallInput, torques};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
@@ -429,6 +429,12 @@ impl Kinematics for FrameKinematics {
     #[inline(always)]
     fn point(&self) -> &PointKinematics {
         &self.point
+    }
+    fn bond_work(&self, force: &Vec3, moment: &Vec3) -> f64 {
+        let PointKinematics { normal, elongation, elongation_old, arm_a, arm_b, .. } = &self.point;
+        let [torque_a, torque_b] = torques(normal, force, [*arm_a, *arm_b]);
+        let expansion = normal.dot(&self.displacement) - (elongation - elongation_old);
+        self.work(force, &(torque_a + moment), &(torque_b - moment)) - force.dot(normal) * expansion
     }
     fn with_surface_displacement(&self, now: f64, before: f64) -> Self {
         Self { point: self.point.with_surface_displacement(now, before), ..*self }

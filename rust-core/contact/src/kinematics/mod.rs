@@ -57,6 +57,13 @@ pub trait Kinematics: Copy + Send + Sync {
     /// The motion as that of a point contact: normal, length, arms.
     fn point(&self) -> &PointKinematics;
 
+    /// Work of constant forces on the bond in the step, J: `force` (N) and `moment` (N·m, about the contact point) act on A, the
+    /// opposite ones on B. The part along the normal is that of the elongation, without thermal expansion.
+    fn bond_work(&self, force: &Vec3, moment: &Vec3) -> f64 {
+        let (point, _) = (self.point(), moment);
+        force.dot(&point.normal) * (point.elongation - point.elongation_old) + force.dot(&point.shear_increment)
+    }
+
     /// The same motion between particles that deform; see [`PointKinematics::with_surface_displacement`].
     #[must_use]
     fn with_surface_displacement(&self, now: f64, before: f64) -> Self;
@@ -170,7 +177,6 @@ impl Kinematics for PointKinematics {
         self
     }
 
-    #[inline(always)]
     fn with_surface_displacement(&self, now: f64, before: f64) -> Self {
         PointKinematics::with_surface_displacement(*self, now, before)
     }

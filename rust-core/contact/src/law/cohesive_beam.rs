@@ -37,7 +37,7 @@ use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 use super::batch::{Batch, BatchResult, evaluate_each, evaluate_one};
 use super::common::{ParameterError, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::bond_frame::across;
 use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
@@ -344,6 +344,11 @@ impl ContactLaw for CohesiveBeam {
     type State = CohesiveBeamState;
     type Kinematics = FrameKinematics;
     const NAME: &'static str = "cohesive_beam";
+    const VARIES: bool = true;
+
+    fn at_temperature(&self, factors: &TemperatureFactors) -> Self {
+        Self { young: self.young * factors.stiffness, strength: self.strength * factors.strength, ..*self }
+    }
 
     #[inline(always)]
     fn respond(&self, kinematics: &FrameKinematics, old: &CohesiveBeamState, _dt: f64) -> Response<CohesiveBeamState> {
@@ -539,6 +544,13 @@ impl LawTable for CohesiveBeamTable {
 
     fn modulus(&self) -> Option<f64> {
         Some(self.young.si())
+    }
+
+    fn fault_of_variation(&self) -> Option<Fault> {
+        self.hydrostatic_strength?;
+        let help = "remove the factors, or use `tensile_strength` in place of this key";
+        let message = "the failure of particles knows no stiffness or strength that depends on the temperature";
+        Some(Fault::conflict("hydrostatic_strength", message, help))
     }
 
     fn hydrostatic_strength(&self) -> Option<f64> {

@@ -5,6 +5,8 @@ use super::state::LawState;
 use crate::columns::Columns;
 use crate::geometry::{ContactGeometry, Reference, contact_area};
 use crate::kinematics::{Kinematics, MotionMeasure, PointKinematics};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::Vec3;
 
 /// A contact law: parameters of a pair of materials, and the response of a contact to its motion.
@@ -29,6 +31,10 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// Whether the stiffness grows with the overlap, so that [`Self::stiffness`] bounds it up to some overlap only.
     const STIFFENS: bool = false;
 
+    /// Whether stiffness and strength may depend on the temperature ([`Self::at_temperature`]). The solver then needs elastic forces
+    /// and stored energies that are proportional to the stiffness at any given history.
+    const VARIES: bool = false;
+
     /// Response of a contact to the motion of one step of `dt` seconds, which ended in the state `kinematics`.
     ///
     /// `old` is the history before the step, in the world axes of that time. The law rotates its vectors to the present with
@@ -40,6 +46,37 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     #[inline(always)]
     fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         evaluate_batch(mode, count, dt, batch, columns);
+    }
+
+    /// The law at a temperature at which its stiffnesses and strengths have these factors.
+    fn at_temperature(&self, factors: &TemperatureFactors) -> Self {
+        let _ = factors;
+        *self
+    }
+
+    /// A history as [`Self::at_temperature`] reads it. Histories are stored for factors of 1; most are the same for all.
+    fn history_at(state: &Self::State, factors: &TemperatureFactors) -> Self::State {
+        let _ = factors;
+        *state
+    }
+
+    /// The history to store from that which [`Self::at_temperature`] returned. `old`: stored before the step.
+    fn history_from(state: &Self::State, old: &Self::State, factors: &TemperatureFactors) -> Self::State {
+        let _ = (old, factors);
+        *state
+    }
+
+    /// [`Self::respond`] at a temperature with these factors.
+    fn respond_at(
+        &self,
+        factors: &TemperatureFactors,
+        kinematics: &Self::Kinematics,
+        old: &Self::State,
+        dt: f64,
+    ) -> Response<Self::State> {
+        let read = Self::history_at(old, factors);
+        let response = self.at_temperature(factors).respond(kinematics, &read, dt);
+        Response { state: Self::history_from(&response.state, old, factors), ..response }
     }
 
     /// Upper bounds of the contact's stiffness, for the time step.
@@ -139,6 +176,15 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     }
 }
 
+/// Factors on the constants of a law at a temperature, 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TemperatureFactors {
+    /// On all stiffnesses.
+    pub stiffness: f64,
+    /// On all stresses or forces at which a bond fails or slips.
+    pub strength: f64,
+}
+
 /// Upper bounds of a contact's stiffness and damping, for the time step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stiffness {
@@ -154,6 +200,22 @@ pub struct Stiffness {
     pub normal_damping: f64,
     /// Tangential dashpot, N·s/m.
     pub shear_damping: f64,
+}
+
+impl Stiffness {
+    /// With a factor on the stiffnesses. Dashpots follow `√k`.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        let root = factor.sqrt();
+        Self {
+            normal: self.normal * factor,
+            shear: self.shear * factor,
+            bending: self.bending * factor,
+            twist: self.twist * factor,
+            normal_damping: self.normal_damping * root,
+            shear_damping: self.shear_damping * root,
+        }
+    }
 }
 
 /// Response of a law to the motion of one step.

@@ -17,7 +17,7 @@
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};
 use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
@@ -149,6 +149,20 @@ impl ContactLaw for Frictional {
     type Kinematics = PointKinematics;
     const NAME: &'static str = "frictional";
     const DEFORMS: bool = true;
+    const VARIES: bool = true;
+
+    fn at_temperature(&self, factors: &TemperatureFactors) -> Self {
+        let factor = factors.stiffness;
+        let stiffness = match self.stiffness {
+            ContactStiffness::Given { normal, shear } => {
+                ContactStiffness::Given { normal: normal * factor, shear: shear * factor }
+            }
+            ContactStiffness::Moduli { young_a, young_b, ratio } => {
+                ContactStiffness::Moduli { young_a: young_a * factor, young_b: young_b * factor, ratio }
+            }
+        };
+        Self { stiffness, ..*self }
+    }
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &FrictionalState, dt: f64) -> Response<FrictionalState> {
@@ -294,6 +308,10 @@ impl LawTable for FrictionalTable {
 
     fn modulus(&self) -> Option<f64> {
         self.young.map(Stress::si)
+    }
+
+    fn fault_of_variation(&self) -> Option<Fault> {
+        None
     }
 
     fn fault_in_plane(&self) -> Option<Fault> {

@@ -20,7 +20,7 @@
 
 use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
 use super::common::{ParameterError, reciprocal_of_step, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::FiniteInput;
@@ -327,6 +327,17 @@ impl ContactLaw for LinearBond {
     const NAME: &'static str = "linear_bond";
     const DEFORMS: bool = true;
     const READS_OLD_ELONGATION: bool = false;
+    const VARIES: bool = true;
+
+    fn at_temperature(&self, factors: &TemperatureFactors) -> Self {
+        Self {
+            normal_stiffness: self.normal_stiffness * factors.stiffness,
+            shear_stiffness: self.shear_stiffness * factors.stiffness,
+            normal_strength: self.normal_strength * factors.strength,
+            shear_strength: self.shear_strength * factors.strength,
+            ..*self
+        }
+    }
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &LinearBondState, dt: f64) -> Response<LinearBondState> {
@@ -489,6 +500,10 @@ impl LawTable for LinearBondTable {
             ("subtract_initial_gap", !self.subtract_initial_gap),
         ];
         keys.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect()
+    }
+
+    fn fault_of_variation(&self) -> Option<Fault> {
+        None
     }
 
     fn fault_in_plane(&self) -> Option<Fault> {

@@ -34,7 +34,7 @@ pub use crate::kinematics::Kinematics;
 pub use batch::{Batch, BatchResult};
 pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, Section};
 pub use common::ParameterError;
-pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness};
+pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};
 pub use cpm::{CpmParameters, CpmState};
 #[cfg(feature = "std")]
 pub use factors::Factors;

@@ -76,6 +76,12 @@ pub trait LawTable: Debug + Send + Sync {
         Some(Fault::conflict("", "a law of spheres, which has no meaning between discs of unit depth", help))
     }
 
+    /// Why stiffness and strength cannot depend on the temperature; `None` if they can.
+    fn fault_of_variation(&self) -> Option<Fault> {
+        let help = "remove the factors of stiffness and strength from `thermal.variation`, or use another law";
+        Some(Fault::conflict("", "the constants of this law cannot depend on the temperature", help))
+    }
+
     /// A key that must have the same value in all tables of a run, and its value.
     fn uniform_key(&self) -> Option<(&'static str, String)> {
         None

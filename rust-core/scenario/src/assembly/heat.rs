@@ -14,8 +14,9 @@ use concordem_solver::heat::network::{self, Exposure, Network, Plane};
 use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{
     Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange, ThermalMaterial,
-    capacities, expansion,
+    WallExchange, capacities, expansion,
 };
+use concordem_solver::{Model, Solver};
 use concordem_solver::state::{Particles, State};
 
 /// Sides of the prism around a cylinder. Its cross-section is 0.3 % larger than the circle.
@@ -35,7 +36,7 @@ const REACH: f64 = 3.0;
 pub(super) fn build(
     scenario: &Scenario,
     state: &mut State,
-    heat_model: &mut Option<HeatModel>,
+    whole: &mut Model,
 ) -> Result<Option<HeatHistories>, AssemblyError> {
     let Some(heat) = &scenario.heat else { return Ok(None) };
     let materials: Vec<ThermalMaterial> = scenario.materials.iter().map(thermal).collect();
@@ -78,7 +79,12 @@ pub(super) fn build(
     }
     let mut started = model.start(temperatures);
     if heat.steady {
-        let mut pass = HeatPass::new(&model, state);
+        // A solver finds the particles that touch walls.
+        let mut probe = state.clone();
+        if !model.supply.walls.is_empty() {
+            Solver::new(whole.clone(), &mut probe).map_err(|error| unfit("heat.steady", error.to_string()))?;
+        }
+        let mut pass = HeatPass::new(&model, &probe);
         pass.factors = histories.factors(0.0, 0.0);
         to_steady_state(&model, &state.particles, &mut pass, &mut started)
             .map_err(|error| unfit("heat.steady", error.to_string()))?;
@@ -87,7 +93,13 @@ pub(super) fn build(
     if model.mechanics && model.expands() {
         expansion::start(&model, state);
     }
-    *heat_model = Some(model);
+    if model.mechanics {
+        let factors = model.largest_stiffness_factors();
+        for block in state.bonds.iter_mut().chain(&mut state.contacts) {
+            block.contacts_mut().set_largest_factor(&factors);
+        }
+    }
+    whole.heat = Some(model);
     Ok(Some(histories))
 }
 
@@ -122,6 +134,8 @@ fn curves(material: &crate::schema::Material) -> MaterialCurves {
             specific_heat: of(&variation.specific_heat),
             conductivity: of(&variation.conductivity),
             expansion: of(&variation.expansion),
+            stiffness: of(&variation.stiffness),
+            strength: of(&variation.strength),
         }
     })
 }
@@ -214,7 +228,12 @@ fn supply(
         histories.sources.push(of(&source.history));
     }
     for (at, boundary) in heat.boundaries.iter().enumerate() {
-        if let (Some(set), None, Some(temperature)) = (&boundary.set, &boundary.face, boundary.temperature) {
+        let wall = boundary.wall.as_ref();
+        if let Some(wall) = wall.and_then(|wall| scenario.wall_names().iter().position(|name| name == wall)) {
+            let planar = scenario.dimension == 2;
+            supply.walls.push(WallExchange { wall, exchange: exchange(boundary), planar });
+            histories.walls.push(of(&boundary.history));
+        } else if let (Some(set), None, Some(temperature)) = (&boundary.set, &boundary.face, boundary.temperature) {
             let particles: Vec<u32> = members(scenario, &state.particles, set).iter().map(|&p| p as u32).collect();
             // A later temperature overrides an earlier one.
             for earlier in &mut supply.held {

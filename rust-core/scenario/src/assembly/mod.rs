@@ -210,7 +210,7 @@ pub fn assemble_with(
     let mut schedule = schedule(scenario, placed, bonded.interaction_ratio, &mut state)?;
     overlaps::refuse_walls(scenario, &state)?;
     warnings.extend(overlaps::of_particles(scenario, &state)?);
-    let heat = heat::build(scenario, &mut state, &mut model.heat)?;
+    let heat = heat::build(scenario, &mut state, &mut model)?;
     progress("time step", 0.0);
     let step = time_step::choose(scenario, &model, &state)?;
     state.clock.dt = step.dt;

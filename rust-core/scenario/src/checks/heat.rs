@@ -2,9 +2,11 @@
 
 use super::Checker;
 use super::structure::wording::listing;
-use crate::schema::{Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatSource, Loading, Packing, ProblemKind, Shape};
-use concordem_contact::law::LawName;
-use concordem_contact::quantity::Quantity;
+use crate::schema::{
+    Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatSource, Loading, Material, Packing, ProblemKind, Shape,
+};
+use concordem_contact::law::{Factors, LawName};
+use concordem_contact::quantity::{Number, Quantity};
 
 impl crate::schema::Scenario {
     /// Names of the faces of the body, by number; a periodic packing has none.
@@ -67,9 +69,12 @@ impl Checker<'_> {
                 ("specific_heat", &variation.specific_heat),
                 ("conductivity", &variation.conductivity),
                 ("expansion", &variation.expansion),
+                ("stiffness", &variation.stiffness),
+                ("strength", &variation.strength),
             ];
             if columns.iter().all(|(_, factors)| factors.is_none()) {
-                let help = "add `specific_heat`, `conductivity`, or `expansion` with a factor for each temperature";
+                let help = "add `specific_heat`, `conductivity`, `expansion`, `stiffness`, or `strength` with a factor for each \
+                            temperature";
                 self.missing(&key, "has no factors", help);
             }
             for (name, factors) in columns {
@@ -87,7 +92,46 @@ impl Checker<'_> {
                         "give `expansion`, or remove the key",
                     );
                 }
+                if matches!(name, "stiffness" | "strength") {
+                    self.softening(&key, material, name == "strength");
+                }
             }
+        }
+    }
+
+    /// Factors on the stiffness or the strength of a material: laws that take them, and an effect.
+    fn softening(&mut self, key: &str, material: &Material, of_strength: bool) {
+        let scenario = self.scenario;
+        if scenario.heat.as_ref().is_some_and(|heat| !heat.motion) {
+            self.conflict(key, "has no effect: with heat.motion = false nothing moves", "remove one of the two");
+            return;
+        }
+        if let Some(at) = scenario.materials.iter().position(|material| material.deformable.is_some()) {
+            let message = format!("not with deformable particles (material[{at}].deformable)");
+            self.conflict(key, message, "remove one of the two");
+            return;
+        }
+        let bonds = scenario.bonds.as_ref().map(|bonds| bonds.law);
+        let contacts = scenario.contacts.law.law();
+        if of_strength && bonds.is_none() {
+            self.conflict(key, "has no effect: only bonds have a strength", "add [bonds], or remove the key");
+            return;
+        }
+        if bonds.is_none() && contacts.is_none() {
+            let help = "add [bonds], name a law in [contacts], or remove the key";
+            self.conflict(key, "has no effect: particles exert no forces", help);
+            return;
+        }
+        for law in bonds.into_iter().chain(contacts.filter(|_| !of_strength)) {
+            let Some(table) = material.table_of(law) else { continue };
+            let Some(fault) = table.fault_of_variation() else { continue };
+            let path = if fault.key.is_empty() { law.key().to_owned() } else { format!("{}.{}", law.key(), fault.key) };
+            self.conflict(key, format!("`{path}`: {}", fault.message), fault.help);
+        }
+        let factors = Factors { strength: Number::new(0.5), ..Factors::default() };
+        let fault = bonds.filter(|_| of_strength).and_then(|law| material.fault_of_factors(law, &factors));
+        if let Some(fault) = fault {
+            self.conflict(key, format!("has no effect: {}", fault.message), fault.help);
         }
     }
 
@@ -217,6 +261,30 @@ impl Checker<'_> {
         }
     }
 
+    /// Heat through the contacts with a wall.
+    fn heat_wall(&mut self, key: &str, wall: &str, boundary: &HeatBoundary) {
+        let scenario = self.scenario;
+        let names = scenario.wall_names();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        self.known(&format!("{key}.wall"), "wall", wall, &names);
+        for (other, given) in [("face", boundary.face.is_some()), ("set", boundary.set.is_some())] {
+            if given {
+                let message = "not with `wall`, whose heat flows into the particles that touch it";
+                self.conflict(&format!("{key}.{other}"), message, "remove one of the two");
+            }
+        }
+        for (other, given) in [("flux", boundary.flux.is_some()), ("radiation", boundary.radiation.is_some())] {
+            if given {
+                let help = "give `temperature`, or `convection` with the coefficient of the contact";
+                self.conflict(&format!("{key}.{other}"), "not with `wall`: contacts conduct", help);
+            }
+        }
+        if scenario.contacts.law.law().is_none() {
+            let help = "name a law in [contacts], or use `face`";
+            self.conflict(&format!("{key}.wall"), "has no effect: without a law in [contacts] no particle touches a wall", help);
+        }
+    }
+
     fn heat_boundary(&mut self, key: &str, boundary: &HeatBoundary) {
         let scenario = self.scenario;
         if let Some(set) = &boundary.set {
@@ -232,9 +300,12 @@ impl Checker<'_> {
             let message = "needs exactly one of `temperature`, `flux`, `convection`, and `radiation`";
             self.conflict(key, message, "give one of them; write a [[heat.boundary]] for each");
         }
+        if let Some(wall) = &boundary.wall {
+            self.heat_wall(key, wall, boundary);
+        }
         let faces = scenario.heat_faces();
         let on_particles = boundary.set.is_some() && boundary.face.is_none() && boundary.temperature.is_some();
-        if faces.is_empty() && !on_particles {
+        if faces.is_empty() && !on_particles && boundary.wall.is_none() {
             let help = "give `set` with `temperature`, or use a packing that is not periodic";
             self.conflict(key, "a periodic packing has no surface", help);
         } else if let Some(face) = &boundary.face

@@ -74,6 +74,8 @@ series! {
     external_work: "J",
     /// Work of the thermal expansion of bonds
     expansion_work: "J",
+    /// Work of the change of stiffness with the temperature
+    stiffness_work: "J",
     /// Residual of the energy balance
     residual: "J",
     /// Mean temperature, weighted by heat capacity; 0 without heat conduction

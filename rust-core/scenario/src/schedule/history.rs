@@ -273,6 +273,8 @@ pub struct HeatHistories {
     pub sources: Vec<Option<History>>,
     /// Of the surfaces.
     pub surfaces: Vec<Option<History>>,
+    /// Of the walls.
+    pub walls: Vec<Option<History>>,
     /// Of the prescribed temperatures.
     pub held: Vec<Option<History>>,
 }
@@ -288,6 +290,7 @@ impl HeatHistories {
         Factors {
             sources: at(&self.sources, time + 0.5 * dt),
             surfaces: at(&self.surfaces, time + 0.5 * dt),
+            walls: at(&self.walls, time + 0.5 * dt),
             held: at(&self.held, time + dt),
         }
     }

@@ -492,6 +492,7 @@ impl Simulation {
             boundary_work: ledger.boundary_work.get(),
             external_work: ledger.external_work.get(),
             expansion_work: ledger.expansion_work.get(),
+            stiffness_work: ledger.stiffness_work.get(),
             residual: ledger.residual(),
             mean_temperature,
             heat_sources,

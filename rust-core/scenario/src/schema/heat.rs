@@ -153,6 +153,10 @@ pub struct HeatBoundary {
     pub face: Option<String>,
     /// Name of a set: only its particles. With `temperature` and without `face`, the particles themselves have this temperature.
     pub set: Option<String>,
+    /// Name of a wall: heat flows between the wall and the particles that touch it at the time, through an area of 4 R² each (in
+    /// two dimensions 2 R). With `temperature` it is conducted; with `convection` the coefficient is that of the contact, and the ambient
+    /// temperature that of the wall. Not with `face` or `set`. Example: `wall = "floor"`.
+    pub wall: Option<String>,
     /// Temperature of the surface, K. Example: `temperature = "798 K"`.
     #[schemars(extend("minimum" = 0))]
     pub temperature: Option<Temperature>,

@@ -3,6 +3,7 @@
 use concordem_contact::kinematics::deformable::{Deformable, SurfaceDisplacement};
 use concordem_contact::kinematics::sphere_sphere::Motion;
 use concordem_contact::kinematics::{MotionMeasure, Pose};
+use concordem_contact::law::TemperatureFactors;
 use concordem_contact::math::{Symmetric, Vec3};
 
 use crate::state::{Cell, Constraint, Particles};
@@ -37,6 +38,8 @@ pub struct StepContext<'a> {
     pub dashpots_strain: bool,
     /// Thermal expansion of bonds, if they expand.
     pub expansion: Option<ExpansionRates<'a>>,
+    /// Stiffness and strength at the temperatures of the particles, if they depend on it.
+    pub softening: Option<Softened<'a>>,
     /// Whether dissipated energy becomes heat, so that each contact lists it.
     pub heats: bool,
     /// Whether the step has just been evaluated, for [`record`](super::record).
@@ -59,6 +62,31 @@ impl ExpansionRates<'_> {
     /// under the axial force `force` (N), over the half steps before and after the present instant, J.
     pub fn work(&self, a: u32, b: u32, rest: f64, force: f64) -> [f64; 2] {
         [self.before, self.after].map(|change| -0.25 * force * rest * (change[a as usize] + change[b as usize]))
+    }
+}
+
+/// Factors on stiffness and strength at the temperatures of the particles.
+#[derive(Clone, Copy)]
+pub struct Softened<'a> {
+    /// On the stiffness, in the last step.
+    pub stiffness_before: &'a [f64],
+    /// On the stiffness.
+    pub stiffness: &'a [f64],
+    /// On the strength.
+    pub strength: &'a [f64],
+}
+
+impl Softened<'_> {
+    /// Factors of the contact of particles `a` and `b`: means of both, each at its temperature.
+    pub fn of(&self, a: u32, b: u32) -> TemperatureFactors {
+        let mean = |of: &[f64]| 0.5 * (of[a as usize] + of[b as usize]);
+        TemperatureFactors { stiffness: mean(self.stiffness), strength: mean(self.strength) }
+    }
+
+    /// Factor on the stiffness in the last step over that now.
+    pub fn past(&self, a: u32, b: u32) -> f64 {
+        let sum = |of: &[f64]| of[a as usize] + of[b as usize];
+        sum(self.stiffness_before) / sum(self.stiffness)
     }
 }
 

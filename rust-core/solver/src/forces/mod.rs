@@ -8,7 +8,8 @@
 //!
 //! * [`context`](StepContext): inputs of a force evaluation besides the contacts;
 //! * `tile_map`: the division of a block of contacts into tiles and halo slots;
-//! * `tile`: the loop over the contacts of a tile; `activate` and `commit` are its first and last stage;
+//! * `tile`: the loop over the contacts of a tile; `activate` and `commit` are its first and last stage; `temperature`: contacts whose
+//!   constants depend on the temperature;
 //! * `block`: the interface of a block to the solver, whatever its law; `laws`: the loops compiled for each law;
 //! * [`walls`]: contacts with walls; [`record`]: forces as operators read them, without a step.
 
@@ -19,12 +20,13 @@ mod context;
 mod laws;
 pub mod record;
 mod tile;
+mod temperature;
 mod tile_map;
 mod totals;
 pub mod walls;
 
 pub use block::{EvaluatedContacts, ParticleSums};
-pub use context::{ExpansionRates, StepContext, motion_of};
+pub use context::{ExpansionRates, Softened, StepContext, motion_of};
 pub use laws::LawLoops;
 pub use tile::{Tile, evaluate_tile, evaluate_tile_in_blocks};
 pub use tile_map::{TileMap, Wrench};

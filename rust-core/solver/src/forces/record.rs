@@ -191,8 +191,11 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
         let (now, before) = context.surface_approach(a, b, &normal, &previous.normal);
         kinematics = kinematics.with_surface_displacement(now, before);
     }
-    let law = &block.rows[flags.row as usize];
-    let Response { force, moment, status, state, .. } = law.respond(&kinematics, &block.history[k], context.dt);
+    let (law, history) = (&block.rows[flags.row as usize], &block.history[k]);
+    let Response { force, moment, status, state, .. } = match &context.softening {
+        Some(softened) => law.respond_at(&softened.of(pair.a, pair.b), &kinematics, history, context.dt),
+        None => law.respond(&kinematics, history, context.dt),
+    };
     match status {
         Status::Broke => return ContactRecord { force: None, damage: [1.0; 2] },
         Status::Opened => return ContactRecord::default(),
@@ -253,7 +256,13 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
         kinematics = kinematics.with_surface_displacement(approach, approach);
     }
     let (law, history) = (&block.rows[flags.row as usize], &block.history[k]);
-    let (force, moment) = law.last_force(&kinematics, history);
+    let (force, moment) = match &context.softening {
+        Some(softened) => {
+            let factors = softened.of(pair.a, pair.b);
+            law.at_temperature(&factors).last_force(&kinematics, &L::history_at(history, &factors))
+        }
+        None => law.last_force(&kinematics, history),
+    };
     let point = kinematics.point();
     let force = ContactForce {
         pair: [pair.a, pair.b],

@@ -70,8 +70,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> 
 #[inline(always)]
 pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Totals {
     let (mode, periodic) = (context.mode, context.cell.is_some());
-    // The loops without a sample compute neither the work of thermal expansion nor the heat of single contacts.
-    let plain = !context.sample && context.expansion.is_none() && !context.heats;
+    // The loops without a sample compute neither the work of thermal expansion nor the heat of single contacts, and know no
+    // temperatures.
+    let plain = !context.sample && context.expansion.is_none() && !context.heats && context.softening.is_none();
     let finite = plain && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
     let yade = plain && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
     let arch = pulp::Arch::new();
@@ -347,6 +348,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 {
     #[inline(always)]
     fn evaluate(&mut self, i: usize, kinematics: &L::Kinematics) {
+        if SAMPLE
+            && L::VARIES
+            && let Some(softened) = self.context.softening
+        {
+            self.evaluate_softened(i, kinematics, &softened);
+            return;
+        }
         let (law, history) = self.law(i);
         if !self.deforms() {
             let response = law.respond(kinematics, history, self.context.dt);

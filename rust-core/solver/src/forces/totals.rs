@@ -48,6 +48,8 @@ pub struct Totals {
     pub moment_squared: f64,
     /// Work of the thermal expansion of bonds over the half steps before and after the present instant, J.
     pub expansion: [f64; 2],
+    /// Work of the change of stiffness with the temperature, J.
+    pub stiffness_work: f64,
     /// Energy that contacts dissipated by damage, friction, and dashpots, in the order of the contacts, J, if it becomes heat.
     pub dissipated: Vec<(Pair, f64)>,
     /// Number of contacts with a force.
@@ -71,6 +73,7 @@ impl Totals {
         self.moment_squared += other.moment_squared;
         self.expansion[0] += other.expansion[0];
         self.expansion[1] += other.expansion[1];
+        self.stiffness_work += other.stiffness_work;
         self.bond_events.extend(other.bond_events);
         self.opened.extend(other.opened);
         self.begun.extend(other.begun);

@@ -100,6 +100,10 @@ pub struct MaterialCurves {
     pub conductivity: Option<Curve>,
     /// Of the thermal expansion: of the slope `dε/dT`.
     pub expansion: Option<Curve>,
+    /// Of the stiffness of bonds and contacts.
+    pub stiffness: Option<Curve>,
+    /// Of the strength of bonds.
+    pub strength: Option<Curve>,
 }
 
 /// Which constants vary with the temperature, by material.
@@ -128,6 +132,23 @@ impl Curves {
     #[inline]
     pub fn expansion(&self, material: u16) -> Option<&Curve> {
         self.materials.get(material as usize)?.expansion.as_ref()
+    }
+
+    /// Curve of the stiffness of a material.
+    #[inline]
+    pub fn stiffness(&self, material: u16) -> Option<&Curve> {
+        self.materials.get(material as usize)?.stiffness.as_ref()
+    }
+
+    /// Curve of the strength of a material.
+    #[inline]
+    pub fn strength(&self, material: u16) -> Option<&Curve> {
+        self.materials.get(material as usize)?.strength.as_ref()
+    }
+
+    /// Whether any stiffness or strength varies.
+    pub fn softens(&self) -> bool {
+        self.materials.iter().any(|curves| curves.stiffness.is_some() || curves.strength.is_some())
     }
 
     /// Whether any conductivity varies.

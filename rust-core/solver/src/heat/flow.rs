@@ -3,7 +3,6 @@
 use concordem_contact::math::Vec3;
 
 use super::pass::HeatPass;
-use super::supply::factor;
 use super::{HeatModel, HeatState};
 use crate::state::{Cell, Particles};
 
@@ -36,16 +35,13 @@ impl HeatPass {
             flows.branch.push(branch);
             flows.flow.push(conductance * (heat.temperature[a] - heat.temperature[b]));
         }
-        for (k, part) in model.supply.surfaces.iter().enumerate() {
-            for exposure in &part.exposures {
-                let p = exposure.particle as usize;
-                let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
-                let factor = factor(&self.factors.surfaces, k);
-                let (inward, _) = part.exchange.flow(exposure, conductivity, heat.temperature[p], factor);
-                flows.pair.push([exposure.particle; 2]);
-                flows.branch.push(exposure.normal * exposure.distance);
-                flows.flow.push(-inward);
-            }
+        for (exposure, exchange, factor) in self.surfaces(model) {
+            let p = exposure.particle as usize;
+            let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
+            let (inward, _) = exchange.flow(exposure, conductivity, heat.temperature[p], factor);
+            flows.pair.push([exposure.particle; 2]);
+            flows.branch.push(exposure.normal * exposure.distance);
+            flows.flow.push(-inward);
         }
         flows
     }

@@ -15,6 +15,8 @@
 //! `ε = α (T − T_ref)` of their particles ([`expansion`]). Every law of bonds reads the reference length, so none knows
 //! of temperatures.
 //!
+//! Stiffness and strength of bonds and contacts may depend on the temperature ([`softening`]).
+//!
 //! Heat capacity, conductivity, and expansion may vary with the temperature ([`curve`]). The temperatures then follow from the heat
 //! that each particle takes up, `∫ C dT`, so heat is conserved as with constants. Conductances have the temperatures of the start of
 //! a step.
@@ -28,13 +30,14 @@ pub mod flow;
 pub mod implicit;
 pub mod network;
 pub mod pass;
+pub mod softening;
 pub mod supply;
 pub mod tables;
 
 pub use curve::{Curve, Curves, MaterialCurves};
 pub use flow::HeatFlows;
 pub use network::{Exposure, Link, Network};
-pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange};
+pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange, WallExchange};
 
 use crate::energy::Sum;
 use crate::state::Particles;
@@ -102,6 +105,27 @@ impl HeatModel {
     pub fn conductivity(&self, material: u16, temperature: f64) -> f64 {
         let constant = self.materials[material as usize].conductivity;
         self.curves.conductivity(material).map_or(constant, |curve| constant * curve.at(temperature))
+    }
+
+    /// Factor on the stiffness of a material at `temperature` (K).
+    #[inline]
+    pub fn stiffness_factor(&self, material: u16, temperature: f64) -> f64 {
+        self.curves.stiffness(material).map_or(1.0, |curve| curve.at(temperature))
+    }
+
+    /// Factor on the strength of a material at `temperature` (K).
+    #[inline]
+    pub fn strength_factor(&self, material: u16, temperature: f64) -> f64 {
+        self.curves.strength(material).map_or(1.0, |curve| curve.at(temperature))
+    }
+
+    /// Largest factor on the stiffness of each material; empty if stiffness and strength are constant.
+    pub fn largest_stiffness_factors(&self) -> Vec<f64> {
+        if !self.curves.softens() {
+            return Vec::new();
+        }
+        let largest = |material: usize| self.curves.stiffness(material as u16).map_or(1.0, |curve| curve.range()[1]);
+        (0..self.materials.len()).map(largest).collect()
     }
 
     /// Largest conductivity of a material, W/(m·K).

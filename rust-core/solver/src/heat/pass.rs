@@ -6,12 +6,13 @@ use concordem_contact::math::Vec3;
 use rayon::prelude::*;
 
 use super::implicit;
-use super::network::Link;
-use super::supply::{Factors, Spread, factor};
+use super::network::{Exposure, Link};
+use super::supply::{Exchange, Factors, Spread, factor};
 use super::{HeatModel, HeatState};
 use crate::SolverError;
 use crate::energy::Sum;
 use crate::forces::TILE;
+use crate::forces::walls::element_table;
 use crate::state::contacts::{BrokenBond, ContactFlags};
 use crate::state::{Particles, State};
 
@@ -34,6 +35,8 @@ pub struct HeatPass {
     parted: HashSet<(u32, u32)>,
     /// Number of broken bonds that are known.
     broken: usize,
+    /// Contacts with walls at present, by [`Supply::walls`](super::Supply::walls).
+    touching: Vec<Vec<Exposure>>,
     /// Present factors of what enters from outside.
     pub factors: Factors,
     /// Heat that flows into each particle at the temperatures of the start of the step, W.
@@ -90,11 +93,60 @@ impl HeatPass {
         let mut pass = Self { start, halves, held, bonded, ..Self::default() };
         pass.cracked = vec![false; links.len()];
         pass.cut(&state.broken);
+        pass.touch(model, state);
         let temperature = state.heat.as_ref().map_or(&[][..], |heat| &heat.temperature);
         pass.conductance = pass.conductances(model, &state.particles, |p, material| {
             model.conductivity(material, temperature.get(p).copied().unwrap_or(model.reference_temperature))
         });
         pass
+    }
+
+    /// Find the particles that touch walls now. Candidates of contacts are those of the neighbor list; which of them touch depends
+    /// on the positions alone.
+    pub fn touch(&mut self, model: &HeatModel, state: &State) {
+        let walls = &model.supply.walls;
+        self.touching.iter_mut().for_each(Vec::clear);
+        self.touching.resize(walls.len(), Vec::new());
+        let Some(block) = state.wall_contacts.as_ref().filter(|_| !walls.is_empty()) else { return };
+        let elements = element_table(&state.walls);
+        // Image of the last contact of each wall.
+        let mut images: Vec<Vec<[i8; 3]>> = vec![Vec::new(); walls.len()];
+        for k in 0..block.len() {
+            let view = block.view(k);
+            let (wall, element) = elements[view.pair.b as usize];
+            let p = view.pair.a as usize;
+            let (center, radius, image) = (&state.particles.position[p], state.particles.radius[p], view.flags.image);
+            for ((exchange, touching), images) in walls.iter().zip(&mut self.touching).zip(&mut images) {
+                if exchange.wall != wall as usize {
+                    continue;
+                }
+                let wall = &state.walls[exchange.wall];
+                let found = wall.closest_point_of_image(element as usize, center, state.cell.as_ref(), image);
+                let Some(closest) = found.filter(|closest| closest.distance < radius) else { continue };
+                // One contact of a particle with each image of a wall.
+                let same = touching.iter().zip(images.iter()).rev().take_while(|(other, _)| other.particle == p as u32);
+                if same.into_iter().all(|(_, other)| *other != image) {
+                    touching.push(exchange.contact(p as u32, radius, closest.normal));
+                    images.push(image);
+                }
+            }
+        }
+    }
+
+    /// All parts of the surface at present, and contacts with walls: with what flows through them, and its factor.
+    pub(super) fn surfaces<'a>(
+        &'a self,
+        model: &'a HeatModel,
+    ) -> impl Iterator<Item = (&'a Exposure, &'a Exchange, f64)> {
+        let parts = model.supply.surfaces.iter().enumerate().flat_map(|(k, part)| {
+            let factor = factor(&self.factors.surfaces, k);
+            part.exposures.iter().map(move |exposure| (exposure, &part.exchange, factor))
+        });
+        let walls = model.supply.walls.iter().zip(&self.touching).enumerate().flat_map(|(k, (wall, touching))| {
+            let factor = factor(&self.factors.walls, k);
+            touching.iter().map(move |exposure| (exposure, &wall.exchange, factor))
+        });
+        parts.chain(walls)
     }
 
     /// Put the resistance of cracks in series with the links across bonds that have broken since the last call.
@@ -179,6 +231,14 @@ impl HeatPass {
                 let conductivity = model.largest_conductivity(particles.material[p]);
                 let hottest = part.exchange.hottest(heat.temperature[p]);
                 sums[p] += part.exchange.flow(exposure, conductivity, hottest, factor(&self.factors.surfaces, k)).1;
+            }
+        }
+        // Any particle may touch any wall.
+        for (p, sum) in sums.iter_mut().enumerate().filter(|_| !model.supply.walls.is_empty()) {
+            let conductivity = model.largest_conductivity(particles.material[p]);
+            for wall in &model.supply.walls {
+                let contact = wall.contact(p as u32, particles.radius[p], Vec3::zeros());
+                *sum += wall.exchange.flow(&contact, conductivity, heat.temperature[p], 1.0).1;
             }
         }
         let steps = sums.iter().enumerate().zip(&self.held).filter(|(_, held)| !**held);
@@ -313,29 +373,25 @@ impl HeatPass {
 
     /// Add the heat through the surface at the temperatures of the start of the step.
     fn add_surfaces(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState) {
-        for (k, part) in model.supply.surfaces.iter().enumerate() {
-            let factor = factor(&self.factors.surfaces, k);
-            for exposure in &part.exposures {
-                let p = exposure.particle as usize;
-                let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
-                let (flow, slope) = part.exchange.flow(exposure, conductivity, heat.temperature[p], factor);
-                self.rate[p] += flow;
-                self.surface[p] += slope;
-            }
+        let (mut rate, mut surface) = (std::mem::take(&mut self.rate), std::mem::take(&mut self.surface));
+        for (exposure, exchange, factor) in self.surfaces(model) {
+            let p = exposure.particle as usize;
+            let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
+            let (flow, slope) = exchange.flow(exposure, conductivity, heat.temperature[p], factor);
+            rate[p] += flow;
+            surface[p] += slope;
         }
+        (self.rate, self.surface) = (rate, surface);
     }
 
     /// Book the heat through the surface. In an implicit step it follows from the temperatures of its end.
     fn book_surfaces(&self, model: &HeatModel, particles: &Particles, heat: &mut HeatState, dt: f64) {
-        for (k, part) in model.supply.surfaces.iter().enumerate() {
-            let factor = factor(&self.factors.surfaces, k);
-            for exposure in &part.exposures {
-                let p = exposure.particle as usize;
-                let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
-                let (flow, slope) = part.exchange.flow(exposure, conductivity, heat.temperature[p], factor);
-                let change = if model.implicit { self.change[p] } else { 0.0 };
-                heat.ledger.boundary.add((flow - slope * change) * dt);
-            }
+        for (exposure, exchange, factor) in self.surfaces(model) {
+            let p = exposure.particle as usize;
+            let conductivity = model.conductivity(particles.material[p], heat.temperature[p]);
+            let (flow, slope) = exchange.flow(exposure, conductivity, heat.temperature[p], factor);
+            let change = if model.implicit { self.change[p] } else { 0.0 };
+            heat.ledger.boundary.add((flow - slope * change) * dt);
         }
     }
 

@@ -14,6 +14,8 @@ pub struct Supply {
     pub sources: Vec<Source>,
     /// Exchange through the surface.
     pub surfaces: Vec<SurfaceExchange>,
+    /// Exchange through contacts with walls.
+    pub walls: Vec<WallExchange>,
     /// Prescribed temperatures.
     pub held: Vec<Held>,
 }
@@ -50,6 +52,29 @@ pub struct SurfaceExchange {
     pub exposures: Vec<Exposure>,
     /// What flows through them.
     pub exchange: Exchange,
+}
+
+/// Heat through the contacts of particles with a wall, at present: those of particles that touch it.
+///
+/// A contact has the area `4R²` (in the plane `2R`), which is that of a sphere of a square layer on a flat wall, and the distance R from
+/// the center. A particle that touches several triangles of a wall has one contact with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WallExchange {
+    /// Index of the wall.
+    pub wall: usize,
+    /// What flows through each contact.
+    pub exchange: Exchange,
+    /// Whether particles are discs of unit depth.
+    pub planar: bool,
+}
+
+impl WallExchange {
+    /// The contact of a sphere of the given radius (m) with the wall in the direction of a unit vector.
+    pub(super) fn contact(&self, particle: u32, radius: f64, normal: Vec3) -> Exposure {
+        let edge = 2.0 * radius;
+        let area = if self.planar { edge } else { edge * edge };
+        Exposure { particle, face: self.wall as u32, area, distance: radius, normal }
+    }
 }
 
 /// Heat through a surface; positive into the body. Factors multiply the temperature outside, or the flux.
@@ -91,6 +116,8 @@ pub struct Factors {
     pub sources: Vec<f64>,
     /// Of the surfaces.
     pub surfaces: Vec<f64>,
+    /// Of the walls.
+    pub walls: Vec<f64>,
     /// Of the prescribed temperatures, at the end of the step.
     pub held: Vec<f64>,
 }

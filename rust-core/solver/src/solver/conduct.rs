@@ -3,6 +3,7 @@
 use super::Solver;
 use crate::heat::expansion::Expansion;
 use crate::heat::pass::HeatPass;
+use crate::heat::softening::Softening;
 use crate::state::State;
 use crate::state::contacts::Pair;
 use crate::{SolverError, StepReport};
@@ -19,19 +20,28 @@ impl Solver {
         }
         self.heat = Some(HeatPass::new(model, state));
         self.expansion = (model.mechanics && model.expands()).then(Expansion::default);
+        self.softening = self.softening_of(state, false);
+        if self.softening.is_some() && self.model.deformable.is_some() {
+            return Err(SolverError::Heat { problem: "gives stiffnesses of deformable particles no temperature" });
+        }
         Ok(())
     }
 
     /// Compute the change of the temperatures in the step.
     pub(super) fn begin_heat(&mut self, state: &mut State) -> Result<(), SolverError> {
-        let (Some(pass), Some(model), Some(heat)) = (&mut self.heat, &self.model.heat, &mut state.heat) else {
-            return Ok(());
-        };
+        let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) else { return Ok(()) };
+        if !model.supply.walls.is_empty() {
+            pass.touch(model, state);
+        }
+        let Some(heat) = &mut state.heat else { return Ok(()) };
         let clock = &state.clock;
         let (time, dt) = (clock.time() * model.time_factor, clock.dt * model.time_factor);
         pass.begin(model, &state.particles, heat, time, dt)?;
         if let Some(expansion) = &mut self.expansion {
             expansion.begin(model, &state.particles, heat, &pass.increment);
+        }
+        if let Some(softening) = &mut self.softening {
+            softening.begin(model, &state.particles, heat);
         }
         Ok(())
     }
@@ -44,6 +54,22 @@ impl Solver {
         if let Some(expansion) = &mut self.expansion {
             expansion.apply(model, state, true);
         }
+    }
+
+    /// Factors on stiffness and strength at the present temperatures, or with `last` at those of the last step; `None` if they are
+    /// constant.
+    pub(super) fn softening_of(&self, state: &State, last: bool) -> Option<Softening> {
+        let (model, heat) = (self.model.heat.as_ref()?, state.heat.as_ref()?);
+        if !model.mechanics || !model.curves.softens() {
+            return None;
+        }
+        let mut softening = Softening::default();
+        if last {
+            softening.find_last(model, &state.particles, heat);
+        } else {
+            softening.begin(model, &state.particles, heat);
+        }
+        Some(softening)
     }
 
     /// Whether particles do not move.

@@ -8,6 +8,7 @@ use crate::StepReport;
 use crate::deformation::{self, DeformationPass};
 use crate::forces::{ParticleSums, StepContext, TileMap, Totals};
 use crate::heat::expansion::Expansion;
+use crate::heat::softening::Softening;
 use crate::integrate;
 use crate::record::Forces;
 use crate::state::{Constraint, State};
@@ -41,6 +42,7 @@ impl Solver {
             deformable,
             dashpots_strain: deformable.is_some_and(|d| d.dashpots),
             expansion: self.expansion.as_ref().map(Expansion::rates),
+            softening: self.softening.as_ref().map(Softening::factors),
             heats: self.model.heat.as_ref().is_some_and(|heat| heat.dissipation),
             evaluated: false,
             reacting,
@@ -75,6 +77,7 @@ impl Solver {
     /// The forces of [`Solver::record`], with the present neighbor list, or with `evaluated` those of
     /// [`Solver::last_forces`].
     pub(super) fn record_forces(&self, state: &State, evaluated: bool) -> Forces {
+        let softening = self.softening_of(state, evaluated);
         let context = StepContext {
             particles: &state.particles,
             poses: &[],
@@ -90,6 +93,7 @@ impl Solver {
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
             expansion: None,
+            softening: softening.as_ref().map(Softening::factors),
             heats: false,
             evaluated,
             reacting: Constraint::FREE,
@@ -117,6 +121,7 @@ fn add(report: &mut StepReport, totals: &Totals, kind: usize, crossing: &mut Mat
     report.moment_squared += totals.moment_squared;
     report.expansion[0] += totals.expansion[0];
     report.expansion[1] += totals.expansion[1];
+    report.stiffness_work += totals.stiffness_work;
     report.dissipated.extend(&totals.dissipated);
 }
 

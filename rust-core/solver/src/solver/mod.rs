@@ -14,6 +14,7 @@ use crate::forces::{BegunContact, TILE, TileMap};
 use crate::fracture::virial;
 use crate::heat::expansion::Expansion;
 use crate::heat::pass::HeatPass;
+use crate::heat::softening::Softening;
 use crate::heat::supply::Factors;
 use crate::integrate::{self, KickContext, NetForces};
 use crate::neighbor::VerletList;
@@ -49,6 +50,8 @@ pub struct Solver {
     heat: Option<HeatPass>,
     /// Thermal expansion, if bonds expand.
     expansion: Option<Expansion>,
+    /// Stiffness and strength at the temperatures, if they depend on it.
+    softening: Option<Softening>,
     /// Largest particle strain for which the candidates are complete.
     strain_margin: f64,
     /// Change of the cell's velocity gradient at the next kick, 1/s.
@@ -108,6 +111,7 @@ impl Solver {
             pass: DeformationPass::default(),
             heat: None,
             expansion: None,
+            softening: None,
             strain_margin: 0.0,
             gradient_change: None,
             targets: None,
@@ -460,6 +464,7 @@ fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
     report.kick.external[0] += report.deformation.loads;
     work[0] += report.deformation.reactions;
     state.ledger.book_expansion(report.expansion);
+    state.ledger.book_stiffness(report.stiffness_work);
     state.ledger.book(&report.energy, &report.kick, &report.deformation, work);
     state.clock.step += 1;
 }

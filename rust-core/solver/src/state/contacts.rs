@@ -93,6 +93,8 @@ pub struct ContactBlock<L: ContactLaw> {
     pub history: Vec<L::State>,
     /// Reference lengths of the bonds at the reference temperature, m; empty if bonds do not expand.
     pub rest_length: Vec<f64>,
+    /// Largest factor on the stiffness by material, over all temperatures (part of the model); empty if it is constant.
+    pub largest_factor: Vec<f64>,
 }
 
 /// One contact, whatever its law.
@@ -119,6 +121,7 @@ impl<L: ContactLaw> ContactBlock<L> {
             previous: Vec::new(),
             history: Vec::new(),
             rest_length: Vec::new(),
+            largest_factor: Vec::new(),
         }
     }
 
@@ -304,6 +307,10 @@ pub trait Contacts: Send + Sync {
     fn unstrained_length(&self, k: usize, particles: &Particles) -> f64;
     /// Overlap at which a contact of parameter row `row` presses with `force` (N), m; see [`ContactLaw::overlap_under`].
     fn overlap_under(&self, row: u16, geometry: &ContactGeometry, force: f64) -> f64;
+    /// Set the largest factors on the stiffness by material, over all temperatures; empty if it is constant.
+    fn set_largest_factor(&mut self, by_material: &[f64]);
+    /// Largest factor on the stiffness of contacts between two materials.
+    fn largest_factor(&self, a: u16, b: u16) -> f64;
     /// Let the bonds expand: their present reference lengths belong to the reference temperature.
     fn begin_expansion(&mut self);
     /// Give each bond its reference length at the thermal strains `strain` of the particles ([`crate::heat::expansion`]).
@@ -490,6 +497,13 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn overlap_under(&self, row: u16, geometry: &ContactGeometry, force: f64) -> f64 {
         self.rows[row as usize].overlap_under(geometry, force)
+    }
+    fn set_largest_factor(&mut self, by_material: &[f64]) {
+        self.largest_factor = by_material.to_vec();
+    }
+    fn largest_factor(&self, a: u16, b: u16) -> f64 {
+        let of = |material: u16| self.largest_factor.get(material as usize).copied().unwrap_or(1.0);
+        0.5 * (of(a) + of(b))
     }
     fn begin_expansion(&mut self) {
         self.rest_length = self.reference.iter().map(|reference| reference.length).collect();

@@ -143,6 +143,7 @@ impl WriteColumns for State {
         if let Some(heat) = &self.heat {
             write_heat(heat, sink)?;
             sink.column("ledger_expansion", Column::f64(&self.ledger.expansion_reals(), 1, "J"))?;
+            sink.column("ledger_stiffness", Column::f64(&self.ledger.stiffness_work.parts(), 1, "J"))?;
         }
         sink.column("plan", Column::f64(&self.schedule_memory, 1, "see plan"))
     }
@@ -370,6 +371,11 @@ fn read_ledger(source: &mut dyn ColumnSource) -> Result<Ledger, ColumnError> {
     if source.exists(path) {
         let reals = with_length(path, source.f64(path)?, 3)?;
         ledger.set_expansion([reals[0], reals[1], reals[2]]);
+    }
+    let path = "ledger_stiffness";
+    if source.exists(path) {
+        let reals = with_length(path, source.f64(path)?, 2)?;
+        ledger.stiffness_work = Sum::from_parts([reals[0], reals[1]]);
     }
     Ok(ledger)
 }

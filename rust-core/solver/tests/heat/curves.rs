@@ -13,7 +13,12 @@ use super::{PLAIN, cubes, lattice, model, run, scattered, stable_step, temperatu
 /// Factors that rise from 1 at 300 K to `capacity` and `conductivity` at 500 K; the expansion doubles.
 fn rising(particles: &Particles, capacity: f64, conductivity: f64) -> Curves {
     let of = |factor: f64| Some(Curve::new(vec![300.0, 500.0], vec![1.0, factor]));
-    let material = MaterialCurves { specific_heat: of(capacity), conductivity: of(conductivity), expansion: of(2.0) };
+    let material = MaterialCurves {
+        specific_heat: of(capacity),
+        conductivity: of(conductivity),
+        expansion: of(2.0),
+        ..MaterialCurves::default()
+    };
     Curves { materials: vec![material], of: particles.material.clone() }
 }
 

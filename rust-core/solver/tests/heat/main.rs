@@ -4,6 +4,8 @@ mod conduction;
 mod curves;
 mod dissipation;
 mod expansion;
+mod softening;
+mod walls;
 
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;

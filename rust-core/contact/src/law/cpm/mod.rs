@@ -98,7 +98,7 @@ pub use table::CpmTable;
 pub use woo::solve_beta;
 pub use yade::YadeParameters;
 
-use super::{Batch, ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use super::{Batch, ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
 use crate::columns::Columns;
 use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
 #[cfg(not(feature = "std"))]
@@ -372,6 +372,36 @@ impl ContactLaw for Cpm {
     type State = CpmState;
     type Kinematics = PointKinematics;
     const NAME: &'static str = "cpm";
+    const VARIES: bool = true;
+
+    /// The stress at which damage begins is that of the strength, so the strains ε₀ and ε_f have the factor strength/stiffness, and so
+    /// has ε_s.
+    fn at_temperature(&self, factors: &TemperatureFactors) -> Self {
+        let TemperatureFactors { stiffness, strength } = *factors;
+        let strain = strength / stiffness;
+        let mut law = *self;
+        law.parameters.normal_modulus *= stiffness;
+        law.parameters.cohesion *= strength;
+        law.parameters.limit_strain *= strain;
+        law.parameters.soft_strain *= strain;
+        law.shear_modulus *= stiffness;
+        law.inverse_shear_modulus /= stiffness;
+        law.softening_strain *= strain;
+        law.inverse_softening_strain /= strain;
+        law
+    }
+
+    /// ω is a function of κ/ε₀. κ is stored for the ε₀ of factors of 1, so that warming alone changes no damage.
+    fn history_at(state: &CpmState, factors: &TemperatureFactors) -> CpmState {
+        CpmState { kappa: state.kappa * (factors.strength / factors.stiffness), ..*state }
+    }
+
+    fn history_from(state: &CpmState, old: &CpmState, factors: &TemperatureFactors) -> CpmState {
+        // A κ that has not grown keeps its bits.
+        let kept = state.kappa == Self::history_at(old, factors).kappa;
+        let kappa = if kept { old.kappa } else { state.kappa / (factors.strength / factors.stiffness) };
+        CpmState { kappa, ..*state }
+    }
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {

@@ -224,6 +224,17 @@ impl LawTable for CpmTable {
         faults
     }
 
+    fn fault_of_variation(&self) -> Option<Fault> {
+        let help = "remove the factors of stiffness and strength from `thermal.variation`, or this key";
+        let refused = [
+            ("mode", self.mode != CpmFormulation::Thesis),
+            ("isotropic_prestress", self.isotropic_prestress.si() != 0.0),
+            ("damage_time", self.damage_time.is_some()),
+        ];
+        let (key, _) = refused.into_iter().find(|(_, given)| *given)?;
+        Some(Fault::conflict(key, "not with constants that depend on the temperature", help))
+    }
+
     fn uniform_key(&self) -> Option<(&'static str, String)> {
         Some(("mode", format!("{:?}", self.mode)))
     }

@@ -1,0 +1,64 @@
+//! Contacts whose stiffness and strength depend on the temperature.
+//!
+//! **Ledger.** Let `s_o` and `s` be the factors on the stiffness in the last step and in this one. The law sees its history with the
+//! present stiffness only: from this history, with the elastic force `F' = (s/s_o) F_o` and the stored energy `U' = (s/s_o) U_o`, it
+//! balances `½(F' + d_o + F)·Δx = U + D − U'`, with the force `d_o` of the dashpots one step ago, the present force `F`, and all that it
+//! dissipates or books as integration, `D`. The particles did the work of `F_o` and stored `U_o`. So the change of the stiffness has put
+//! in
+//!
+//! `U' − U_o + ½(F' − F_o)·Δx = (1 − s_o/s)(U' + ½F'·Δx) = (1 − s_o/s)[U + D − ½(F + d_o)·Δx]`,
+//!
+//! for a spring `½(k − k_o) u_o u`. The last form needs nothing from the last step but the factor.
+
+use concordem_contact::law::{ContactLaw, Kinematics, Response, Status};
+use concordem_contact::math::Vec3;
+
+use super::Softened;
+use super::tile::{PendingContact, TileEvaluator};
+use crate::state::contacts::{ContactFlags, Pair};
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
+    /// Evaluate contact `i` of the batch, between rigid particles, at the temperatures of its particles.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn evaluate_softened(&mut self, i: usize, kinematics: &L::Kinematics, softened: &Softened<'_>) {
+        let PendingContact { contact, begins, .. } = self.pending[i];
+        let k = contact as usize;
+        let Pair { a, b } = self.tile.pair[k];
+        let law = self.rows[self.tile.flags[k].row as usize];
+        let old = self.tile.history[k];
+        let response = law.respond_at(&softened.of(a, b), kinematics, &old, self.context.dt);
+        // A contact that begins has stored nothing.
+        if !begins && !self.tile.flags[k].has(ContactFlags::NOT_OWNED) {
+            let of_change = 1.0 - softened.past(a, b);
+            if of_change != 0.0 {
+                let normal_before = self.tile.previous[k].normal;
+                self.totals.stiffness_work += of_change * reversible_work::<L>(kinematics, &old, &normal_before, &response);
+            }
+        }
+        self.commit_response(i, kinematics.point(), &response, None);
+    }
+}
+
+/// `U + D − ½(F + d_o)·Δx`, J (see the [module](self)).
+fn reversible_work<L: ContactLaw>(
+    kinematics: &L::Kinematics,
+    old: &L::State,
+    normal_before: &Vec3,
+    response: &Response<L::State>,
+) -> f64 {
+    let point = kinematics.point();
+    let dashpot = L::viscous_force(normal_before, old);
+    let axial = dashpot.dot(normal_before);
+    let across = point.transport.apply(&(dashpot - normal_before * axial));
+    let dashpot = point.normal * axial + across;
+    let ledger = response.energy.dissipated() + response.energy.integration;
+    // A contact that ended stores nothing and has no force, but the response keeps the modes of the released energy.
+    let (stored, force, moment) = match response.status {
+        Status::Lives => (response.energy.stored(), response.force, response.moment),
+        Status::Broke | Status::Opened => Default::default(),
+    };
+    stored + ledger - 0.5 * kinematics.bond_work(&(force + dashpot), &moment)
+}
