@@ -257,7 +257,7 @@ pub(super) fn respond_batch<B: Batch<Cpm>>(
         return;
     }
     let law = *batch.law(0).0;
-    let alike = !B::SAMPLE && (1..count).all(|i| batch.row(i) == batch.row(0));
+    let alike = !B::SAMPLE && batch.alike(count);
     if alike && mode == MotionMeasure::Finite && law.plain {
         thesis_batch(&law, count, dt, batch, columns);
         return;
