@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Instructions per contact and step, counted by valgrind, compared with those on record: a guard against slower steps.
 
-    validation/instructions.py [--full] [--record] [--table]
+    validation/instructions.py [--full] [--record]
 
 Counts do not depend on what else the machine does. Each law runs 1,160 spheres on one thread, twice with different numbers of steps; the
 difference is that of the steps alone. valgrind has no AVX-512, so the count is that of the loops for AVX2. Without `--full`: concrete
-alone. `--record` writes validation/results/instructions.json.
+alone. `--record` writes validation/results/instructions.json and the table in docs/performance.md.
 """
 import argparse
 import json
@@ -22,6 +22,8 @@ from concordem_bench import inputs
 
 SPEED = inputs.ROOT / "target/release/examples/speed"
 RESULTS = inputs.ROOT / "validation/results/instructions.json"
+PAGE = inputs.ROOT / "docs/performance.md"
+BEGIN, END = "<!-- instructions.py: counts -->", "<!-- end of counts -->"
 #: No change may slow a step by more than 2 % without a reason (CONTRIBUTING.md). Counts repeat to 1e-4: threads of the pool look for
 #: work at times that differ.
 TOLERANCE = 0.02
@@ -70,12 +72,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--full", action="store_true", help="all laws")
     parser.add_argument("--record", action="store_true", help="write the counts of all laws to the record")
-    parser.add_argument("--table", action="store_true", help="print the record and nothing else")
     arguments = parser.parse_args()
     known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {"counts": {}, "compiler": None}
-    if arguments.table:
-        print(f"{known['compiler']}\n" + "\n".join(f"{name:36} {count:7.1f}" for name, count in known["counts"].items()))
-        return
     names = list(SCENARIOS) if arguments.full or arguments.record else REDUCED
     counts = {}
     for name in names:
@@ -85,10 +83,21 @@ def main():
         print(f"{name:36} {counts[name]:7.1f} instructions per contact and step{change}", flush=True)
     if arguments.record:
         RESULTS.write_text(json.dumps({"compiler": compiler(), "steps": [FEW, MANY], "counts": counts}, indent=1) + "\n")
+        PAGE.write_text(insert(PAGE.read_text()))
         return
     wrong = problems(counts, known, compiler())
     if wrong:
         sys.exit("instructions.py: " + "\n".join(wrong))
+
+
+def insert(page):
+    """The text of a page with the table of the record between the marks."""
+    record = json.loads(RESULTS.read_text())
+    head, rest = page.split(BEGIN, 1)
+    _, tail = rest.split(END, 1)
+    lines = [f"{record['compiler']}:", "", "| Bonds | Instructions per bond and step |", "|---|---|"]
+    lines += [f"| {name} | {count:.0f} |" for name, count in record["counts"].items()]
+    return "\n".join([head + BEGIN, *lines, END + tail])
 
 
 def problems(counts, known, compiler):
