@@ -6,8 +6,8 @@
 
 Programs run in turn, in alternating order; a ratio is the median over rounds. One thread: processor time, because others may use the
 machine; several threads: wall time, so nothing else should run. Finished cases are kept in target/bench and not repeated for the
-same commit unless `--again`. When all cases are done, writes validation/results/speed.json, the tables in docs/performance.md (between marks), and
-docs/book/images/speed.png. `--quick`: small inputs, target/bench/quick.json only. `--check`: fails if the page does not show the record.
+same commit unless `--again`. After each case, writes validation/results/speed.json, the tables in docs/performance.md (between marks), and
+docs/book/images/speed.png. `--quick`: small inputs, writes target/bench/quick.json only. `--check`: fails if the page does not show the record.
 """
 import argparse
 import json
@@ -66,15 +66,14 @@ def run(arguments):
         record["cases"][name] = found
         record["seconds"] += round(time.monotonic() - began)
         record["load_average"][1] = os.getloadavg()[0]
+        record["cases"] = {name: record["cases"][name] for name in known if name in record["cases"]}
+        record["missing"] = [name for name in known if name not in record["cases"]]
         save(path, record)
-    record["cases"] = {name: record["cases"][name] for name in known if name in record["cases"]}
+        if not arguments.quick:
+            save(RESULTS, record)
+            PAGE.write_text(report.insert(PAGE.read_text(), record))
+            report.plot(record, IMAGE)
     print("\n".join(report.table(record)))
-    if arguments.quick or len(record["cases"]) < len(known):
-        print(f"\nThe record is {path}.")
-        return
-    save(RESULTS, record)
-    PAGE.write_text(report.insert(PAGE.read_text(), record))
-    report.plot(record, IMAGE)
 
 
 def main():

@@ -34,7 +34,8 @@ class Case:
     checks: list[Check] = field(default_factory=list)
 
 
-YADE_FORM = "The same law and kinematics; sums in another order differ by some 1e-16 of a bond force each, and a grip sums thousands."
+YADE_FORM = ("The same law and kinematics, but forces are summed in another order. Coordinates of 5 cm have a rounding of 7e-18 m, elongations are "
+             "3e-9 m: 2e-9 in each force and step, which a hundred steps and a grip of thousands of bonds add up. Measured 2.5e-7 (cube), 1e-10 (prism).")
 CORRECTED = "Other kinematics and the corrected law: the published difference of stiffness is 2.4 %, so 5 % tell a wrong input only."
 
 
@@ -49,7 +50,7 @@ def _cpm(packing, steps, threads):
             "ours, YADE's form": lambda: programs.ours(packing, "cpm-yade", kinematics="yade-ratcheting", **one),
         },
         [Ratio("YADE / ours", ("YADE", "ours"), 12), Ratio("YADE / ours in YADE's form", ("YADE", "ours, YADE's form"), 8)],
-        [Check(("YADE", "ours, YADE's form"), "grip_force", 1e-9, YADE_FORM),
+        [Check(("YADE", "ours, YADE's form"), "grip_force", 2e-6, YADE_FORM),
          Check(("YADE", "ours"), "grip_force", 0.05, CORRECTED)])
 
 
@@ -101,16 +102,17 @@ def _hertz(edge, threads, steps, folder):
 def all_cases(folder, quick):
     """All cases; `quick`: small inputs and few steps, to test the programs and not their speed."""
     packing = inputs.specimen(folder, quick)
-    steps, edges, edge = (100, [10], 10) if quick else (200, [14, 22], 22)
+    # YADE needs minutes for a round of the specimen; its steps scatter by less than the machine.
+    steps, edges, edge = (100, [10], 10) if quick else (100, [14, 22], 22)
     ours = lambda law, **more: lambda: programs.ours(packing, law, steps=steps, **more)
     exact = "Bit for bit: the contract."
     broken = {"rate": 10.0, "ductility": 3, "break_at": 0.97, "steps": 1000, "warmup": 200}
     cases = [
         _cpm(packing, steps, 1),
         _cpm(packing, steps, 2),
-        *[_beams(e, steps, folder) for e in edges],
-        _breaking(1000 if quick else 5000),
-        *[_hertz(edge, threads, 2 * steps, folder) for threads in (1, 2)],
+        *[_beams(e, 2 * steps, folder) for e in edges],
+        _breaking(1000 if quick else 3000),
+        *[_hertz(edge, threads, 4 * steps, folder) for threads in (1, 2)],
         Case("threads", "concrete specimen, one thread over two, by the wall clock",
              {"one": ours("cpm"), "two": ours("cpm", threads=2)},
              [Ratio("one / two threads", ("one", "two"), 1.9, value="wall_ns")],

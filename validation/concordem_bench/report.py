@@ -13,6 +13,7 @@ def table(record):
     lines = [
         f"{record['machine']}; {record['date']}, commit {record['commit'][:12]}; {record['seconds'] / 60:.0f} minutes, load average "
         f"{record['load_average'][0]:.1f} to {record['load_average'][1]:.1f}. Medians of {record['rounds']} rounds.",
+        *([f"Not measured with this commit: {', '.join(record['missing'])}."] if record.get("missing") else []),
         "",
         "| Case | Ratio | Median | Rounds | Goal | Same physics |",
         "|---|---|---|---|---|---|",
