@@ -35,7 +35,7 @@ mathjax3_config = {"options": {"enableMenu": False}}
 copybutton_prompt_text = "$ "
 
 # Pages whose text another folder owns; a branch without that text gets a page that says so.
-INCLUDED = {"reference/glossary": "docs/glossary.md", "reference/limits": "docs/limits.md"}
+INCLUDED = {"reference/glossary": "docs/glossary.md", "reference/limits": "docs/limits.md", "reference/performance": "docs/performance.md"}
 
 
 def _replace_missing(_app, docname, source):

@@ -2,7 +2,7 @@
 """Time per step in LAMMPS with the bond styles concordem/..., relative to `bpm/rotational`.
 
 Both run the same spheres and bonds and check a breakage criterion at every step, which is never met. In the open box on one
-processor, our own solver is also timed (rust-core/app/examples/speed.rs: whole steps, with neighbor search and damping).
+processor, our own solver is also timed (rust-core/app/examples/speed: whole steps, with neighbor search and damping).
 
 Prints the median of several rounds. Rounds alternate between the styles, so that a busy machine slows them equally. On one
 processor the time is CPU time (LAMMPS' "CPU use"); on several it is wall time, because MPICH waits actively. --json FILE writes the
@@ -109,7 +109,7 @@ def own(folder, law, edge, neighbors):
         for k in range(edge**3):
             out.write(" ".join(f"{v * SPACING:.17g}" for v in (k % edge, k // edge % edge, k // edge**2)) + f" {RADIUS}\n")
     command = ["cargo", "run", "--quiet", "--release", "--package", "concordem", "--example", "speed", "--", path,
-               "1.05" if neighbors == 3 else "1.5", str(2 * STEPS), "finite", law]
+               law, "--ratio", "1.05" if neighbors == 3 else "1.5", "--steps", str(2 * STEPS)]
     found = json.loads(subprocess.run(command, cwd=ROOT, env=dict(os.environ, RAYON_NUM_THREADS="1"), check=True, capture_output=True,
                                       text=True).stdout)
     return found["ns_per_bond_step_median"] * found["bonds"] * 1e-9, found["bonds"]
@@ -177,4 +177,5 @@ def main():
                       out, indent=1)
 
 
-main()
+if __name__ == "__main__":
+    main()

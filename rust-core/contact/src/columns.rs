@@ -243,6 +243,12 @@ impl Columns {
         arrays::<O>(&self.output)
     }
 
+    /// The input arrays of a formula that reads `I`, and the output arrays of one that returns `O`.
+    #[inline(always)]
+    pub fn both<I: Item, O: Item>(&mut self) -> (&mut I::Arrays, &O::Arrays) {
+        (arrays_mut::<I>(&mut self.input), arrays::<O>(&self.output))
+    }
+
     /// Apply a formula to all [`BATCH`] items. Unused items are computed too, from whatever the memory contains.
     #[inline(always)]
     pub fn apply<F: Formula>(&mut self, formula: &F) {

@@ -22,8 +22,8 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// The law with the parameters of contact `i`, and the contact's history.
     fn law(&self, i: usize) -> (&L, &L::State);
 
-    /// Number of the pair coefficients of contact `i`: equal numbers mean equal parameters.
-    fn row(&self, i: usize) -> u16;
+    /// Whether the first `count` contacts have equal parameters.
+    fn alike(&self, count: usize) -> bool;
 
     /// Whether contact `i` begins with the energy of a bond that broke before. Its ledger needs the whole motion of the step,
     /// which columns may leave out: the scalar path evaluates it.

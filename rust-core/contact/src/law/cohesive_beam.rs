@@ -394,7 +394,7 @@ impl ContactLaw for CohesiveBeam {
             BeamModel::DualSpring { .. } | BeamModel::Spring => None,
         };
         let default_criterion = beam.bending_term == BendingTerm::MidSection;
-        let alike = (1..count).all(|i| batch.row(i) == batch.row(0));
+        let alike = batch.alike(count);
         let Some(shear_coefficient) = shear_coefficient.filter(|_| default_criterion && alike && !B::SAMPLE) else {
             evaluate_each(mode, count, dt, batch);
             return;

@@ -377,7 +377,7 @@ impl ContactLaw for LinearBond {
         }
         let bond = *batch.law(0).0;
         // `evaluate_batch` covers steps with a sample, for rigid and deformable particles.
-        if mode != MotionMeasure::Finite || B::SAMPLE || (1..count).any(|i| batch.row(i) != batch.row(0)) {
+        if mode != MotionMeasure::Finite || B::SAMPLE || !batch.alike(count) {
             evaluate_batch(mode, count, dt, batch, columns);
             return;
         }

@@ -394,8 +394,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn row(&self, i: usize) -> u16 {
-        self.tile.flags[self.pending[i].contact as usize].row
+    fn alike(&self, count: usize) -> bool {
+        let row = |pending: &PendingContact| self.tile.flags[pending.contact as usize].row;
+        self.rows.len() == 1 || self.pending[..count].iter().all(|pending| row(pending) == row(&self.pending[0]))
     }
 
     #[inline(always)]

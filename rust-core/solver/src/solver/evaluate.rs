@@ -4,6 +4,7 @@ use concordem_contact::kinematics::deformable::{Deformable, ParticleVirials};
 use concordem_contact::math::{Mat3, Vec3};
 
 use super::Solver;
+use super::stages::Stopwatch;
 use crate::StepReport;
 use crate::deformation::{self, DeformationPass};
 use crate::forces::{ParticleSums, StepContext, TileMap, Totals};
@@ -17,6 +18,7 @@ impl Solver {
     /// Evaluate all contacts: net forces and torques, particle virials, and the report's sums; histories advance.
     /// Returns `Σ f⊗image` (N) over contacts across the periodic border.
     pub(super) fn evaluate(&mut self, state: &mut State, sample: bool, report: &mut StepReport) -> Mat3 {
+        let mut watch = Stopwatch::start();
         self.force.fill(Vec3::zeros());
         self.torque.fill(Vec3::zeros());
         self.pass.clear();
@@ -53,6 +55,7 @@ impl Solver {
             report.bond_events.extend(totals.bond_events.iter().map(|event| (k, *event)));
             add(report, &totals, 0, &mut crossing);
         }
+        watch.lap(&mut self.stages.bonds);
         // Unbonded contacts and contacts with walls have no bond events.
         if let Some(block) = &mut state.contacts {
             let totals = block.evaluate(&context, &mut self.contact_map, sums.reborrow());
@@ -65,12 +68,14 @@ impl Solver {
             add(report, &totals, 2, &mut crossing);
             report.begun[1].extend(totals.begun);
         }
+        watch.lap(&mut self.stages.contacts);
         let maps = maps(&self.bond_maps, &self.contact_map, state);
         integrate::gather(&mut self.force, &mut self.torque, &maps);
         // Without iterations, [`DeformationPass::finish`] adds the halo.
         if deformation::iteration(deformable).is_some() {
             self.pass.gather(&maps, &state.particles, reacting);
         }
+        watch.lap(&mut self.stages.gather);
         crossing
     }
 

@@ -4,6 +4,7 @@ mod conduct;
 mod evaluate;
 mod iterate;
 mod rebuild;
+mod stages;
 
 use concordem_contact::kinematics::{MotionMeasure, Pose};
 use concordem_contact::math::{Mat3, Vec3};
@@ -22,6 +23,8 @@ use crate::record::Forces;
 use crate::state::{Cell, Particles, State};
 use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
+pub use stages::StageTimes;
+use stages::Stopwatch;
 
 /// Number of steps between two checks of all contacts whose stiffness grows with the overlap.
 const STIFFNESS_INTERVAL: u64 = 128;
@@ -58,6 +61,7 @@ pub struct Solver {
     gradient_change: Option<Mat3>,
     targets: Option<Vec<(Vec3, Vec3)>>,
     rebuilds: u64,
+    stages: StageTimes,
     /// Particles per tile.
     tile: usize,
     /// Whether each particle belongs to this subdomain, see [`Self::for_subdomain`]; empty: all do.
@@ -116,6 +120,7 @@ impl Solver {
             gradient_change: None,
             targets: None,
             rebuilds: 0,
+            stages: StageTimes::default(),
         };
         for block in &mut state.bonds {
             block.contacts_mut().sort();
@@ -158,6 +163,11 @@ impl Solver {
     /// Number of rebuilds of the neighbor list so far, the first one included.
     pub fn neighbor_rebuilds(&self) -> u64 {
         self.rebuilds
+    }
+
+    /// Time spent in each stage of the steps so far, for measurements. Results do not depend on it.
+    pub fn stage_times(&self) -> &StageTimes {
+        &self.stages
     }
 
     /// Memory of the solver's scratch in bytes.
@@ -238,20 +248,26 @@ impl Solver {
         if self.model.watch_contacts {
             self.check_stiffness(state, &report.begun)?;
         }
+        let mut watch = Stopwatch::start();
         self.kick_and_drift(state, &mut report);
         self.check_meshes(state)?;
+        watch.lap(&mut self.stages.motion);
         let work = self.move_cell_and_walls(state, &crossing);
         book(state, &mut report, work);
         check_finite(state, &report)?;
+        watch.lap(&mut self.stages.booking);
         // Depends only on the step number, so that a resumed run wraps in the same steps.
         let wrapped = state.clock.step.is_multiple_of(wrap::INTERVAL) && self.owned.is_empty() && wrap::wrap(state);
         if wrapped {
             self.rebuild_neighbor_list(state, strain)?;
+            watch.lap(&mut self.stages.neighbors);
         } else if report.bonds_broke() {
             self.free_broken_pairs(state);
+            watch.lap(&mut self.stages.release);
         }
         // What the first evaluation dissipates belongs to the time before.
         self.finish_heat(state, if first { &[] } else { &report.dissipated });
+        watch.lap(&mut self.stages.booking);
         Ok(report)
     }
 
@@ -312,18 +328,23 @@ impl Solver {
         sample: bool,
         report: &mut StepReport,
     ) -> Result<(Mat3, f64), SolverError> {
+        let mut watch = Stopwatch::start();
         let mut strain = self.begin_deformation(state);
+        watch.lap(&mut self.stages.strains);
         if self.needs_rebuild(state, strain) {
             self.rebuild_neighbor_list(state, strain)?;
             report.rebuilt = true;
         }
+        watch.lap(&mut self.stages.neighbors);
         self.find_poses(state);
+        watch.lap(&mut self.stages.poses);
         let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();
         let crossing = if iterated {
             self.evaluate_iterated(state, sample, report, &mut strain)?.0
         } else {
             self.evaluate(state, sample, report)
         };
+        watch = Stopwatch::start();
         if let Some(deformable) = &self.model.deformable {
             // Iterations have added the halo already.
             let maps = if iterated { Vec::new() } else { evaluate::maps(&self.bond_maps, &self.contact_map, state) };
@@ -334,6 +355,7 @@ impl Solver {
         {
             virial::release(state, &self.model.hydrostatic_strength, &stress);
         }
+        watch.lap(&mut self.stages.strains);
         Ok((crossing, strain))
     }
 

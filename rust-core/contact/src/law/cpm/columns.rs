@@ -1,15 +1,18 @@
 //! Evaluation of many contacts in columns.
 //!
-//! Contacts whose damage grows or that end need branches. Their damage becomes NaN in the columns, and
+//! The damage of a bond whose κ grows contains an exponential, which is no formula for columns. In the plain thesis form a first
+//! formula computes the κ of batches that are about to grow; then [`predict_damage`] computes their damage one by one.
+//!
+//! Other contacts whose damage grows, and those that end, need branches. Their damage becomes NaN in the columns, and
 //! [`evaluate_one`] evaluates them again; so it does contacts that inherit the energy of a bond.
 
 use super::{Cpm, CpmFormulation, CpmState, StressResponse};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::kinematics::sphere_sphere::{FiniteInput, FiniteMeasure, Yade, YadeInput, YadeMeasure, write_yade_input};
-use crate::kinematics::{ImageShift, MotionMeasure};
+use crate::kinematics::{ImageShift, MotionMeasure, PointKinematics};
 use crate::law::batch::{Batch, evaluate_batch, evaluate_one};
-use crate::law::{EnergySplit, Response, Status};
+use crate::law::{EnergySplit, Reference, Response, Status};
 use crate::math::Vec3;
 
 crate::columns! {
@@ -46,6 +49,10 @@ crate::columns! {
         /// 1 for a bond, else 0.
         bonded: f64,
         history: History,
+        /// Where the damage is known: κ at the end of the step, otherwise NaN.
+        predicted_kappa: f64,
+        /// Damage at that κ.
+        predicted_damage: f64,
     }
 
     /// Output of [`PlainThesis`].
@@ -127,9 +134,54 @@ fn response(results: &<ColumnResponse as Item>::Arrays, i: usize) -> Option<Resp
     Some(Response { force, moment, state: history.into(), status: Status::Lives, energy })
 }
 
+impl ThesisInput {
+    /// Constants of the contact, its geometry of the previous step, and whether it is a bond.
+    #[inline(always)]
+    fn constants(&self) -> (ContactGeometry, PreviousGeometry, bool) {
+        let Self { motion: FiniteInput { radius_a, radius_b, previous, .. }, reference_length, area, bonded, .. } =
+            *self;
+        // The law reads no masses.
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
+        (geometry, previous, bonded > 0.0)
+    }
+}
+
+impl YadeContact {
+    /// Constants of the contact, its geometry of the previous step, and whether it is a bond.
+    #[inline(always)]
+    fn constants(&self) -> (ContactGeometry, PreviousGeometry, bool) {
+        let Self { motion, area, length_old: length, bonded, .. } = *self;
+        let YadeInput { normal_old: normal, radius_a, radius_b, reference_length, .. } = motion;
+        // The law reads no masses.
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
+        (geometry, PreviousGeometry { normal, length }, bonded > 0.0)
+    }
+}
+
 /// The plain thesis form with the finite measure.
 struct PlainThesis<'a> {
     law: &'a Cpm,
+}
+
+impl PlainThesis<'_> {
+    /// Kinematics and stresses of a contact; a damage that is not known is NaN.
+    #[inline(always)]
+    fn evaluate(&self, input: &ThesisInput) -> (PointKinematics, StressResponse) {
+        let law = self.law;
+        let ThesisInput { motion, history, predicted_kappa, predicted_damage, .. } = *input;
+        let (geometry, previous, bonded) = input.constants();
+        let k = motion.measure().point(&geometry, &previous, bonded);
+        let stresses = law.evaluate_thesis(&k, &history.into(), |kappa| {
+            if kappa <= law.parameters.limit_strain || law.parameters.never_damage {
+                0.0
+            } else if kappa == predicted_kappa {
+                predicted_damage
+            } else {
+                f64::NAN
+            }
+        });
+        (k, stresses)
+    }
 }
 
 impl Formula for PlainThesis<'_> {
@@ -138,17 +190,22 @@ impl Formula for PlainThesis<'_> {
 
     #[inline(always)]
     fn apply(&self, input: ThesisInput) -> ThesisOutput {
-        let law = self.law;
-        let ThesisInput { motion, reference_length, area, bonded, history } = input;
-        let FiniteInput { radius_a, radius_b, previous, .. } = motion;
-        // The law reads no masses.
-        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
-        let k = motion.measure().point(&geometry, &previous, bonded > 0.0);
-        let stresses = law.evaluate_thesis(&k, &history.into(), |kappa| {
-            if kappa <= law.parameters.limit_strain || law.parameters.never_damage { 0.0 } else { f64::NAN }
-        });
-        let force = (k.normal * stresses.normal_stress + stresses.shear_stress) * area;
+        let (k, stresses) = self.evaluate(&input);
+        let force = (k.normal * stresses.normal_stress + stresses.shear_stress) * input.area;
         ThesisOutput { length: k.length, gap: k.gap, normal: k.normal, result: ColumnResponse::new(force, &stresses) }
+    }
+}
+
+/// κ at the end of a step, which does not depend on the damage. The compiler removes the rest of the law.
+struct ThesisKappa<'a>(PlainThesis<'a>);
+
+impl Formula for ThesisKappa<'_> {
+    type Input = ThesisInput;
+    type Output = f64;
+
+    #[inline(always)]
+    fn apply(&self, input: ThesisInput) -> f64 {
+        self.0.evaluate(&input).1.state.kappa
     }
 }
 
@@ -165,13 +222,10 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
     #[inline(always)]
     fn apply(&self, input: YadeContact) -> YadeOutput {
         let law = self.law;
-        let YadeContact { motion, area, length_old, bonded, history } = input;
-        let YadeInput { normal_old, radius_a, radius_b, reference_length, .. } = motion;
-        // The law reads no masses.
-        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
-        let previous = PreviousGeometry { normal: normal_old, length: length_old };
+        let YadeContact { motion, area, history, .. } = input;
+        let (geometry, previous, bonded) = input.constants();
         let measure = self.kinematics.measure(&motion, &ImageShift::default());
-        let k = measure.point(&geometry, &previous, bonded > 0.0);
+        let k = measure.point(&geometry, &previous, bonded);
         let old = CpmState::from(history);
         let stresses = law.evaluate_with_damage(&k, &old, |kappa| {
             if kappa == old.kappa {
@@ -203,7 +257,7 @@ pub(super) fn respond_batch<B: Batch<Cpm>>(
         return;
     }
     let law = *batch.law(0).0;
-    let alike = !B::SAMPLE && (1..count).all(|i| batch.row(i) == batch.row(0));
+    let alike = !B::SAMPLE && batch.alike(count);
     if alike && mode == MotionMeasure::Finite && law.plain {
         thesis_batch(&law, count, dt, batch, columns);
         return;
@@ -216,26 +270,56 @@ pub(super) fn respond_batch<B: Batch<Cpm>>(
     }
 }
 
+/// Fraction of the crack onset strain from which damage is expected to grow. It decides about time only: a bond that was not
+/// expected takes the scalar path.
+const NEAR_ONSET: f64 = 0.9;
+
+/// Whether the damage of a contact of the batch is expected to grow, given the old normal strains.
+#[inline(always)]
+fn damage_may_grow(law: &Cpm, strains: &[f64; BATCH]) -> bool {
+    let onset = NEAR_ONSET * law.parameters.limit_strain;
+    // A sum over all columns needs no branch. (Unused columns may count in vain.)
+    strains.iter().map(|&strain| u64::from(strain > onset)).sum::<u64>() > 0
+}
+
+/// Compute the damage of the first `count` contacts whose κ, found by [`ThesisKappa`], has grown.
+#[inline(always)]
+fn predict_damage(law: &Cpm, count: usize, columns: &mut Columns) {
+    let (input, kappas) = columns.both::<ThesisInput, f64>();
+    for (i, &kappa) in kappas.iter().enumerate().take(count) {
+        if kappa > input.history.kappa[i] {
+            input.predicted_kappa[i] = kappa;
+            input.predicted_damage[i] = law.damage_function(kappa);
+        }
+    }
+}
+
 #[inline(always)]
 fn thesis_batch<B: Batch<Cpm>>(law: &Cpm, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
     for i in 0..count {
         let input = columns.input::<ThesisInput>();
         input.motion.set(i, FiniteInput::of_contact(batch, i));
-        let (ContactGeometry { reference_length, area, .. }, _, bonded) = batch.constants(i);
-        input.reference_length.set(i, reference_length);
+        let (Reference { length, area }, bonded) = batch.reference(i);
+        input.reference_length.set(i, length);
         input.area.set(i, area);
         input.bonded.set(i, f64::from(u8::from(bonded)));
-        input.history.set(i, batch.law(i).1.into());
+        input.history.set(i, batch.history(i).into());
+        input.predicted_kappa.set(i, f64::NAN);
+    }
+    if damage_may_grow(law, &columns.input::<ThesisInput>().history.normal_strain) {
+        columns.apply(&ThesisKappa(PlainThesis { law }));
+        predict_damage(law, count, columns);
     }
     columns.apply(&PlainThesis { law });
     for i in 0..count {
-        let output = columns.output::<ThesisOutput>();
+        let (input, output) = columns.both::<ThesisInput, ThesisOutput>();
         let Some(response) = response(&output.result, i).filter(|_| !batch.inherits(i)) else {
             evaluate_one(MotionMeasure::Finite, i, dt, batch);
             continue;
         };
+        // From the columns, because reading the particles again would take a tenth of the step.
+        let (geometry, previous, bonded) = input.get(i).constants();
         let measure = FiniteMeasure::without_increments(output.length.get(i), output.gap.get(i), output.normal.get(i));
-        let (geometry, previous, bonded) = batch.constants(i);
         batch.commit(i, &measure.point(&geometry, &previous, bonded), &response);
     }
 }
@@ -255,17 +339,17 @@ fn yade_batch<const RATCHETING: bool, B: Batch<Cpm>>(
         input.area.set(i, geometry.area);
         input.length_old.set(i, previous.length);
         input.bonded.set(i, f64::from(u8::from(bonded)));
-        input.history.set(i, batch.law(i).1.into());
+        input.history.set(i, batch.history(i).into());
     }
     columns.apply(&YadePublic { law, kinematics: Yade::<RATCHETING> { dt } });
     for i in 0..count {
-        let output = columns.output::<YadeOutput>();
+        let (input, output) = columns.both::<YadeContact, YadeOutput>();
         let Some(response) = response(&output.result, i) else {
             evaluate_one(mode, i, dt, batch);
             continue;
         };
         let measure: YadeMeasure = output.measure.get(i);
-        let (geometry, previous, bonded) = batch.constants(i);
+        let (geometry, previous, bonded) = input.get(i).constants();
         batch.commit(i, &measure.point(&geometry, &previous, bonded), &response);
     }
 }

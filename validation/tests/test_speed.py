@@ -1,0 +1,67 @@
+"""Speed comparisons: other physics stops them, goals and pages show the record, instruction counts have a bound on both sides."""
+import importlib.util
+import json
+from pathlib import Path
+
+import pytest
+from concordem_bench import measure, report
+from concordem_bench.cases import Case, Check, Ratio
+
+ROOT = Path(__file__).parents[2]
+
+
+def script(name):
+    spec = importlib.util.spec_from_file_location(name, ROOT / "validation" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def side(ns, force):
+    details = {"bytes_per_bond": 152, "scratch_bytes_per_bond": 25.0, "loop_s": 1.0, "steps": 1, "stages_ns": {"bonds": ns}}
+    return lambda: {"ns": next(ns) if hasattr(ns, "__next__") else ns, "process_s": 1.0, "contacts": 10, "state": {"force": force},
+                    "details": details if not hasattr(ns, "__next__") else {}}
+
+
+def case(force):
+    check = Check(("theirs", "ours"), "force", 1e-3, "A reason.")
+    return Case("two", "two programs", {"theirs": side(iter([300.0, 100.0, 200.0]), force), "ours": side(10.0, 1.0)},
+                [Ratio("theirs / ours", ("theirs", "ours"), 15)], [check])
+
+
+def test_ratio_is_the_median_of_rounds():
+    found = measure.run(case(1.0005), 3, lambda text: None)
+    assert found["ratios"][0]["median"] == 20.0
+    assert found["checks"][0]["difference"] == pytest.approx(0.0005, rel=1e-3)
+
+
+@pytest.mark.parametrize("force", [1.01, 0.0, float("nan"), -1.0])
+def test_other_physics_stops_the_case(force):
+    with pytest.raises(SystemExit, match="force of theirs"):
+        measure.run(case(force), 3, lambda text: None)
+
+
+def test_page_shows_the_record():
+    found = measure.run(case(1.0), 3, lambda text: None)
+    record = {"machine": "m", "date": "d", "commit": "c" * 40, "seconds": 60, "rounds": 3, "load_average": [0, 1], "cases": {"two": found},
+              "memory": {"read_bytes_per_s": 10e9, "copy_bytes_per_s": 20e9}}
+    page = report.insert(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n", record)
+    assert "old" not in page and "| theirs / ours | 20.00 | 10.00 to 30.00 | ≥ 15 |" in page and page.endswith("after\n")
+    assert report.insert(page, record) == page
+    found["ratios"][0]["median"] = 14.9
+    assert "≥ 15, missed" in report.insert(page, record)
+
+
+def test_page_of_the_docs_shows_the_records():
+    page = (ROOT / "docs/performance.md").read_text()
+    assert report.insert(page, json.loads((ROOT / "validation/results/speed.json").read_text())) == page
+    assert script("instructions").insert(page) == page
+
+
+def test_more_and_fewer_instructions_than_recorded_are_errors():
+    instructions = script("instructions")
+    known = {"compiler": "rustc 1", "counts": {"cpm": 100.0}}
+    problems = lambda count, compiler="rustc 1", name="cpm": instructions.problems({name: count}, known, compiler)
+    assert not problems(101.9) and not problems(98.1)
+    assert problems(102.1) and problems(97.9) and problems(100.0, name="new law")
+    assert not problems(110.0, "rustc 2") and problems(116.0, "rustc 2")
