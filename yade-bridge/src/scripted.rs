@@ -372,6 +372,19 @@ impl Replacement {
                     format!("{name} is of type {kind}; derive its class from concordem.laws.Law, and give an instance");
                 return Err(PyTypeError::new_err(message));
             }
+            let softens = |thermal: &concordem::material::ThermalVariation| {
+                thermal.stiffness.is_some() || thermal.strength.is_some()
+            };
+            if scenario.materials.iter().any(|material| {
+                material.thermal.as_ref().and_then(|thermal| thermal.variation.as_ref()).is_some_and(softens)
+            }) {
+                let message = format!("{name} ignores thermal.variation.stiffness and strength; remove these keys");
+                return Err(PyValueError::new_err(message));
+            }
+            if name == "bond_law" && !scenario.bondings.is_empty() {
+                let message = "bond_law does not apply to bonds that [[bonding]] makes later; remove the table";
+                return Err(PyValueError::new_err(message));
+            }
             if !used {
                 return Err(PyValueError::new_err(format!("{name} would have no effect; {help}")));
             }

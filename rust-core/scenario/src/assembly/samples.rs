@@ -135,7 +135,7 @@ fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
             Some(vector(of_rotation.unwrap_or(point)))
         }
         schema::WallShape::Cylinder { center, .. } => Some(vector(center)),
-        schema::WallShape::Box { .. } | schema::WallShape::Facets { .. } => None,
+        schema::WallShape::Box { .. } | schema::WallShape::Facets { .. } | schema::WallShape::Mesh { .. } => None,
     }
 }
 

@@ -17,8 +17,8 @@ use super::Softened;
 use super::tile::{PendingContact, TileEvaluator};
 use crate::state::contacts::{ContactFlags, Pair};
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
-    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     /// Evaluate contact `i` of the batch, between rigid particles, at the temperatures of its particles.
     #[cold]
