@@ -13,8 +13,15 @@ pub const SPECIFIC_HEAT: f64 = 800.0;
 
 /// Factors on the stiffness, and on the strength of bonds that have one; none with laws and options that take none.
 fn softening(random: &mut Random, case: &Case) -> &'static str {
-    let refused =
-        ["deformable", "hertz_mindlin", "hydrostatic_strength", "isotropic_prestress", "damage_time", "woo", "yade-public"];
+    let refused = [
+        "deformable",
+        "hertz_mindlin",
+        "hydrostatic_strength",
+        "isotropic_prestress",
+        "damage_time",
+        "woo",
+        "yade-public",
+    ];
     if refused.iter().any(|key| case.materials.contains(key)) {
         return "";
     }
@@ -75,6 +82,10 @@ pub fn add(random: &mut Random, case: &mut Case) {
     }
     if case.cell.is_none() && random.happens(0.3) {
         keys += "[[heat.boundary]]\nradiation = { emissivity = 0.8, ambient = 500 }\n";
+    }
+    if !case.walls.is_empty() && case.contacts != "none" && random.happens(0.5) {
+        let exchange = random.one_of(&["temperature = 350", "convection = { coefficient = 1000, ambient = 350 }"]);
+        keys += &format!("[[heat.boundary]]\nwall = \"w0\"\n{exchange}\n");
     }
     // Regions and truncations of the heat flux are those of the fabric.
     for sample in &mut case.samples {

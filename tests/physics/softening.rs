@@ -1,7 +1,7 @@
-//! Bodies whose stiffness and strength depend on the temperature.
+//! Bodies whose stiffness and strength depend on the temperature; heat through walls.
 
 use concordem::schedule::Simulation;
-use concordem_tests::runs::{made, started};
+use concordem_tests::runs::{finish, made, started};
 
 /// A bar of eleven touching spheres, drawn at one end, at a temperature: its solver after each step until a bond breaks or `most` steps.
 /// `bonds`: the table of the law; `softening`: factors at 300 K and 700 K.
@@ -89,6 +89,59 @@ fn a_hot_bar_is_softer_and_weaker() {
             println!("{law} at {temperature} K: {:.4} {:.4}", stiffness / 1e5, strength / 2.0);
             assert!((stiffness / (1e5 * softer) - 1.0).abs() < 0.01, "{law} {temperature} {stiffness:e}");
             assert!((strength / (2.0 * weaker) - 1.0).abs() < 0.01, "{law} {temperature} {strength}");
+        }
+    }
+}
+
+/// A column on a hot floor, from a scenario: conduction alone, from the steady state on, explicit and implicit. Without a load the
+/// steady state has the temperature of the floor; a source at the top raises sphere k by `Q (1/G + k/(2Rλ))`, `G = 4R²/(1/h + R/λ)`.
+#[test]
+fn a_column_on_a_hot_floor() {
+    for scheme in ["explicit", "implicit"] {
+        let mut simulation = started(made(&format!(
+            "version = 1
+            [packing]
+            kind = \"spheres\"
+            spheres = [[0, 0, 1e-3, 1e-3], [0, 0, 3e-3, 1e-3], [0, 0, 5e-3, 1e-3]]
+            [[material]]
+            name = \"glass\"
+            density = 2500
+            frictional = {{ normal_stiffness = 1e5, shear_stiffness = 3e4 }}
+            thermal = {{ specific_heat = 800, conductivity = 2 }}
+            [contacts]
+            law = \"frictional\"
+            [[wall]]
+            name = \"floor\"
+            material = \"glass\"
+            shape = {{ kind = \"plane\", point = [0, 0, 1e-6], normal = [0, 0, 1] }}
+            [[set]]
+            name = \"top\"
+            selection = {{ kind = \"box\", minimum = [-1, -1, 4e-3], maximum = [1, 1, 6e-3] }}
+            [heat]
+            model = \"ordered\"
+            temperature = 300
+            steady = true
+            motion = false
+            scheme = \"{scheme}\"
+            [[heat.source]]
+            set = \"top\"
+            power = 0.1
+            [[heat.boundary]]
+            wall = \"floor\"
+            convection = {{ coefficient = 4000, ambient = 500 }}
+            [integration]
+            time_step = 1e-3
+            [stop]
+            steps = 100"
+        )));
+        finish(&mut simulation);
+        let state = &simulation.state;
+        let temperature = &state.heat.as_ref().unwrap().temperature;
+        let conductance = 4e-6 / (1.0 / 4000.0 + 1e-3 / 2.0);
+        for (p, found) in temperature.iter().enumerate() {
+            let height = ((state.particles.position[p].z - 1e-3) / 2e-3).round();
+            let expected = 500.0 + 0.1 * (1.0 / conductance + height / (2e-3 * 2.0));
+            assert!((found - expected).abs() < 1e-6, "{scheme} {height} {found} {expected}");
         }
     }
 }

@@ -16,8 +16,8 @@ use concordem_solver::heat::{
     Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange, ThermalMaterial,
     WallExchange, capacities, expansion,
 };
-use concordem_solver::{Model, Solver};
 use concordem_solver::state::{Particles, State};
+use concordem_solver::{Model, Solver};
 
 /// Sides of the prism around a cylinder. Its cross-section is 0.3 % larger than the circle.
 const SIDES: u32 = 32;

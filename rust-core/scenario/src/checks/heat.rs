@@ -281,7 +281,11 @@ impl Checker<'_> {
         }
         if scenario.contacts.law.law().is_none() {
             let help = "name a law in [contacts], or use `face`";
-            self.conflict(&format!("{key}.wall"), "has no effect: without a law in [contacts] no particle touches a wall", help);
+            self.conflict(
+                &format!("{key}.wall"),
+                "has no effect: without a law in [contacts] no particle touches a wall",
+                help,
+            );
         }
     }
 

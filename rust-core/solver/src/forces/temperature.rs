@@ -35,7 +35,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             let of_change = 1.0 - softened.past(a, b);
             if of_change != 0.0 {
                 let normal_before = self.tile.previous[k].normal;
-                self.totals.stiffness_work += of_change * reversible_work::<L>(kinematics, &old, &normal_before, &response);
+                self.totals.stiffness_work +=
+                    of_change * reversible_work::<L>(kinematics, &old, &normal_before, &response);
             }
         }
         self.commit_response(i, kinematics.point(), &response, None);

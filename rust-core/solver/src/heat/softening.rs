@@ -21,7 +21,8 @@ impl Softening {
     /// Find the factors at the temperatures at the start of a step, and those of the last step.
     pub fn begin(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState) {
         let rows = || heat.temperature.par_iter().zip(&particles.material).zip(&heat.warming).with_min_len(TILE);
-        let before = |((now, material), warming): ((&f64, &u16), &f64)| model.stiffness_factor(*material, now - warming);
+        let before =
+            |((now, material), warming): ((&f64, &u16), &f64)| model.stiffness_factor(*material, now - warming);
         let stiffness = |((now, material), _): ((&f64, &u16), &f64)| model.stiffness_factor(*material, *now);
         let strength = |((now, material), _): ((&f64, &u16), &f64)| model.strength_factor(*material, *now);
         rows().map(before).collect_into_vec(&mut self.stiffness_before);

@@ -103,7 +103,10 @@ fn peak<L: LawLoops>(law: L, temperature: f64) -> f64 {
 fn bonds_fail_at_the_strength_of_their_temperature() {
     for (temperature, factor) in [(300.0, 1.0), (400.0, 0.75), (700.0, 0.5)] {
         let near = |found: f64, strength: f64| {
-            assert!(found <= strength * factor * (1.0 + 1e-12) && found > 0.998 * strength * factor, "{found} {factor}");
+            assert!(
+                found <= strength * factor * (1.0 + 1e-12) && found > 0.998 * strength * factor,
+                "{found} {factor}"
+            );
         };
         near(peak(springs(0.0, 2.0), temperature), 2.0);
         near(peak(beams(2.0 / AREA), temperature), 2.0);
@@ -137,10 +140,15 @@ fn the_work_of_softening_closes_the_ledger() {
     closes(beams(f64::INFINITY), 0.1, false);
     closes(beams(1.0), 0.15, true);
     closes(concrete(), 0.1, false);
-    let linear = CpmParameters { damage_law: concordem_contact::law::cpm::DamageLaw::Linear, ..*concrete().parameters() };
+    let linear =
+        CpmParameters { damage_law: concordem_contact::law::cpm::DamageLaw::Linear, ..*concrete().parameters() };
     closes(Cpm::new(&linear).unwrap(), 1.5, true);
-    let hardening =
-        CpmParameters { soft_strain: -0.005, relative_soft_stiffness: 0.3, shear_contribution: 0.5, ..*concrete().parameters() };
+    let hardening = CpmParameters {
+        soft_strain: -0.005,
+        relative_soft_stiffness: 0.3,
+        shear_contribution: 0.5,
+        ..*concrete().parameters()
+    };
     closes(Cpm::new(&hardening).unwrap(), 0.1, false);
 }
 

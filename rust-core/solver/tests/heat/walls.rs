@@ -22,8 +22,10 @@ fn plane(normal: Vec3, offset: f64) -> WallShape {
 /// A square of two triangles at z = −0.45 below the origin.
 fn facets() -> WallShape {
     let corner = |x: f64, y: f64| Vec3::new(x, y, -0.45);
-    let triangles =
-        vec![[corner(-5.0, -5.0), corner(5.0, -5.0), corner(5.0, 5.0)], [corner(-5.0, -5.0), corner(5.0, 5.0), corner(-5.0, 5.0)]];
+    let triangles = vec![
+        [corner(-5.0, -5.0), corner(5.0, -5.0), corner(5.0, 5.0)],
+        [corner(-5.0, -5.0), corner(5.0, 5.0), corner(-5.0, 5.0)],
+    ];
     WallShape::Facets { triangles }
 }
 

@@ -98,7 +98,9 @@ pub use table::CpmTable;
 pub use woo::solve_beta;
 pub use yade::YadeParameters;
 
-use super::{Batch, ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
+use super::{
+    Batch, ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors,
+};
 use crate::columns::Columns;
 use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
 #[cfg(not(feature = "std"))]
