@@ -81,8 +81,8 @@ def test_a_belt_without_velocities_stands_as_in_the_source():
             run.place_mesh("plate", run.mesh("plate").positions + STEP * velocity, scale * velocity)
         speeds.append(run.state.velocities[0, 0])
     # Sliding would last 0.5/(3.5 * 0.4 * 9.81) = 0.036 s; the sphere bounces by its first overlap. Half a step of the first contact is
-    # missing in 0.02 s.
-    assert speeds[0] == pytest.approx(0.4 * 9.81 * 0.02, rel=0.1) and speeds[1] == 0.0
+    # missing in 0.02 s. Under the standing belt, rounding remains.
+    assert speeds[0] == pytest.approx(0.4 * 9.81 * 0.02, rel=0.1) and abs(speeds[1]) < 1e-14
 
 
 def test_forces_on_vertices_are_those_on_the_particles():
