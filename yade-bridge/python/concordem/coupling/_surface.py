@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .._core import Simulation
 
 # Faces of cells with the nodes numbered as in VTK.
-_FACES = {
+_FACES: dict[int, list[tuple[int, ...]]] = {
     4: [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)],
     8: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)],
 }
