@@ -386,7 +386,7 @@ impl Case {
             *text += &follows(wall.history);
             if let Some((speed, history)) = wall.rotation {
                 let follows = history.map_or(String::new(), |k| format!(", history = \"h{k}\""));
-                *text += &format!("rotation = {{ angular_velocity = {speed:?}{follows} }}\n");
+                let _ = writeln!(text, "rotation = {{ angular_velocity = {speed:?}{follows} }}");
             }
         }
     }

@@ -14,7 +14,7 @@ use crate::output::{BondSnapshot, OutputError, ResultFile, RunFiles, Snapshot, S
 use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{Assembly, PackingCache, assemble_cached};
 use concordem_scenario::sampling::Record;
-use concordem_scenario::schedule::Simulation;
+use concordem_scenario::schedule::{Advance, Simulation};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::state::columns::Column;
@@ -234,17 +234,7 @@ impl Run {
                     });
                 }
             }
-            if let Some(end) = &advance.stage {
-                let clock = self.simulation.state.clock;
-                let name = &self.simulation.schedule.stages[end.stage].name;
-                let text =
-                    format!("stage `{name}` ended at {:.6e} s, step {}: {}", clock.time(), clock.step, end.reason);
-                meter.line(&text);
-            }
-            if let Some(made) = advance.bonded {
-                let clock = self.simulation.state.clock;
-                meter.line(&format!("{made} bonds made at {:.6e} s, step {}", clock.time(), clock.step));
-            }
+            self.announce(&advance, meter);
             if let Some(last) = advance.last {
                 self.files.append_sample(&last.to_row())?;
                 self.show(&last, start, true);
@@ -260,6 +250,19 @@ impl Run {
             }
         }
         Ok(Some((self.simulation.state.clock.step - first_step, start.elapsed())))
+    }
+
+    /// Prints the end of a stage, and bonds made during the run.
+    fn announce(&self, advance: &Advance, meter: &Meter) {
+        let clock = self.simulation.state.clock;
+        let (time, step) = (clock.time(), clock.step);
+        if let Some(end) = &advance.stage {
+            let name = &self.simulation.schedule.stages[end.stage].name;
+            meter.line(&format!("stage `{name}` ended at {time:.6e} s, step {step}: {}", end.reason));
+        }
+        if let Some(made) = advance.bonded {
+            meter.line(&format!("{made} bonds made at {time:.6e} s, step {step}"));
+        }
     }
 
     fn commit(&mut self) -> Result<(), Failure> {
