@@ -134,10 +134,8 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
         + largest(|r| r.stiffness_work).max(ledger.stiffness_work.get().abs());
     // YADE's measures do not close the ledger (docs/book/theory/kinematics.md): what they create is available, too.
     let yade = case.kinematics.starts_with("yade");
-    // A run that ends is not judged at its last record, which may come many steps after the one before.
-    let judged = &run.records[..run.records.len().saturating_sub(1)];
-    let created = judged.iter().map(|r| -r.integration - r.residual).fold(0.0, f64::max);
-    let available = if yade { available + created } else { available };
+    let created = |records: &[Record]| records.iter().map(|r| -r.integration - r.residual).fold(0.0, f64::max);
+    let available = if yade { available + created(&run.records) } else { available };
     let kinetic = kinetic(run);
     // At half steps a vibration with Ω = ωΔt has up to 1/(1 − Ω²/4) of the energy that leapfrog conserves; "auto" has Ω ≤ 1.6.
     if kinetic > 3.0 * available + 1e-16 {
@@ -150,6 +148,8 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
     // Walls have no energy in the ledger: the guard adds that of all particles at the velocity of the fastest wall.
     let wall = run.state.walls.iter().map(|wall| wall.speed().powi(2)).fold(0.0, f64::max);
     let of_walls = 0.5 * run.state.particles.mass.iter().sum::<f64>() * wall;
+    // A run that ends is not judged at its last record, which may come many steps after the one before.
+    let created = created(&run.records[..run.records.len().saturating_sub(1)]);
     if created > 0.05 * (scale.max(available) + of_walls) + 1e-16 {
         add("energy created", format!("{created:.2e} of {scale:.2e} J"));
     }

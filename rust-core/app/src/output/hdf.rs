@@ -10,7 +10,7 @@ use super::error::{At, OutputError};
 use concordem_solver::state::columns::{Column, ColumnData, ColumnError, ColumnSink, ColumnStore, StoredColumn};
 
 /// Version of the layout of all our files.
-pub(crate) const FORMAT_VERSION: u64 = 2;
+pub(crate) const FORMAT_VERSION: u64 = 3;
 
 /// Values of the attribute `kind`.
 pub(crate) mod kind {

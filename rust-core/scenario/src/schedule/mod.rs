@@ -18,9 +18,7 @@ pub use expression::{Expression, ExpressionFault};
 pub use field::{Field, FieldStep};
 pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
-pub use history::{
-    HeatHistories, Histories, History, TimedLoads, TimedMesh, TimedMotion, TimedTurning, TimedWall,
-};
+pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMesh, TimedMotion, TimedTurning, TimedWall};
 pub use loading::Loading;
 pub use servo::{Servo, Target};
 pub use simulation::{Advance, Simulation};
