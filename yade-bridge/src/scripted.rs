@@ -58,8 +58,11 @@ concordem::law_state! {
 pub struct ScriptedLaw {
     object: Py<PyAny>,
     /// Stiffnesses found so far, by materials and geometry.
-    known: Mutex<HashMap<([u16; 2], [u64; 6]), Stiffness>>,
+    known: Mutex<HashMap<Key, Stiffness>>,
 }
+
+/// Materials, and the bits of a geometry.
+type Key = ([u16; 2], [u64; 6]);
 
 /// The laws of all simulations. A simulation owns its laws; numbers of laws that are gone are not used again.
 static LAWS: RwLock<Vec<Weak<ScriptedLaw>>> = RwLock::new(Vec::new());
@@ -270,7 +273,7 @@ fn or_unwind<T>(outcome: PyResult<T>) -> T {
 
 impl Scripted {
     /// The law; its simulation owns it.
-    fn law(&self) -> Arc<ScriptedLaw> {
+    fn law(self) -> Arc<ScriptedLaw> {
         let laws = LAWS.read().unwrap_or_else(PoisonError::into_inner);
         laws[self.law as usize].upgrade().expect("the simulation owns its laws")
     }
@@ -464,7 +467,6 @@ fn bonds_of(block: &dyn Contacts, particles: &Particles, law: u32) -> ContactBlo
 /// largest shear displacement, m; `held`: elongation and two shear displacements, m; `claims`: the properties in the order of
 /// `Properties`.
 #[pyfunction]
-#[expect(clippy::type_complexity, reason = "tuples of plain numbers, which only laws.py passes")]
 fn _law_conformance(
     law: Bound<'_, PyAny>,
     bonded: bool,

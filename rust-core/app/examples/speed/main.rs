@@ -256,7 +256,7 @@ fn stages(before: &StageTimes, after: &StageTimes, contact_steps: f64) -> String
     let spent = before.named().into_iter().zip(after.named());
     let each: Vec<String> = spent
         .map(|((name, before), (_, after))| {
-            format!("\"{name}\": {:.3}", (after - before).as_secs_f64() * 1e9 / contact_steps)
+            format!("\"{name}\": {:.3}", after.saturating_sub(before).as_secs_f64() * 1e9 / contact_steps)
         })
         .collect();
     format!("{{{}}}", each.join(", "))

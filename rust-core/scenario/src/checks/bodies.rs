@@ -116,15 +116,14 @@ impl Checker<'_> {
                 let help = "remove `rotation`, or use a cylinder, which turns about z";
                 self.conflict(key, "a plane that turns about its normal leaves two dimensions", help);
             }
-            WallShape::Plane { .. } => {}
+            // Meshes are checked apart.
+            WallShape::Plane { .. } | WallShape::Mesh { .. } => {}
             WallShape::Cylinder { .. } => {
                 if rotation.point.is_some() {
                     let help = "remove `point`; its axis is that of the shape";
                     self.conflict(&format!("{key}.point"), "a cylinder turns about its own axis", help);
                 }
             }
-            // Meshes are checked apart.
-            WallShape::Mesh { .. } => {}
             WallShape::Box { .. } | WallShape::Facets { .. } => {
                 let help = "remove `rotation`, or use a \"plane\" or a \"cylinder\"";
                 self.conflict(key, "a wall of this shape does not stay in its place when it turns", help);

@@ -316,19 +316,16 @@ fn strain_before(k: &PointKinematics, old: &CpmState, inverse_length: f64) -> f6
     if k.bonded { old.normal_strain } else { (k.length_old - k.geometry.reference_length) * inverse_length }
 }
 
-/// Plastic normal strain at the start of the step, for the energies. `elastic`: the strain at that time without the plastic one of the
-/// history. An unbonded contact that takes over a compressed bond begins beyond the plastic limit: its dissipation until then belongs to
-/// the bond.
+/// Plastic and elastic normal strain at the start of the step, for the energies, from their sum `strain`. An unbonded contact that takes
+/// over a compressed bond begins beyond the plastic limit: its dissipation until then belongs to the bond.
 #[inline(always)]
-fn plastic_before(parameters: &CpmParameters, k: &PointKinematics, old: &CpmState, elastic: f64) -> f64 {
-    if parameters.soft_strain >= 0.0
-        || k.bonded
-        || old.plastic_normal_strain != 0.0
-        || elastic >= parameters.soft_strain
-    {
-        return old.plastic_normal_strain;
+fn normal_before(parameters: &CpmParameters, k: &PointKinematics, old: &CpmState, strain: f64) -> (f64, f64) {
+    let (plastic, limit) = (old.plastic_normal_strain, parameters.soft_strain);
+    if limit >= 0.0 || k.bonded || plastic != 0.0 || strain >= limit {
+        return (plastic, strain - plastic);
     }
-    (elastic - parameters.strain_at_limit(elastic)).min(0.0)
+    let plastic = (strain - parameters.strain_at_limit(strain)).min(0.0);
+    (plastic, strain - plastic)
 }
 
 /// Damage at the start of the step: 1 for an unbonded contact, also before its first evaluation.
@@ -449,7 +446,7 @@ impl ContactLaw for Cpm {
         if self.parameters.soft_strain < 0.0 {
             let spring = |elongation: f64| {
                 let strain = elongation / motion.geometry.reference_length;
-                strain - plastic_before(&self.parameters, motion, &CpmState::default(), strain)
+                normal_before(&self.parameters, motion, &CpmState::default(), strain).1
             };
             ratio = spring(motion.elongation_old) / spring(motion.elongation);
         }

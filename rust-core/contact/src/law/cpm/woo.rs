@@ -4,7 +4,7 @@
 //! [`thesis`](super::thesis) is the same model without options. The [parent module](super) lists Woo's quirks.
 
 use super::parameters::{CpmFormulation, YieldSurface};
-use super::{Cpm, CpmState, Step, StressResponse, omega_before, plastic_before};
+use super::{Cpm, CpmState, Step, StressResponse, normal_before, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
 #[cfg(not(feature = "std"))]
@@ -111,9 +111,7 @@ impl Cpm {
         let adjusted = step.strain + shift;
         let mut plastic = old.plastic_normal_strain;
         let mut elastic = adjusted - plastic;
-        let elastic_old = step.strain_old + shift - plastic;
-        let plastic_before = plastic_before(p, k, old, elastic_old);
-        let elastic_old = elastic_old - (plastic_before - plastic);
+        let (plastic_old, elastic_old) = normal_before(p, k, old, step.strain_old + shift);
         let (mut kappa, mut omega) = (old.kappa, old.omega);
         if k.bonded {
             let mut equivalent = elastic;
@@ -140,7 +138,7 @@ impl Cpm {
                 stress = bound;
                 elastic = line;
                 plastic = adjusted - elastic;
-                let slip = plastic - plastic_before;
+                let slip = plastic - plastic_old;
                 energy.add_friction(step.volume * 0.5 * (stress_old + stress) * slip);
             }
         }

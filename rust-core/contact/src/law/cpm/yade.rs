@@ -1,7 +1,7 @@
 //! YADE's public form of the cohesive particle model, `Law2_ScGeom_CpmPhys_Cpm`, bit for bit.
 
 use super::parameters::{CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
-use super::{Cpm, CpmState, StressResponse, omega_before, plastic_before, release, strain_before};
+use super::{Cpm, CpmState, StressResponse, normal_before, omega_before, release, strain_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response, Status};
 #[cfg(not(feature = "std"))]
@@ -162,9 +162,7 @@ impl Cpm {
         // Energies are not part of YADE's law, so their order of operations is free.
         let volume = area * length;
         let strain_old = strain_before(k, old, 1.0 / length);
-        let elastic_old = strain_old + self.prestress_strain - old.plastic_normal_strain;
-        let plastic_before = plastic_before(p, k, old, elastic_old);
-        let elastic_old = elastic_old - (plastic_before - old.plastic_normal_strain);
+        let (plastic_old, elastic_old) = normal_before(p, k, old, strain_old + self.prestress_strain);
         let omega_old = omega_before(k, old);
         let damage_old = if elastic_old > 0.0 { omega_old } else { 0.0 };
         let stress_old = (1.0 - damage_old) * young * elastic_old;
@@ -176,7 +174,7 @@ impl Cpm {
             stored_shear: 0.5 * volume * self.inverse_shear_modulus * dot(&shear_stress, &shear_stress),
             ..EnergySplit::default()
         };
-        energy.add_friction(volume * 0.5 * (stress_old + stress) * (plastic - plastic_before));
+        energy.add_friction(volume * 0.5 * (stress_old + stress) * (plastic - plastic_old));
         let product = volume * 0.5 * young * elastic_old * elastic_new * (damage - damage_old);
         if elastic_old * elastic_new < 0.0 {
             energy.integration += product;
