@@ -13,7 +13,7 @@ use crate::math::Vec3;
 pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// History of one contact (all zero before its first evaluation).
     type State: LawState;
-    /// What the law reads: [`PointKinematics`](crate::kinematics::PointKinematics), or
+    /// What the law reads: [`PointKinematics`], or
     /// [`FrameKinematics`](crate::kinematics::FrameKinematics) for beams.
     type Kinematics: Kinematics;
     /// Key of the law in scenarios, result files, and hosts.
