@@ -16,6 +16,7 @@ TABLES = {
     "material": "material",
     "interface": "interface",
     "bonds": "bonds",
+    "bonding": "bonding",
     "aggregates": "aggregates",
     "cut": "cut",
     "contacts": "contacts",

@@ -70,7 +70,11 @@ fn all_operators_of_a_periodic_cell() {
     for operator in Operator::ALL {
         let region = match operator {
             // This cell has no walls and conducts no heat.
-            Operator::BoundaryStress | Operator::WallTraction | Operator::Temperature | Operator::HeatFlux => continue,
+            Operator::BoundaryStress
+            | Operator::WallTraction
+            | Operator::WallMoment
+            | Operator::Temperature
+            | Operator::HeatFlux => continue,
             Operator::CoarseGrain => "region = { kind = \"sphere\", center = [0, 0, 0], radius = \"9 mm\" }\n",
             Operator::SetForce | Operator::SetMotion => "set = \"all\"\n",
             Operator::Gauge => "sets = [\"first\", \"second\"]\n",

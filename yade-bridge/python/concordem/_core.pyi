@@ -20,6 +20,7 @@ _Path: TypeAlias = str | PathLike[str]
 
 __all__ = [
     "__version__",
+    "_law_conformance",
     "_panic",
     "AffineFit",
     "CellStates",

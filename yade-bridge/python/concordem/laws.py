@@ -182,9 +182,9 @@ def _names(law: Law) -> tuple[list[str], list[str]]:
         if kind not in kinds:
             raise ValueError(f"{type(law).__name__}.history[{name!r}] is {kind!r}; give 'scalar' or 'vector'")
         found[kind].append(name)
-    for kind, most in kinds.items():
-        if len(found[kind]) > most:
-            raise ValueError(f"{type(law).__name__}.history has {len(found[kind])} {kind}s; at most {most} are possible")
+    for name, most in kinds.items():
+        if len(found[name]) > most:
+            raise ValueError(f"{type(law).__name__}.history has {len(found[name])} {name}s; at most {most} are possible")
     return found["vector"], found["scalar"]
 
 
@@ -192,7 +192,7 @@ def _array(law: Law, what: str, values: Any, shape: tuple[int, ...], kind: type 
     """`values` as an array of this shape, or an error that names the law and the value."""
     try:
         # Most arrays are as they should be, and `broadcast_to` is slow.
-        array = np.ascontiguousarray(values, kind)
+        array: NDArray[Any] = np.ascontiguousarray(values, kind)
         if array.shape != shape:
             array = np.ascontiguousarray(np.broadcast_to(np.asarray(values, kind), shape))
     except (TypeError, ValueError) as error:
@@ -202,9 +202,9 @@ def _array(law: Law, what: str, values: Any, shape: tuple[int, ...], kind: type 
     return array
 
 
-def _stiffness(law: Law, geometry: list[Reals], materials: NDArray[np.uint16]) -> Reals:
+def _stiffness(law: Law, geometry: list[Any], materials: NDArray[np.uint16]) -> Reals:
     """Stiffnesses as the solver reads them."""
-    of = Geometry(*geometry, materials)
+    of = Geometry._make([*geometry, materials])
     answer = law.stiffness(of)
     if not isinstance(answer, Sequence) or not 2 <= len(answer) <= 4:
         raise TypeError(f"{type(law).__name__}.stiffness returned {answer!r}; return the normal and the shear stiffness, N/m")
@@ -231,7 +231,7 @@ def _respond(law: Law, moved: tuple[Any, ...], vectors: list[Reals], scalars: li
     geometry, materials, bonded, *rest, step = moved
     vector_names, scalar_names = _names(law)
     history = {**dict(zip(vector_names, vectors)), **dict(zip(scalar_names, scalars))}
-    answer = law.respond(Contacts(Geometry(*geometry, materials), bonded, *rest, step, history))
+    answer = law.respond(Contacts._make([Geometry._make([*geometry, materials]), bonded, *rest, step, history]))
     name = type(law).__name__
     if not isinstance(answer, Response):
         raise TypeError(f"{name}.respond returned {type(answer).__name__}; return a concordem.laws.Response")

@@ -249,7 +249,7 @@ mod tests {
         });
         assert!(error.to_string().ends_with("forged.h5 is a result segment, not a checkpoint."), "{error}");
         let error = forged(&|file| file.attr("format_version").unwrap().write_scalar(&99_u64).unwrap());
-        assert!(error.to_string().contains("has format version 99; this program reads version 2"), "{error}");
+        assert!(error.to_string().contains("has format version 99; this program reads version 3"), "{error}");
         let error = forged(&|file| file.dataset("state/particles/id").unwrap().write_raw(&[7_u32, 8]).unwrap());
         assert!(matches!(error, OutputError::StateHash { .. }), "{error}");
         let error = forged(&|file| file.unlink("state/tags").unwrap());

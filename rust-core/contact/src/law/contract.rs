@@ -123,6 +123,7 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
 
     /// Work, J, that compresses an unbonded contact to its overlap one step ago, if it stores `stored` (J) in its normal spring at the
     /// present one and has just begun. Default: that of a linear spring.
+    #[inline(always)]
     fn work_before(&self, motion: &PointKinematics, stored: f64) -> f64 {
         let ratio = motion.elongation_old / motion.elongation;
         stored * (ratio * ratio)

@@ -278,6 +278,7 @@ impl ContactLaw for HertzMindlin {
     }
 
     /// The energy grows with `δ^{5/2}`.
+    #[inline(always)]
     fn work_before(&self, motion: &PointKinematics, stored: f64) -> f64 {
         let ratio = motion.elongation_old / motion.elongation;
         stored * (ratio * ratio * ratio.sqrt())

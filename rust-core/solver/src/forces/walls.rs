@@ -160,7 +160,8 @@ impl WallEvaluator<'_> {
             let (w_other, e_other) = element(other);
             other != i
                 && w_other == w
-                && self.touching(other).is_some_and(|o| {
+                // Also where the particle does not touch it: one that deforms may bulge towards the edge alone.
+                && self.closest_points[other].is_some_and(|o| {
                     if (o.normal * o.distance - point).norm() < SAME_POINT * radius {
                         o.interior || other < i
                     } else {

@@ -441,6 +441,7 @@ impl ContactLaw for Cpm {
     }
 
     /// Beyond the plastic limit the spring has less strain than the contact.
+    #[inline(always)]
     fn work_before(&self, motion: &PointKinematics, stored: f64) -> f64 {
         let mut ratio = motion.elongation_old / motion.elongation;
         if self.parameters.soft_strain < 0.0 {
