@@ -145,6 +145,36 @@ def test_a_contact_in_python_equals_the_one_in_rust():
     ).max()
 
 
+def settings():
+    """Scenarios with what else a run may have."""
+    base = lattice().to_dict()
+    flat = [[x, y, 0, r] for x, y, z, r in base["packing"]["spheres"] if z < 1e-3]
+    plane = {**base, "dimension": 2, "packing": {"kind": "spheres", "spheres": flat}}
+    cell = {
+        **base,
+        "packing": {**base["packing"], "cell": [8e-3, 8e-3, 8e-3]},
+        "loading": {"kind": "cell-strain", "velocity_gradient": [[0, 5, 0], [0, 0, 0], [0, 0, -5]]},
+    }
+    sets = [{"name": "body", "selection": {"kind": "ids", "ids": [0, 1, 5]}}]
+    clump = {**base, "set": sets, "clump": [{"set": "body"}]}
+    loads = {**base, "set": sets, "force": [{"set": "body", "force": [0.1, 0, 0.2]}]}
+    return {"plane": plane, "cell": cell, "clump": clump, "loads": loads}
+
+
+@pytest.mark.parametrize("name", ["plane", "cell", "clump", "loads"])
+def test_laws_in_python_meet_other_features(name):
+    """In 2-D, in a periodic cell that shears, with clumps, and under loads a bond in Python equals the one in Rust, to rounding."""
+    scenario = concordem.Scenario.from_dict(settings()[name])
+    before = np.array(scenario.simulation().state.positions)
+    rust, python = start(scenario, threads=1), start(scenario, threads=1, bond_law=LinearBond())
+    rust.run()
+    python.run()
+    way = abs(moved(rust) - before).max()
+    assert way > 1e-7 and abs(moved(python) - moved(rust)).max() < 1e-10 * way
+    scale = abs(rust.samples["kinetic"]).max()
+    assert abs(python.samples["residual"] - rust.samples["residual"]).max() < 1e-10 * scale
+
+
 def test_bits_do_not_depend_on_threads_or_restarts(tmp_path):
     law = LinearBond(2.0)
     hashes = set()
@@ -185,7 +215,7 @@ def test_the_conformance_suite_judges_laws():
 
 
 class Answers(Law):
-    """Returns what it is told."""
+    """Answers with a given function."""
 
     def __init__(self, answer, stiffness=(K_N, K_T)):
         self.answer, self.k = answer, stiffness

@@ -31,7 +31,6 @@ for number, (blob,) in enumerate(sqlite3.connect("packings.db").execute("SELECT 
 """
 
 
-@pytest.mark.skipif(not shutil.which("yade"), reason="YADE is not installed")
 def test_packings_of_yade(tmp_path):
     (tmp_path / "make.py").write_text(MAKE)
     run = subprocess.run(["yade", "-n", "-x", "make.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
