@@ -12,8 +12,8 @@ use crate::arrays::{Tensors, result, scalars, tensors};
 use crate::errors::{OrRaise, detach, of_assembly};
 use crate::scenario::Scenario;
 use crate::shared::Shared;
-use crate::simulation::{guarded, inside, pool};
 use crate::warnings::warn;
+use crate::work::{guarded, inside, pool};
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 

@@ -15,8 +15,8 @@ use pyo3::types::PyDict;
 use crate::arrays::{matrix6, result, scalars};
 use crate::errors::{OrRaise, of_assembly};
 use crate::scenario::Scenario;
-use crate::simulation::guarded;
 use crate::warnings::warn;
+use crate::work::guarded;
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 

@@ -29,9 +29,9 @@ use crate::errors::{OrRaise, caught, of_assembly};
 use crate::memory::{peek, targets};
 use crate::scenario::{Scenario, table_of};
 use crate::shared::{Access, Shared};
-use crate::simulation::{guarded, inside, pool};
 use crate::state::contact_table;
 use crate::warnings::warn;
+use crate::work::{guarded, inside, pool};
 
 /// A host function that adds a vector to the force or torque of a body. Arguments: `this`, id, vector.
 type AddVector = unsafe extern "C" fn(*mut c_void, i32, *const f64);

@@ -29,6 +29,7 @@ mod simulation;
 mod state;
 mod strain;
 mod warnings;
+mod work;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;

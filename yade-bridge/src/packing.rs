@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Scalars, Tensor, Vectors, result, scalars, tensor, vectors};
 use crate::errors::OrRaise;
-use crate::simulation::guarded;
+use crate::work::guarded;
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 

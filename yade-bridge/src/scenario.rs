@@ -11,8 +11,9 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
 use crate::errors::{OrRaise, caught, of_assembly};
 use crate::packing::packing_of;
 use crate::scripted::Replacement;
-use crate::simulation::{Simulation, guarded};
+use crate::simulation::Simulation;
 use crate::warnings::warn;
+use crate::work::guarded;
 
 /// A scenario: the input of a run.
 #[pyclass(frozen, module = "concordem")]

@@ -3,11 +3,9 @@
 //! The interpreter's lock is released during steps. Every 50 ms, control returns to Python between two steps; Python may raise
 //! KeyboardInterrupt, after which the simulation can continue.
 
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, Summary, assemble_with, place};
@@ -17,23 +15,19 @@ use concordem::sampling::Bonds as SampledBonds;
 use concordem::schedule::simulation::OperatorRow;
 use concordem::schedule::{Record, Simulation as Run, StopReason};
 use concordem::state::Load;
-use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
-use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
+use crate::errors::{OrRaise, caught, detach, of_assembly, of_restart};
 use crate::meshes::{free_mesh, mesh_number, no_mesh};
 use crate::scenario::Scenario;
 use crate::scripted::{Replacement, ScriptedLaw};
 use crate::shared::{Access, Shared};
 use crate::state::{Addresses, State};
 use crate::warnings::warn;
-
-/// Interval between checks for signals.
-const SLICE: Duration = Duration::from_millis(50);
-/// Interval between calls of the progress function.
-const REPORT: Duration = Duration::from_millis(200);
+use crate::work::{REPORT, SLICE, close, guarded, inside, pool, reporter};
 
 /// The data that steps change.
 pub struct Inner {
@@ -56,93 +50,6 @@ pub struct Simulation {
     summary: Summary,
     /// Laws in Python, which the blocks of contacts know by number.
     _laws: Vec<Arc<ScriptedLaw>>,
-}
-
-/// Payload that carries an exception of a signal handler or progress function back to Python.
-struct Interrupted(PyErr);
-
-/// A pool with this number of threads; `None`: the global pool, with all processors.
-pub fn pool(threads: Option<usize>) -> PyResult<Option<rayon::ThreadPool>> {
-    let Some(threads) = threads else { return Ok(None) };
-    if threads == 0 {
-        return Err(PyValueError::new_err("threads is 0; give at least 1"));
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map(Some).map_err(|error| PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}")))
-}
-
-/// Run `work` inside a pool, so that parallel loops do not enter it individually.
-pub fn inside<T: Send>(pool: Option<&rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
-    match pool {
-        Some(pool) => pool.install(work),
-        None => rayon::scope(|_| work()),
-    }
-}
-
-/// The progress function for the argument `progress`: a callable, or a bar for True, or none.
-fn reporter<'py>(py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> PyResult<Option<Py<PyAny>>> {
-    match progress {
-        None => Ok(None),
-        Some(object) if object.is_none() => Ok(None),
-        Some(object) if object.is_callable() => Ok(Some(object.clone().unbind())),
-        Some(object) => match object.extract::<bool>() {
-            Ok(true) => Ok(Some(py.import("concordem._progress")?.getattr("bar")?.call0()?.unbind())),
-            Ok(false) => Ok(None),
-            Err(_) => Err(PyTypeError::new_err("progress must be True, False, or a function")),
-        },
-    }
-}
-
-/// Run long work without the interpreter's lock. When it reports, `progress` (stage, fraction) is called and signals are checked;
-/// both may stop it with an exception.
-pub fn guarded<T: Send>(
-    py: Python<'_>,
-    threads: Option<usize>,
-    progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&mut dyn FnMut(&str, f64)) -> T + Send,
-) -> PyResult<T> {
-    let pool = pool(threads)?;
-    let report = reporter(py, progress)?;
-    let outcome = py.detach(|| {
-        catch_unwind(AssertUnwindSafe(|| {
-            inside(pool.as_ref(), || {
-                let mut last: Option<Instant> = None;
-                let mut look = |stage: &str, share: f64| {
-                    if last.is_some_and(|at| at.elapsed() < SLICE) {
-                        return;
-                    }
-                    let told = Python::attach(|py| {
-                        py.check_signals()?;
-                        match &report {
-                            Some(report) if last.is_none_or(|at| at.elapsed() >= REPORT) => {
-                                report.call1(py, (stage, share)).map(drop)
-                            }
-                            _ => Ok(()),
-                        }
-                    });
-                    last = Some(Instant::now());
-                    if let Err(error) = told {
-                        // Unwind to cancel the work, which has no other way to stop; none of its data is kept.
-                        resume_unwind(Box::new(Interrupted(error)));
-                    }
-                };
-                work(&mut look)
-            })
-        }))
-    });
-    close(py, report.as_ref())?;
-    outcome.map_err(|payload: Box<dyn Any + Send>| match payload.downcast::<Interrupted>() {
-        Ok(interrupted) => interrupted.0,
-        Err(other) => internal(&*other),
-    })
-}
-
-/// End the line of a progress bar.
-fn close(py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<()> {
-    match report {
-        Some(report) if report.bind(py).hasattr("close")? => report.call_method0(py, "close").map(drop),
-        _ => Ok(()),
-    }
 }
 
 impl Inner {
