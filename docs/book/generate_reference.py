@@ -4,6 +4,7 @@
 * scenario-TABLE.md: every key, from `concordem schema`; examples are the values in templates and tests/scenarios/good
 * commands.md: `concordem COMMAND --help`
 * results.md: datasets of small runs' result files, with their units and descriptions
+* yade-classes.md, yade-CLASS.md: the classes of the native YADE plugin, from their declarations
 * python.md: the package, from its stub, its docstrings, and the doc comments of its Rust functions; nothing is imported
 
 The folder reference_pages has one module for each of them.
@@ -13,7 +14,7 @@ import argparse
 import subprocess
 from pathlib import Path
 
-from reference_pages import commands, python_package, results, scenario
+from reference_pages import commands, python_package, results, scenario, yade_classes
 from reference_pages.text import ROOT
 
 TARGET = Path(__file__).resolve().parent / "reference/generated"
@@ -36,6 +37,7 @@ def main():
         **commands.pages(program, run),
         **results.pages(program, run),
         **python_package.pages(),
+        **yade_classes.pages(program, run),
     }
     TARGET.mkdir(parents=True, exist_ok=True)
     for path in TARGET.glob("*.md"):

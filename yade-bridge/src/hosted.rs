@@ -3,6 +3,9 @@
 //! `advance` computes whole steps instead of the host (hand-over). `contact_step` computes the forces of one step at the positions of
 //! the host's bodies and adds them to the host's forces; the host does the rest (bonded engine).
 
+mod clumps;
+
+use std::collections::HashMap;
 use std::ffi::{CStr, c_void};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -134,9 +137,12 @@ impl Hosted {
     ///
     /// `bodies`: arrays id, position, velocity, orientation (x, y, z, w), angular_velocity, radius, mass, inertia, material,
     /// constraint. `contacts`: pair (rows of bodies), image, bonded, length (reference), area, normal, distance, history.
-    /// `laws`: (material, material, parameters).
+    /// `laws`: (material, material, parameters). `clumps`: see [`clumps::of_arrays`]. `lost`: number of bonds and contacts that each body has
+    /// already lost.
     #[staticmethod]
-    #[pyo3(signature = (bodies, contacts, laws, materials, dt, kinematics, damping=0.0, gravity=None, cell=None, threads=None))]
+    #[pyo3(signature = (
+        bodies, contacts, laws, materials, dt, kinematics, damping=0.0, gravity=None, cell=None, threads=None, clumps=None, lost=None
+    ))]
     fn concrete(
         bodies: &Bound<'_, PyDict>,
         contacts: &Bound<'_, PyDict>,
@@ -148,6 +154,8 @@ impl Hosted {
         gravity: Option<Vector>,
         cell: Option<(Tensor, Tensor, Tensor)>,
         threads: Option<usize>,
+        clumps: Option<&Bound<'_, PyDict>>,
+        lost: Option<Indices<'_>>,
     ) -> PyResult<Self> {
         let position: Vectors<'_> = get(bodies, "position")?;
         let (velocity, angular_velocity): (Vectors<'_>, Vectors<'_>) =
@@ -199,7 +207,17 @@ impl Hosted {
             pairs: pair_parameters(laws)?,
         };
         let cell = cell.map(|cell| cell_from(cell, dt));
-        let made = Assembly::concrete(&columns, &given, origin, cell, dt).map_err(PyValueError::new_err)?;
+        let clumps = clumps.map(clumps::of_arrays).transpose()?.unwrap_or_default();
+        let mut made =
+            Assembly::concrete(&columns, &given, &clumps, origin, cell, dt).map_err(PyValueError::new_err)?;
+        if let Some(lost) = lost {
+            let lost = lost.get()?;
+            same_length("lost", lost.len(), columns.id.len())?;
+            let of: HashMap<u32, u32> = columns.id.iter().copied().zip(lost.iter().copied()).collect();
+            for (id, count) in made.state.particles.id.iter().zip(&mut made.openings) {
+                *count = of.get(id).copied().unwrap_or(0);
+            }
+        }
         Self::new(made, threads)
     }
 
@@ -342,6 +360,12 @@ impl Hosted {
         Ok(dict)
     }
 
+    /// Position, velocity, orientation (x, y, z, w), angular velocity, and angular momentum of the clumps, in the order in which they
+    /// were given.
+    fn clumps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        clumps::motion(py, &self.read(py)?.assembly.state)
+    }
+
     /// Tables of all active contacts: bonds by law, and `unbonded`. `a` and `b` are the host's body ids.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.read(py)?;
@@ -471,6 +495,8 @@ impl Hosted {
                 "the file contains other bodies than the scene; load the file that was saved with this scene",
             ));
         }
+        let before = &state.particles.id;
+        clumps::place_members(&mut stored, before).map_err(PyRuntimeError::new_err)?;
         let solver = caught(|| Solver::new(solver.model().clone(), &mut stored))?.or_raise()?;
         inner.change(py, |Inner { assembly, .. }| {
             assembly.state = stored;

@@ -16,7 +16,7 @@ from yade import export, utils
 
 import concordem.yade as bridge
 from concordem import YadeError
-from concordem.yade import _layout, _scene
+from concordem.yade import _concrete, _layout, _scene
 
 VOLUME = 1e-6
 
@@ -116,6 +116,42 @@ def test_pause_ends_between_two_steps():
     assert O.iter == builtins.at_pause + 1 and O.stopAtIter == end, (O.iter, O.stopAtIter)
     O.run(wait=True)
     assert O.iter == end
+
+
+def test_pauses_by_engines_of_yade_end_between_two_steps():
+    """Peri3dController calls YADE's own pause in the middle of a step, here a long one: YADE's O.wait returned within it."""
+    import builtins
+    import time
+
+    O.reset()
+    O.periodic = True
+    O.cell.setBox(1, 1, 1)
+    m = O.materials.append(FrictMat(young=1e6, density=1000))
+    O.bodies.append(utils.sphere((0.5, 0.5, 0.5), 0.1, material=m, color=(1, 1, 1)))
+    builtins.within = None
+
+    def slow():
+        builtins.within = True
+        time.sleep(0.1)
+        builtins.within = False
+
+    builtins.slow = slow
+    O.dt = 1e-5
+    for _ in range(3):
+        # The controller sets itself dead when it has reached its goal, so every run gets a new one.
+        O.engines = [
+            ForceResetter(),
+            InsertionSortCollider([Bo1_Sphere_Aabb()], allowBiggerThanPeriod=True),
+            InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_FrictPhys()], [Law2_ScGeom_FrictPhys_CundallStrack()]),
+            Peri3dController(goal=(1e-6, 0, 0, 0, 0, 0), nSteps=3),
+            PyRunner(command="slow()", iterPeriod=1),
+            NewtonIntegrator(),
+        ]
+        first = O.iter
+        O.run()
+        O.wait()
+        assert builtins.within is False and not O.running and O.iter == first + 3
+        bridge.snapshot()
 
 
 def test_a_script_in_the_loop_reads():
@@ -346,7 +382,7 @@ def test_states_of_two_materials():
         for b in O.bodies:
             if b.id % 3 == 0:
                 b.material = soft
-        bridge._engine._sort_anew()
+        _concrete.sort_anew()
         O.step()
         O.engines[2].geomDispatcher.functors[0].interactionDetectionFactor = O.engines[1].boundDispatcher.functors[0].aabbEnlargeFactor = 1
         O.engines = O.engines + [CpmStateUpdater(iterPeriod=1)]

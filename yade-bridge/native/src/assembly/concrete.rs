@@ -3,11 +3,11 @@
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::cpm::{Cpm, CpmParameters, CpmState};
 use concordem_contact::law::{LawState, Reference};
-use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
 use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
-use concordem_solver::state::{Cell, Constraint, Particles, Sphere, State};
+use concordem_solver::state::{Cell, Clump, Constraint, Particles, Sphere, State};
 use concordem_solver::{Model, PairCoefficients};
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +57,98 @@ pub struct Contacts<'a> {
     pub distance: &'a [f64],
     /// Histories ([`CpmState`]), contiguous.
     pub history: &'a [f64],
+}
+
+/// A rigid clump of the host.
+#[derive(Debug, Clone)]
+pub struct HostClump {
+    /// Indices of the members in [`Bodies`], any order; each body is in at most one clump.
+    pub members: Vec<u32>,
+    /// Centers of the members in the clump's axes, m.
+    pub offsets: Vec<Vec3>,
+    /// Orientations of the members relative to the clump.
+    pub orientations: Vec<Quat>,
+    /// Center of mass, m.
+    pub position: Vec3,
+    /// Velocity at the half step, m/s.
+    pub velocity: Vec3,
+    /// Orientation of the principal axes, body to world.
+    pub orientation: Quat,
+    /// Angular momentum at the half step, world axes, kg·m²/s.
+    pub angular_momentum: Vec3,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Principal moments of inertia, kg·m².
+    pub inertia: Vec3,
+    /// Bit mask of prescribed degrees of freedom, see [`Constraint`].
+    pub constraint: u32,
+}
+
+impl HostClump {
+    /// Check the numbers. `number` names the clump in messages, `bodies` is the number of bodies.
+    fn check(&self, number: usize, bodies: usize) -> Result<(), String> {
+        same_length("offsets of a clump", self.offsets.len(), self.members.len())?;
+        same_length("orientations of a clump", self.orientations.len(), self.members.len())?;
+        if let Some(member) = self.members.iter().find(|&&member| member as usize >= bodies) {
+            return Err(format!("clump {number} refers to body index {member}, but there are {bodies} bodies"));
+        }
+        let finite =
+            [self.position, self.velocity, self.angular_momentum].iter().all(|v| v.iter().all(|x| x.is_finite()));
+        if !(finite && self.mass > 0.0 && self.inertia.min() > 0.0 && !self.members.is_empty()) {
+            return Err(format!(
+                "clump {number} has no members, a position or motion that is not finite, or a mass or moment of inertia that is \
+                 not positive"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The clump with its members at their `place` in the solver.
+    fn placed(&self, place: &[u32]) -> Clump {
+        let mut order: Vec<usize> = (0..self.members.len()).collect();
+        order.sort_unstable_by_key(|&k| place[self.members[k] as usize]);
+        Clump {
+            members: order.iter().map(|&k| place[self.members[k] as usize]).collect(),
+            offsets: order.iter().map(|&k| self.offsets[k]).collect(),
+            orientations: order.iter().map(|&k| self.orientations[k]).collect(),
+            position: self.position,
+            velocity: self.velocity,
+            orientation: self.orientation,
+            angular_momentum: self.angular_momentum,
+            mass: self.mass,
+            inertia: self.inertia,
+            constraint: Constraint(self.constraint as u8),
+        }
+    }
+}
+
+/// Put `clumps` into `state`, whose particles are bodies at their `place`. Members follow their clump, so their own constraints have no
+/// effect, as in YADE.
+fn add_clumps(state: &mut State, clumps: &[HostClump], place: &[u32]) -> Result<(), String> {
+    // A host stores members with the rounding of its own arithmetic.
+    const DISPLACED: f64 = 1e-6;
+    for (number, clump) in clumps.iter().enumerate() {
+        clump.check(number, place.len())?;
+        let placed = clump.placed(place);
+        for (&member, offset) in placed.members.iter().zip(&placed.offsets) {
+            let member = member as usize;
+            let particles = &mut state.particles;
+            if particles.clump[member] != u32::MAX {
+                return Err(format!("body {} is in two clumps, but may be in one", particles.id[member]));
+            }
+            let away = (placed.position + rotate(&placed.orientation, offset) - particles.position[member]).norm();
+            if away > DISPLACED * particles.radius[member] {
+                return Err(format!(
+                    "body {} is {away:e} m away from its place in its clump; take one step, so that the host moves it there",
+                    particles.id[member]
+                ));
+            }
+            particles.clump[member] = number as u32;
+            particles.constraint[member] = Constraint::FREE;
+        }
+        state.clumps.push(placed);
+    }
+    Ok(())
 }
 
 /// Parameters of the concrete law between two materials.
@@ -164,6 +256,12 @@ impl Contacts<'_> {
         let row = coefficients
             .get(particles.material[a as usize], particles.material[b as usize])
             .ok_or_else(|| format!("there are no parameters for the materials of contact {k}"))?;
+        if particles.clump[a as usize] == particles.clump[b as usize] && particles.clump[a as usize] != u32::MAX {
+            return Err(format!(
+                "bodies {} and {} interact, but belong to one clump; erase the interaction",
+                particles.id[a as usize], particles.id[b as usize]
+            ));
+        }
         let (mut normal, mut image) = (self.normal[k], self.image[k]);
         let history = &self.history[k * HISTORY..(k + 1) * HISTORY];
         let mut state: CpmState = bytemuck::pod_read_unaligned(bytemuck::cast_slice(history));
@@ -209,13 +307,15 @@ impl Assembly {
         Ok((ContactBlock::new(laws), model))
     }
 
-    /// Spheres with bonds and contacts of the concrete law and their histories.
+    /// Spheres with bonds and contacts of the concrete law and their histories. Members of a clump do not interact with each other.
     ///
     /// # Errors
-    /// Columns of different lengths, values that are not finite or not positive, contacts between materials without a law.
+    /// Columns of different lengths, values that are not finite or not positive, contacts between materials without a law, members
+    /// that are not at their place in the clump or interact with each other.
     pub fn concrete(
         bodies: &Bodies<'_>,
         contacts: &Contacts<'_>,
+        clumps: &[HostClump],
         origin: Origin,
         cell: Option<Cell>,
         dt: f64,
@@ -236,13 +336,16 @@ impl Assembly {
         }
         let (mut bonds, model) = Self::empty_concrete(&origin)?;
         let mut unbonded = bonds.clone();
+        let mut state = State { particles, cell, ..State::default() };
+        add_clumps(&mut state, clumps, &place)?;
+        let particles = &state.particles;
         for k in 0..contacts.pair.len() {
             let block = if contacts.bonded[k] { &mut bonds } else { &mut unbonded };
-            contacts.push(k, &place, &particles, &model.contact_rows, block)?;
+            contacts.push(k, &place, particles, &model.contact_rows, block)?;
         }
         bonds.sort();
         unbonded.sort();
-        let mut state = State { particles, cell, bonds: vec![Box::new(bonds)], ..State::default() };
+        state.bonds = vec![Box::new(bonds)];
         state.contacts = Some(Box::new(unbonded));
         state.clock.dt = dt;
         Self::new(state, model, origin)

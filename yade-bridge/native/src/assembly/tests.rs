@@ -6,6 +6,11 @@ use super::*;
 
 /// Three spheres of concrete in a row, the first two bonded; the third comes from the right.
 fn three_spheres(kinematics: MotionMeasure) -> Assembly {
+    with_clumps(kinematics, &[]).expect("the input is valid")
+}
+
+/// The three spheres, some of them in clumps.
+fn with_clumps(kinematics: MotionMeasure, clumps: &[HostClump]) -> Result<Assembly, String> {
     let position = [Vec3::zeros(), Vec3::new(2e-3, 0.0, 0.0), Vec3::new(4.1e-3, 0.0, 0.0)];
     let velocity = [Vec3::zeros(), Vec3::new(0.1, 0.02, 0.0), Vec3::new(-3.0, 0.0, 0.0)];
     let bodies = Bodies {
@@ -33,7 +38,23 @@ fn three_spheres(kinematics: MotionMeasure) -> Assembly {
     let parameters = CpmParameters::new(25e9, 0.2, 3e6, 0.6, 1e-4, 10.0);
     let pairs = vec![PairParameters { a: 0, b: 0, parameters }];
     let origin = Origin::Concrete { kinematics, materials: 1, damping: 0.0, gravity: [0.0; 3], pairs };
-    Assembly::concrete(&bodies, &contacts, origin, None, 1e-7).expect("the input is valid")
+    Assembly::concrete(&bodies, &contacts, clumps, origin, None, 1e-7)
+}
+
+/// A clump of these two spheres.
+fn clump_of(members: [u32; 2], offsets: [Vec3; 2], position: Vec3) -> HostClump {
+    HostClump {
+        members: members.to_vec(),
+        offsets: offsets.to_vec(),
+        orientations: vec![Quat::identity(); 2],
+        position,
+        velocity: Vec3::zeros(),
+        orientation: Quat::identity(),
+        angular_momentum: Vec3::zeros(),
+        mass: 2e-5,
+        inertia: Vec3::new(8e-12, 2e-11, 2e-11),
+        constraint: 0,
+    }
 }
 
 /// Move the spheres as a host does; returns the bits of the forces of all steps.
@@ -91,4 +112,39 @@ fn invalid_input_is_rejected() {
     let cell = cell_of(Mat3::identity(), Mat3::identity(), Mat3::zeros(), 1e-7);
     assert!(assembly.find_forces(1e-7, Some(cell), false).expect_err("no cell").contains("periodic"));
     assert!(motion_measure("nonsense").expect_err("unknown").contains("first-order"));
+}
+
+#[test]
+fn members_of_a_clump_move_together_and_do_not_interact() {
+    let (middle, half) = (Vec3::new(3.05e-3, 0.0, 0.0), Vec3::new(1.05e-3, 0.0, 0.0));
+    // The members come in the order of the host, which differs from that of the solver.
+    let clump = clump_of([2, 1], [half, -half], middle);
+    let mut assembly = with_clumps(MotionMeasure::Finite, std::slice::from_ref(&clump)).expect("the input is valid");
+    let members = assembly.state.clumps[0].members.clone();
+    assert!(members[0] < members[1]);
+    let length = |assembly: &Assembly| {
+        let [a, b] = [0, 1].map(|k| assembly.state.particles.position[members[k] as usize]);
+        (b - a).norm()
+    };
+    let (start, momentum) = (length(&assembly), |assembly: &Assembly| {
+        let p = &assembly.state.particles;
+        let alone = (0..3).find(|p| !members.contains(p)).expect("one is not in the clump") as usize;
+        p.velocity[alone] * p.mass[alone] + assembly.state.clumps[0].velocity * assembly.state.clumps[0].mass
+    });
+    for _ in 0..200 {
+        assembly.solver.step(&mut assembly.state).expect("a step");
+    }
+    // Rounding of 200 rotations.
+    assert!((length(&assembly) - start).abs() < 1e-13 * start);
+    assert!(momentum(&assembly).norm() < 1e-18, "the bond pulls both equally");
+    assert!(assembly.state.clumps[0].velocity.norm() > 1e-4, "the bond moves the clump");
+    let inner = with_clumps(MotionMeasure::Finite, &[clump_of([0, 1], [-half, half], Vec3::new(1e-3, 0.0, 0.0))]);
+    assert!(inner.err().is_some_and(|message| message.contains("away from its place")));
+    let half = Vec3::new(1e-3, 0.0, 0.0);
+    let inner = with_clumps(MotionMeasure::Finite, &[clump_of([0, 1], [-half, half], half)]);
+    assert!(
+        inner.err().is_some_and(|message| message.contains("bodies 7 and 3 interact") || message.contains("3 and 7"))
+    );
+    let twice = with_clumps(MotionMeasure::Finite, &[clump.clone(), clump]);
+    assert!(twice.err().is_some_and(|message| message.contains("in two clumps")));
 }

@@ -54,7 +54,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_concrete(
         boxed(message, threads, || {
             let scene = &*scene;
             scene.with(|bodies, contacts, origin| {
-                Assembly::concrete(bodies, contacts, origin, cell(scene.cell, scene.dt), scene.dt)
+                Assembly::concrete(bodies, contacts, &[], origin, cell(scene.cell, scene.dt), scene.dt)
             })
         })
     }

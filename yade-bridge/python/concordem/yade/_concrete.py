@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ._clumps import Clumps
 from ._memory import address_of
 from ._rules import refuse
 from ._scene import Reals, bodies, gather, host, interactions, of_class
@@ -62,7 +63,7 @@ class Settings:
                         "over after it",
                         "Engines",
                     )
-        newton = engine_of("NewtonIntegrator")
+        self.newton = newton = engine_of("NewtonIntegrator")
         # Use the dictionary, because reading the attribute prints a warning.
         if newton.dict().get("densityScaling") or newton.mask != -1:
             raise refuse("the bridge does not support densityScaling and mask of NewtonIntegrator; unset them", "Engines")
@@ -127,9 +128,7 @@ class Concrete:
         """Number of interactions with other bodies."""
         self.contacts = found.of(inner)
         self.pair = np.stack([one, two], axis=1)[inner].astype(np.uint32)
-        for body in omega.bodies:
-            if body is not None and (body.isClump or body.isClumpMember):
-                raise refuse(f"body {body.id} belongs to a clump, which the bridge does not support; remove clumps", "Clumps")
+        self.clumps = Clumps(self.bodies.ids)
 
     def _materials(self) -> tuple[list[Any], NDArray[np.uint32]]:
         omega = host().omega
@@ -189,9 +188,15 @@ class Concrete:
                 gravity=settings.gravity if damping else None,
                 cell=cell,
                 threads=threads or omega.numThreads,
+                clumps=self.clumps.arrays(settings.newton, settings.dt),
+                lost=self._lost(),
             )
         except ValueError as error:
             raise refuse(f"the scene cannot be taken over: {error}") from error
+
+    def _lost(self) -> NDArray[np.uint32]:
+        """Number of bonds and contacts that each body has lost so far."""
+        return gather(self.bodies.state, "CpmState.numBrokenCohesive", "i32").clip(0).astype(np.uint32)
 
     def _contact_arrays(self, radius: Reals, mode: str) -> dict[str, Any]:
         contacts = self.contacts
@@ -309,6 +314,64 @@ def write_bodies(concrete: Concrete, solver: _core.Hosted) -> None:
     scatter(state, "State.vel", now["velocity"])
     scatter(state, "State.angVel", now["angular_velocity"])
     scatter(state, "State.ori", now["orientation"])
+    concrete.clumps.write(solver)
+
+
+def sort_anew() -> None:
+    """Make the collider check all pairs in the next step, because erased interactions included potential contacts. The collider has no
+    command for this, so replace it by a new one with the same settings."""
+    yade = host()
+    old = engine_of("InsertionSortCollider")
+    own = {"newton", "boundDispatcher", "numAction", "numReinit", "fastestBodyMaxDist", "doSort"}
+    settings = {name: value for name, value in old.dict().items() if name not in own}
+    new = yade.wrapper.InsertionSortCollider(old.boundDispatcher.functors, **settings)
+    engines = list(yade.omega.engines)
+    place = next(k for k, engine in enumerate(engines) if class_of(engine) == "InsertionSortCollider" and not engine.dead)
+    yade.omega.engines = engines[:place] + [new] + engines[place + 1 :]
+
+
+def create_interactions(one: Any, two: Any) -> list[Any]:
+    """Create an interaction between each pair of bodies, by the functors of the scene."""
+    from yade.utils import createInteraction
+
+    omega = host().omega
+    made = []
+    for first, second in zip(np.minimum(one, two).tolist(), np.maximum(one, two).tolist()):
+        if omega.interactions.has(first, second):
+            omega.interactions.erase(first, second)
+        contact = createInteraction(first, second)
+        # Not this iteration: the law would treat the contact as new and discard its history.
+        contact.iterMadeReal = max(omega.iter - 1, 0)
+        made.append(contact)
+    return made
+
+
+def write_images(addresses: NDArray[np.uint64], images: Any) -> None:
+    """Write the periodic images of the second bodies of interactions."""
+    for k in range(3):
+        column = np.ascontiguousarray(np.asarray(images)[:, k], np.int32)
+        _core.memory_scatter_i32(np.ascontiguousarray(addresses), host().layout["Interaction.cellDist"] + 4 * k, column)
+
+
+def _create_contacts(table: Any) -> None:
+    """Create interactions of the concrete law with the constants of these contacts; their histories are written later."""
+    made = create_interactions(table["a"], table["b"])
+    for contact, bonded in zip(made, table["bonded"].tolist()):
+        contact.phys.isCohesive = bonded
+    geom, phys = (np.array([address_of(getattr(contact, name)) for contact in made], np.uint64) for name in ("geom", "phys"))
+    length, area = table["reference_length"], table["area"]
+    radii = gather(geom, "ScGeom.refR1") + gather(geom, "ScGeom.refR2")
+    for name, values in (
+        ("refLength", length),
+        ("crossSection", area),
+        ("refPD", radii - length),
+        ("kn", area * gather(phys, "CpmPhys.E") / length),
+        ("ks", area * gather(phys, "CpmPhys.G") / length),
+        ("epsFracture", gather(phys, "CpmPhys.epsCrackOnset") * np.array([contact.phys.relDuctility for contact in made])),
+    ):
+        scatter(phys, f"CpmPhys.{name}", values)
+    turned = np.where(table["a"] == [contact.id1 for contact in made], 1, -1)
+    write_images(np.array([address_of(contact) for contact in made], np.uint64), table["image"] * turned[:, None])
 
 
 def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
@@ -328,23 +391,7 @@ def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
             omega.bodies[body].state.numBrokenCohesive += 1
     new = ~np.isin(ours, theirs)
     if new.any():
-        from yade.utils import createInteraction
-
-        for row in table[new]:
-            one, two = sorted((int(row["a"]), int(row["b"])))
-            if omega.interactions.has(one, two):
-                omega.interactions.erase(one, two)
-            contact = createInteraction(one, two)
-            # Not this iteration: the law would treat the contact as new and discard its history.
-            contact.iterMadeReal = max(omega.iter - 1, 0)
-            physics = contact.phys
-            physics.isCohesive = False
-            physics.refLength, physics.crossSection = row["reference_length"], row["area"]
-            radii = contact.geom.refR1 + contact.geom.refR2
-            physics.refPD = radii - row["reference_length"]
-            physics.kn = row["area"] * physics.E / row["reference_length"]
-            physics.ks = row["area"] * physics.G / row["reference_length"]
-            physics.epsFracture = physics.epsCrackOnset * physics.relDuctility
+        _create_contacts(table[new])
     if gone.any() or new.any():
         concrete = Concrete()
         theirs = _keys_of_yade(concrete)

@@ -7,6 +7,8 @@ breakage. Forces are added through YADE's `ForceContainer::addForce`.
 
 from __future__ import annotations
 
+import os
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
@@ -15,8 +17,8 @@ from numpy.typing import NDArray
 from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
-from . import _hooks, _rules
-from ._concrete import Concrete, cell_of, class_of, engine_of, scatter
+from . import _hooks, _interactions, _rules, _vtk
+from ._concrete import Concrete, cell_of, class_of, engine_of, scatter, sort_anew
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._rules import refuse
 from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, is_at_rest, of_class
@@ -48,19 +50,6 @@ def _command(name: str) -> str:
 
 def _is_in_engines(name: str) -> bool:
     return any(getattr(engine, "command", "") == _command(name) for engine in host().omega.engines)
-
-
-def _sort_anew() -> None:
-    """Make the collider check all pairs in the next step, because erased interactions included potential contacts. The collider has no
-    command for this, so replace it by a new one with the same settings."""
-    yade = host()
-    old = engine_of("InsertionSortCollider")
-    own = {"newton", "boundDispatcher", "numAction", "numReinit", "fastestBodyMaxDist", "doSort"}
-    settings = {name: value for name, value in old.dict().items() if name not in own}
-    new = yade.wrapper.InsertionSortCollider(old.boundDispatcher.functors, **settings)
-    engines = list(yade.omega.engines)
-    place = next(k for k, engine in enumerate(engines) if class_of(engine) == "InsertionSortCollider" and not engine.dead)
-    yade.omega.engines = engines[:place] + [new] + engines[place + 1 :]
 
 
 def _here() -> list[BondedEngine]:
@@ -109,6 +98,8 @@ class BondedEngine:
         self._checked = b""
         #: Whether the last check failed.
         self._suspect = False
+        #: Whether the bonds are interactions of YADE, too, for a script that reads them.
+        self._shown = False
 
     # -- in and out of the scene ------------------------------------------------------------------------------------
 
@@ -168,6 +159,12 @@ class BondedEngine:
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place in O.engines and has acted in every step; `deep`: and unless the settings
         and bodies are those of the take-over."""
+        if self._shown:
+            raise refuse(
+                f"the bonds of {self._title} are shown as interactions, whose forces YADE would add a second time; leave the block "
+                "`with engine.interactions()` before the next step",
+                "Shown",
+            )
         yade = host()
         omega, layout = yade.omega, yade.layout
         deep = deep or self._suspect
@@ -228,7 +225,7 @@ class BondedEngine:
         collider.avoidSelfInteractionMask |= bit
         self._kind["mask"] = bit
         self._clear_interactions()
-        _sort_anew()
+        sort_anew()
 
     def _clear_interactions(self) -> None:
         """Remove the interactions between our bodies from YADE."""
@@ -244,7 +241,13 @@ class BondedEngine:
         omega.interactions.eraseNonReal()
 
     def remove(self) -> None:
-        """Remove the engine from O.engines and delete its bonds; YADE handles contacts between the bodies again."""
+        """Remove the engine from O.engines and delete its bonds; YADE handles contacts between the bodies again. To keep the bonds, use
+        :meth:`give_back`."""
+        self._take_out()
+        self._release()
+
+    def _take_out(self) -> None:
+        """Remove the engine from O.engines and from the collider's mask."""
         yade = host()
         self._placed = False
         yade.omega.engines = [e for e in yade.omega.engines if getattr(e, "command", "") != _command(self.name)]
@@ -256,9 +259,55 @@ class BondedEngine:
                     body.groupMask &= ~bit
             collider = engine_of("InsertionSortCollider")
             collider.avoidSelfInteractionMask &= ~bit
-            _sort_anew()
+            sort_anew()
+
+    def _put_in(self) -> None:
+        """Undo :meth:`_take_out`."""
+        self._mask()
+        self._insert()
+        self._next = host().omega.iter + 1
+        self._placed = True
+
+    def _release(self) -> None:
         _registered.pop(self.name, None)
         self.attached = False
+
+    # -- for YADE and its scripts ---------------------------------------------------------------------------------------
+
+    def give_back(self) -> dict[str, int]:
+        """Remove the engine from O.engines, and return its bonds and contacts to YADE as interactions with their histories. YADE goes on
+        with its own law, from the same forces and energies if the engine had YADE's (`mode="yade-public"`).
+
+        Returns the numbers of interactions `made`, `erased`, and `written`. For :func:`take_over` only; stock YADE does not have the laws
+        of :func:`bond`. Takes some 0.1 ms per bond. If YADE cannot store a contact, the error leaves the engine as it was.
+        """
+        return _interactions.give_back(self)
+
+    def interactions(self) -> AbstractContextManager[None]:
+        """Show the bonds and contacts of the last step as interactions, so that scripts and engines of YADE can read them:
+
+        >>> with engine.interactions():                         # doctest: +SKIP
+        ...     print(sum(i.phys.normalForce.norm() for i in O.interactions))
+        ...     recorder()                                      # a VTKRecorder with dead=True in O.engines
+
+        Within the block, O.interactions contains them, and functions of YADE that read it work as usual; a step is refused. For bonds of
+        :func:`take_over`, all attributes are those of YADE's law. For bonds of :func:`bond`, the functors of the scene make the
+        interactions, which get the normal, the distance, and the normal and shear force of the bond; other attributes (stiffnesses,
+        moments) are those of the functors. Takes some 0.1 ms per bond.
+        """
+        return _interactions.shown(self)
+
+    def write_vtk(self, prefix: str | os.PathLike[str]) -> list[str]:
+        """Write the bonds and contacts to `PREFIX-intrs.ITER.vtp` and the spheres to `PREFIX-spheres.ITER.vtu`, as YADE's VTKRecorder
+        names them; returns the paths.
+
+        Lines have `forceN` (N, positive in compression, as in VTKRecorder), `absForceT`, `forceT` (on the second body, N), `moment`
+        (N m), `damage`, `bonded`, `law`, `length`, `id1`, `id2`. A contact across a periodic border is a line to the image of the second
+        sphere. Spheres have `radii`, `id`, `linVelVec`, `angVelVec`, `damage` (mean of the bonds).
+
+        >>> PyRunner(command="engine.write_vtk('out/wall')", iterPeriod=100)         # doctest: +SKIP
+        """
+        return _vtk.write(self, os.fspath(prefix))
 
     # -- every step --------------------------------------------------------------------------------------------------
 

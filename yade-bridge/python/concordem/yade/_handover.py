@@ -42,7 +42,7 @@ def advance(
 ) -> HandedOver:
     """Compute `steps` steps of a concrete scene with our solver and write the result back to YADE.
 
-    Bodies with blocked degrees of freedom keep their velocity, as in YADE. The periodic cell deforms with its velocity gradient.
+    Bodies with blocked degrees of freedom keep their velocity, as in YADE. Clumps of spheres move as rigid bodies. The periodic cell deforms with its velocity gradient.
     Scripts and recorders (PyRunner, VTKRecorder, ...) do not run meanwhile; engines that move or load bodies raise YadeError. The
     default `kinematics` and `mode` reproduce YADE's law up to rounding; `kinematics="finite"` with `mode="thesis"` is the corrected
     law, and faster. The result does not depend on the number of threads. Raises YadeError if the scene is not supported.
@@ -53,16 +53,24 @@ def advance(
     omega = host().omega
     _check_engines(strict=False)
     concrete = Concrete()
-    if len(concrete.others.ids):
+    clumps = {body.id for body in concrete.clumps.bodies}
+    others = [int(number) for number in concrete.others.ids if int(number) not in clumps]
+    if others:
         raise refuse(
-            f"body {int(concrete.others.ids[0])} is not a sphere of CpmMat, and only these can be handed over; use "
+            f"body {others[0]} is not a sphere of CpmMat, and only these can be handed over; use "
             "concordem.yade.take_over, which supports other bodies",
             "OtherBodies",
         )
     if omega.forces.getPermForceUsed():
         raise refuse("permanent forces (O.forces.setPermF) cannot be handed over; use concordem.yade.take_over", "Forces")
-    if any(body.aspherical for body in omega.bodies):
-        raise refuse("a body is aspherical; set aspherical=False")
+    for body in omega.bodies:
+        if body is None:
+            continue
+        if body.aspherical and not body.isClump:
+            raise refuse(f"body {body.id} is aspherical; set aspherical=False")
+        if concrete.settings.damping and not body.state.isDamped:
+            raise refuse(f"body {body.id} has isDamped=False, and our solver damps all bodies; use concordem.yade.take_over")
+    concrete.clumps.refuse_motion(concrete.settings.newton, omega.periodic)
     solver = concrete.hosted(kinematics or concrete.settings.kinematics, mode, True, threads)
     broken = solver.advance(steps)
     write_bodies(concrete, solver)

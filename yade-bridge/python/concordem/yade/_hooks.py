@@ -24,6 +24,9 @@ from . import _rules
 class Bonded(Protocol):
     """A bonded engine of the current scene, in either form."""
 
+    #: Whether the bonds are in O.interactions now.
+    _shown: bool
+
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the scene is as the engine needs it; `deep`: settings and bodies, too."""
 
@@ -72,6 +75,11 @@ UNKNOWN_FUNCTIONS = ("forcesOnCoordPlane", "forcesOnPlane")
 def bonded() -> list[Bonded]:
     """The bonded engines of the current scene."""
     return [engine for source in sources for engine in source()]
+
+
+def _hidden() -> list[Bonded]:
+    """The bonded engines whose bonds are not in O.interactions."""
+    return [engine for engine in bonded() if not engine._shown]
 
 
 @contextlib.contextmanager
@@ -249,7 +257,7 @@ def install() -> None:
 def _blind(name: str, function: Any, remedy: str) -> Any:
     @functools.wraps(function)
     def checked(*arguments: Any, **named: Any) -> Any:
-        if bonded():
+        if _hidden():
             raise _rules.refuse(f"{name}() reads O.interactions, where the bonds no longer are; {remedy}", "BlindFunction")
         return function(*arguments, **named)
 
@@ -264,7 +272,7 @@ def _unknown(name: str, function: Any) -> Any:
     def checked(*arguments: Any, **named: Any) -> Any:
         nonlocal warned
         found = function(*arguments, **named)
-        if not bonded():
+        if not _hidden():
             return found
         if not warned:
             warned = True
@@ -283,7 +291,7 @@ def _stress(function: Any) -> Any:
         import yade.wrapper
 
         found = function(volume)
-        engines = bonded()
+        engines = _hidden()
         if not engines:
             return found
         omega = yade.wrapper.Omega()

@@ -105,6 +105,18 @@ def place(of: dict[str, Any]) -> Path:
     return folder() / f"yade-{of['version']}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.so"
 
 
+def bundled() -> Path:
+    """Folder of the plugins that come with the package."""
+    return Path(__file__).parent / "plugins"
+
+
+def find(of: dict[str, Any]) -> Path:
+    """The plugin for a YADE with these facts: one that the user has built, else the one that came with the package; the first place if
+    there is none."""
+    built = place(of)
+    return next((path for path in (built, bundled() / built.name) if path.exists()), built)
+
+
 def load(path: Path | None = None) -> None:
     """Load the plugin for this YADE and register its classes; scripts can use them without a prefix.
 
@@ -114,7 +126,7 @@ def load(path: Path | None = None) -> None:
     if _library is not None:
         return
     found = facts()
-    path = path or place(found)
+    path = path or find(found)
     if not path.exists():
         raise YadeError(
             f"there is no native plugin for this YADE ({found['version']}, {found['compiler']}) and this concordem; build it "
@@ -154,6 +166,7 @@ class _Engine:
 
     def __init__(self, engine: Any, place: int = -1, lost: str = "") -> None:
         self._engine, self._place, self._lost = engine, place, lost
+        self._shown = False
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place and alive; in its steps, it checks the rest itself."""

@@ -3,6 +3,9 @@
 YADE's own `O.pause` only asks the run to end: the present step goes on, and another one may begin, while `O.running` is already False.
 A script that reads the scene or resets it at once meets a step under way: it finds a torn state, or YADE crashes. Here `O.pause` moves
 `O.stopAtIter` to the end of the next step and waits for it. Called from a PyRunner, it ends the run after the present step.
+
+Engines of YADE in C++ (PeriIsoCompressor, TriaxialCompressionEngine, KinemC engines, ...) call YADE's own pause in the middle of a step.
+Therefore `O.running` is True, and `O.run(n, True)` and `O.wait` do not return, until that step has ended.
 """
 
 from __future__ import annotations
@@ -14,11 +17,25 @@ from typing import Any
 
 #: The stopAtIter that a pause within a step has set, and the one to restore.
 _changed: tuple[int, int] | None = None
+#: The thread that is in O.step, which runs the engines in the same thread.
+_stepping: int | None = None
 
 
 def in_the_loop() -> bool:
     """Whether YADE's loop has called this script and waits for it. Python has not started its thread and has a dummy for it."""
     return type(threading.current_thread()).__name__ == "_DummyThread"
+
+
+def step_under_way(omega: Any) -> bool:
+    """Whether YADE's loop, which does not wait for this script, is within a step."""
+    # Outside of steps, subStep is -1; with subStepping, it counts engines between the steps of a debugger.
+    return omega.subStep >= 0 and not omega.subStepping and not in_the_loop() and threading.get_ident() != _stepping
+
+
+def _end_of_step(omega: Any) -> None:
+    """Wait for the end of the present step."""
+    while step_under_way(omega):
+        time.sleep(2e-4)
 
 
 def restore(omega: Any) -> None:
@@ -49,13 +66,14 @@ def _end_between_steps(omega: Any) -> None:
 
 
 def install() -> None:
-    """Replace `O.pause`, and let `O.run` and `O.wait` restore `O.stopAtIter`; once per process."""
+    """Replace `O.pause`, let `O.run` and `O.wait` wait for the end of the step and restore `O.stopAtIter`, and let `O.running` tell of a
+    step; once per process."""
     import yade.wrapper
 
     omega = yade.wrapper.Omega
     if getattr(omega.pause, "ends_between_steps", False):
         return
-    pause, run, wait = omega.pause, omega.run, omega.wait
+    pause, run, step, wait, running = omega.pause, omega.run, omega.step, omega.wait, omega.running
 
     @functools.wraps(pause)
     def patient_pause(self: Any) -> None:
@@ -75,12 +93,27 @@ def install() -> None:
             restore(self)
         run(self, nSteps, wait)
         if wait:
+            _end_of_step(self)
             restore(self)
 
     @functools.wraps(wait)
     def restoring_wait(self: Any) -> None:
         wait(self)
+        _end_of_step(self)
         restore(self)
 
     patient_pause.ends_between_steps = True  # type: ignore[attr-defined]
-    omega.pause, omega.run, omega.wait = patient_pause, restoring_run, restoring_wait
+    @functools.wraps(step)
+    def known_step(self: Any) -> None:
+        global _stepping
+        before, _stepping = _stepping, threading.get_ident()
+        try:
+            step(self)
+        finally:
+            _stepping = before
+
+    def is_running(self: Any) -> bool:
+        return bool(running.fget(self)) or step_under_way(self)
+
+    omega.pause, omega.run, omega.step, omega.wait = patient_pause, restoring_run, known_step, restoring_wait
+    omega.running = property(is_running, None, None, running.__doc__)

@@ -11,7 +11,8 @@ import numpy as np
 
 from .. import _core
 from . import _hooks
-from ._concrete import cell_of, class_of
+from ._clumps import Clumps
+from ._concrete import cell_of, class_of, engine_of
 from ._engine import BondedEngine, _hosted_of, _registered, engines
 from ._rules import refuse
 from ._scene import at_rest, bodies, gather, host
@@ -137,6 +138,7 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
             kind["kinematics"],
             cell=cell_of(omega) if omega.periodic else None,
             threads=threads or omega.numThreads,
+            clumps=Clumps(found.ids).arrays(engine_of("NewtonIntegrator"), omega.dt),
         )
     solver.restore(beside, *(np.array(counts, np.uint32) for counts in text["losses"]))
     engine = BondedEngine(text["name"], solver, ids, kind)

@@ -1,0 +1,118 @@
+"""Bonds of a bonded engine as interactions of YADE: for good (the engine ends), or for a script that reads them."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING, Any, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ._concrete import class_of, create_interactions, scatter, sort_anew, write_contacts, write_images
+from ._rules import refuse
+from ._scene import Ints, Reals, at_rest, gather, host, interactions, of_class
+
+if TYPE_CHECKING:
+    from ._engine import BondedEngine
+
+
+def table_of(solver: _core.Hosted) -> dict[str, NDArray[Any]]:
+    """All contacts of the last step, one row each.
+
+    `a`, `b`: ids of the bodies; `image`: periodic image of b; `law`: number of the law's table in `Hosted.contacts`; `bonded`, `damage`,
+    `area`, `reference_length`; `normal`: from a to b, and `length`, the distance of the centers (m); `force`, `moment`: on a (N, N m).
+    """
+    tables = solver.contacts()
+    names = ("a", "b", "index_a", "index_b", "image", "bonded", "damage", "area", "reference_length", "normal", "length")
+    found = {name: np.concatenate([table[name] for table in tables.values()]) for name in names}
+    found["law"] = np.repeat(np.arange(len(tables)), [len(table) for table in tables.values()])
+    forces = solver.forces(False)[1]
+    if not np.array_equal(forces.pair, np.stack([found["index_a"], found["index_b"]], axis=1)):
+        raise refuse("contacts and forces of the solver do not match; please report this", "Layout")
+    found["force"] = forces.force
+    found["moment"] = np.zeros_like(forces.force) if forces.moment is None else forces.moment
+    return found
+
+
+def give_back(engine: BondedEngine) -> dict[str, int]:
+    """See :meth:`BondedEngine.give_back`."""
+    at_rest()
+    if engine._kind["kind"] != "concrete":
+        raise refuse(
+            f'the bonds of "{engine.name}" follow a law that stock YADE does not have, so they cannot become interactions; use '
+            "interactions() to read them, or a functor of the native plugin from the start",
+            "NotConcrete",
+        )
+    if engine._placed:
+        engine.check(deep=True)
+    engine.update_states()
+    engine._take_out()
+    try:
+        counts = write_contacts(engine.solver, engine._kind["mode"])
+    except BaseException:
+        # Nothing is lost: the bonds act again.
+        engine._clear_interactions()
+        engine._put_in()
+        raise
+    engine._release()
+    if engine._update_states:  # the take-over has disabled it
+        for other in host().omega.engines:
+            if class_of(other) == "CpmStateUpdater":
+                other.dead = False
+    return counts
+
+
+@contextlib.contextmanager
+def shown(engine: BondedEngine) -> Iterator[None]:
+    """See :meth:`BondedEngine.interactions`."""
+    at_rest()
+    if engine._shown:
+        yield  # an outer block shows them
+        return
+    engine.check(deep=True)
+    engine._shown = True
+    try:
+        _create(engine)
+        yield
+    finally:
+        engine._clear_interactions()
+        sort_anew()
+        engine._shown = False
+
+
+def _create(engine: BondedEngine) -> None:
+    if engine._kind["kind"] == "concrete":
+        write_contacts(engine.solver, engine._kind["mode"])
+        return
+    table = table_of(engine.solver)
+    one, two = np.minimum(table["a"], table["b"]).astype(np.int32), np.maximum(table["a"], table["b"]).astype(np.int32)
+    create_interactions(one, two)
+    _write_forces(engine.ids, one, two, table)
+
+
+def _write_forces(ids: Ints, one: Ints, two: Ints, table: dict[str, NDArray[Any]]) -> None:
+    """Write geometry and forces of the table to the interactions between these bodies, whatever the classes of their physics."""
+    found = interactions()
+    found = found.of(np.isin(found.id1, ids) & np.isin(found.id2, ids))
+    keys = one.astype(np.int64) << 32 | two
+    order = np.argsort(keys)
+    low, high = np.minimum(found.id1, found.id2).astype(np.int64), np.maximum(found.id1, found.id2)
+    row = order[np.searchsorted(keys[order], low << 32 | high)]
+    if len(row) != len(keys) or not of_class(found.geom, "ScGeom.vtable").all():
+        raise refuse("YADE's functors did not make one ScGeom per bond; use Ig2_Sphere_Sphere_ScGeom for these spheres")
+    for body_one, body_two in zip(found.id1[:1], found.id2[:1]):
+        physics = host().omega.interactions[int(body_one), int(body_two)].phys
+        if not isinstance(physics, host().wrapper.NormShearPhys):
+            raise refuse(f"YADE's functors make {class_of(physics)} for these spheres, which has no normal and shear force")
+    sign = np.where(table["a"][row] == found.id1, 1.0, -1.0)[:, None]
+    normal: Reals = table["normal"][row] * sign
+    # YADE's forces act on the second body.
+    force: Reals = -table["force"][row] * sign
+    along = np.einsum("ij,ij->i", force, normal)[:, None] * normal
+    scatter(found.phys, "CpmPhys.normalForce", along)
+    scatter(found.phys, "CpmPhys.shearForce", force - along)
+    scatter(found.geom, "ScGeom.normal", normal)
+    radii = gather(found.geom, "ScGeom.refR1") + gather(found.geom, "ScGeom.refR2")
+    scatter(found.geom, "ScGeom.penetrationDepth", radii - table["length"][row])
+    write_images(found.address, table["image"][row] * sign.astype(np.int32))
