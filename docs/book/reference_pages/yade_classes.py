@@ -92,18 +92,23 @@ def classes(text):
         yield name, base, words(doc), attrs, methods
 
 
+def prose(text):
+    """A description that the book does not read as markup, but for code."""
+    return "".join(part if part.startswith("`") else part.replace("*", "\\*") for part in re.split(r"(`[^`]*`)", sentence(text)))
+
+
 def page(name, base, doc, attrs, methods, known):
     shown = f"[{base}](yade-{base}.md)" if base in known else f"{base} of YADE"
-    lines = [f"# {name}", "", f"Base class: {shown}, whose attributes it has, too.", "", sentence(doc), ""]
+    lines = [f"# {name}", "", f"Base class: {shown}, whose attributes it has, too.", "", prose(doc), ""]
     if attrs:
         lines += ["## Attributes", ""]
         for attribute, kind, value, flags, description in attrs:
             facts = ", ".join([kind, *([f"default {value}"] if value else []), *flags])
-            lines += [f"`{attribute}` ({sentence(facts)})", f": {sentence(description)}", ""]
+            lines += [f"`{attribute}` ({prose(facts)})", f": {prose(description)}", ""]
     if methods:
         lines += ["## Methods and properties", ""]
         for method, description in methods:
-            lines += [f"`{method}`", f": {sentence(description)}", ""]
+            lines += [f"`{method}`", f": {prose(description)}", ""]
     return "\n".join(lines)
 
 
@@ -128,6 +133,6 @@ def pages(program, run):
         lines += [f"## {title}", ""]
         for name in names:
             first = re.split(r"(?<=[a-z]\.) ", found[name][2])[0]
-            lines += [f"[{name}](yade-{name}.md)", f": {sentence(first)}", ""]
+            lines += [f"[{name}](yade-{name}.md)", f": {prose(first)}", ""]
     lines += ["```{toctree}", ":hidden:", "", *(f"yade-{name}" for names in lists.values() for name in names), "```"]
     return {"yade-classes.md": "\n".join(lines), **{f"yade-{name}.md": page(*one, found) for name, one in found.items()}}

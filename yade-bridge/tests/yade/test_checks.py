@@ -337,6 +337,39 @@ def test_functions_that_read_interactions():
     assert unbalancedForce() > 0
 
 
+# -- the plugin ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_plugin_of_the_package_comes_after_ones_own():
+    import pathlib
+    import tempfile
+
+    from concordem.yade import _native
+
+    found, before = _native.facts(), _native.bundled
+    with tempfile.TemporaryDirectory() as folder:
+        of_package, of_user = pathlib.Path(folder) / "package", pathlib.Path(folder) / "user"
+        of_package.mkdir()
+        of_user.mkdir()
+        _native.bundled = lambda: of_package
+        os.environ[_native.FOLDER] = str(of_user)
+        try:
+            name = _native.place(found).name
+            assert _native.find(found) == of_user / name, "named in the message if there is none"
+            with raises(YadeError, str(of_user)):
+                _native.load()
+            (of_package / name).write_bytes(b"")
+            assert _native.find(found) == of_package / name
+            # One for another YADE has another name.
+            other = {**found, "version": "1.0"}
+            assert _native.find(other).parent == of_user
+            (of_user / name).write_bytes(b"")
+            assert _native.find(found) == of_user / name
+        finally:
+            _native.bundled = before
+            del os.environ[_native.FOLDER]
+
+
 # -- results --------------------------------------------------------------------------------------------------------------
 
 

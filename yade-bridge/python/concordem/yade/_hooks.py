@@ -257,8 +257,10 @@ def install() -> None:
 def _blind(name: str, function: Any, remedy: str) -> Any:
     @functools.wraps(function)
     def checked(*arguments: Any, **named: Any) -> Any:
-        if _hidden():
-            raise _rules.refuse(f"{name}() reads O.interactions, where the bonds no longer are; {remedy}", "BlindFunction")
+        hidden = _hidden()
+        if hidden:
+            shown = ", or call it within `with engine.interactions():`" if all(hasattr(e, "interactions") for e in hidden) else ""
+            raise _rules.refuse(f"{name}() reads O.interactions, where the bonds no longer are; {remedy}{shown}", "BlindFunction")
         return function(*arguments, **named)
 
     return checked

@@ -46,6 +46,13 @@ def give_back(engine: BondedEngine) -> dict[str, int]:
         )
     if engine._placed:
         engine.check(deep=True)
+    omega = host().omega
+    if omega.subStep >= 0 and engine._next <= omega.iter:
+        raise refuse(
+            f'the bonded engine "{engine.name}" has not acted in this step, whose forces would be lost; call give_back() from a PyRunner '
+            "behind it in O.engines",
+            "EngineOrder",
+        )
     engine.update_states()
     engine._take_out()
     try:
@@ -57,7 +64,7 @@ def give_back(engine: BondedEngine) -> dict[str, int]:
         raise
     engine._release()
     if engine._update_states:  # the take-over has disabled it
-        for other in host().omega.engines:
+        for other in omega.engines:
             if class_of(other) == "CpmStateUpdater":
                 other.dead = False
     return counts

@@ -76,7 +76,8 @@ def refuse_blind_engines(engines: Iterable[Any], replaced: str = "") -> None:
             if blind:
                 raise refuse(
                     f"VTKRecorder records {sorted(blind)} from O.interactions, where the bonds no longer are; keep only recorders of "
-                    "bodies, such as spheres and velocity",
+                    "bodies, such as spheres and velocity (without headers, engine.write_vtk writes the bonds, and a recorder with "
+                    "dead=True works within `with engine.interactions():`)",
                     "BlindEngine",
                 )
 
