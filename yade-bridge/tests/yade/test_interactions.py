@@ -346,8 +346,8 @@ def test_bonds_are_written_for_paraview():
         # Strains of 1e-4 are differences of lengths.
         assert error < 1e-9, name
     assert abs(contacts["absForceT"] - np.linalg.norm(contacts["forceT"], axis=1)).max() < 1e-12 * contacts["absForceT"].max()
-    # Lines are those of the last evaluation; since then, spheres have moved by one step, some 1e-8 m of 3e-3 m.
-    assert abs(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rows[:, 4]).max() < 1e-6 * rows[:, 4].max()
+    # Lines are those of the last evaluation. Since then, spheres have moved by one step (6e-7 s), at speeds below 1 m/s.
+    assert abs(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) - rows[:, 4]).max() < 1e-6
     assert abs(spheres["points"][np.argsort(spheres["id"])] - positions()).max() < 1e-6
     assert contacts["bonded"].all() and spheres["damage"].max() > 0.01
     try:
