@@ -30,16 +30,20 @@ SEEDS = (1, 2, 3)
 # Heights of beams, mm. The thickness is 8 mm, the span four heights; a notch is a third of the height.
 HEIGHTS = (10, 14, 20, 28, 40, 80)
 NOTCHES = (0, 1 / 3)
+# A brittle concrete softens to the crack opening at which the other one still carries most of its strength. Its characteristic length
+# E G_f/f_t^2 is a sixth, so that its beams are as brittle as those of the other concrete with six times the height.
+BRITTLE = 5
+BRITTLE_HEIGHTS = (10, 14, 20, 28, 40)
 CPM = {"young": "25 GPa", "shear_ratio": 0.2, "crack_onset_strain": 1e-4, "relative_ductility": 30, "cohesion": "3 MPa",
        "friction_coefficient": 0.8}
 
 
-def concrete(shape, seed, title):
-    """Spheres of concrete in a shape, without loading."""
+def concrete(shape, seed, title, **parameters):
+    """Spheres of concrete in a shape, without loading; `parameters` replace those of the material."""
     return {
         "version": 1, "title": title,
         "packing": {"kind": "random-dense", "count": 1000 if shape["kind"] == "periodic" else 500, "radius": "1 mm", "seed": seed, "shape": shape},
-        "material": [{"name": "concrete", "density": "4800 kg/m^3", "cpm": CPM}],
+        "material": [{"name": "concrete", "density": "4800 kg/m^3", "cpm": CPM | parameters}],
         "bonds": {"law": "cpm", "interaction_ratio": 1.5}, "contacts": {"law": "cpm"},
         "integration": {"damping": {"kind": "local", "coefficient": 0.3}},
         "output": {"sample_interval": 10, "snapshot_interval": 1_000_000},
@@ -50,10 +54,10 @@ def box(*size):
     return {"kind": "box", "size": [f"{edge} mm" for edge in size]}
 
 
-def beam(height, notch, seed):
+def beam(height, notch, seed, **parameters):
     """Three-point bending. Equal velocities give strain rates inversely proportional to the height, hence the same number of vibrations
     until the peak; the first vibration takes some 6.3e-3 s per meter of height."""
-    document = concrete(box(4.5 * height, 8, height), seed, "Beam in three-point bending")
+    document = concrete(box(4.5 * height, 8, height), seed, "Beam in three-point bending", **parameters)
     if notch:
         low = -0.5 * height - 1
         document["cut"] = [{"shape": {"kind": "parallelogram", "corner": ["0.03 mm", "-5 mm", f"{low} mm"],
@@ -67,12 +71,22 @@ def beam(height, notch, seed):
     return document
 
 
-def prism(seed):
+def brittle_beam(height, notch, seed):
+    """The same beam of a brittle concrete."""
+    return beam(height, notch, seed, relative_ductility=BRITTLE)
+
+
+def prism(seed, **parameters):
     """Direct tension."""
-    document = concrete(box(16, 16, 32), seed, "Prism in tension")
+    document = concrete(box(16, 16, 32), seed, "Prism in tension", **parameters)
     document["loading"] = {"kind": "uniaxial", "axis": "z", "strain_rate": "0.4 1/s"}
     document["stop"] = {"drop_to": 0.5, "strain": 5e-3}
     return document
+
+
+def brittle_prism(seed):
+    """Direct tension of a brittle concrete."""
+    return prism(seed, relative_ductility=BRITTLE)
 
 
 def cylinder(seed):
@@ -131,8 +145,10 @@ STATES = {
     "biaxial, equal strains": ((0, 0), (-3, FREE, -3)),
     **{f"tension, compressed {p} MPa": ((-p, 0), (FREE, FREE, 0.4)) for p in (10, 20)},
 }
-def beams(*heights):
-    return {f"beam {h} mm, notch {n:.2g}, seed {s}": (beam, h, n, s) for h in heights for n in NOTCHES for s in SEEDS}
+
+
+def beams(*heights, name="beam", build=beam):
+    return {f"{name} {h} mm, notch {n:.2g}, seed {s}": (build, h, n, s) for h in heights for n in NOTCHES for s in SEEDS}
 
 
 # Short ones first.
@@ -143,7 +159,10 @@ CASES = {
     **beams(*HEIGHTS[:2]),
     **{f"cell, {name}, seed {s}": (cell, *state, s) for name, state in STATES.items() for s in SEEDS},
     **{f"column {k}, {ends} ends, seed {s}": (column, k, ends, s) for k in (1, 2) for ends in ("free", "fixed") for s in SEEDS},
-    **beams(*HEIGHTS[2:]),
+    **beams(*HEIGHTS[2:5]),
+    **{f"brittle prism, seed {s}": (brittle_prism, s) for s in SEEDS},
+    **beams(*BRITTLE_HEIGHTS, name="brittle beam", build=brittle_beam),
+    **beams(*HEIGHTS[5:]),
 }
 REDUCED = ["beam 10 mm, notch 0, seed 1", "beam 10 mm, notch 0.33, seed 1", "cell, compression, seed 1", "cell, oedometer, seed 1",
            "cell, uniaxial modulus, seed 1", "column 1, free ends, seed 1"]
