@@ -415,7 +415,8 @@ impl Simulation {
             return Err(PyValueError::new_err("a load is not finite"));
         }
         if !inner.run.schedule.histories.membranes.is_empty() {
-            let message = "the scenario's [[membrane]] sets the loads in every step; remove it, and give its forces here";
+            let message =
+                "the scenario's [[membrane]] sets the loads in every step; remove it, and give its forces here";
             return Err(PyValueError::new_err(message));
         }
         if !inner.run.schedule.histories.loads.is_empty() {

@@ -155,7 +155,9 @@ fn pulses_return_where_the_impedance_changes() {
         let [first, second] = forces(&mut run);
         let incident = 0.5 * one * SPEED;
         let arrival = passing(&first, 0.5 * incident);
-        let at = |rows: &[[f64; 2]], from: f64, to: f64| mean(rows, arrival + from * step(), arrival + to * step()) / incident;
+        let at = |rows: &[[f64; 2]], from: f64, to: f64| {
+            mean(rows, arrival + from * step(), arrival + to * step()) / incident
+        };
         let reflection = (two - one) / (two + one);
         let behind = 80.0 + 20.0 / pace;
         // Until the wave from the free end arrives.

@@ -82,8 +82,18 @@ const BALL: &str = "kind = \"lattice\"\nlattice = \"fcc\"\nradius = 1e-3
 fn a_closed_membrane_presses_from_all_sides() {
     for (dimension, packing, half, tolerance) in [
         (3, BALL, [CELLS, CELLS, CELLS], 0.05),
-        (3, "kind = \"random-dense\"\ncount = 500\nradius = 1e-3\nseed = 3\nshape = { kind = \"box\", size = [0.016, 0.018, 0.02] }", [5e-3; 3], 0.1),
-        (2, "kind = \"lattice\"\nlattice = \"triangular\"\nradius = 1e-3\nshape = { kind = \"cylinder\", radius = 0.015, height = 1 }", [5e-3, 27_f64.sqrt() * 1e-3, 0.5], 0.05),
+        (
+            3,
+            "kind = \"random-dense\"\ncount = 500\nradius = 1e-3\nseed = 3\nshape = { kind = \"box\", size = [0.016, 0.018, 0.02] }",
+            [5e-3; 3],
+            0.1,
+        ),
+        (
+            2,
+            "kind = \"lattice\"\nlattice = \"triangular\"\nradius = 1e-3\nshape = { kind = \"cylinder\", radius = 0.015, height = 1 }",
+            [5e-3, 27_f64.sqrt() * 1e-3, 0.5],
+            0.05,
+        ),
     ] {
         // No center lies on a face of the box.
         let [low, high] = [-1.0, 1.0].map(|side| half.map(|h| side * h + 3e-4));
@@ -92,7 +102,7 @@ fn a_closed_membrane_presses_from_all_sides() {
             packing,
             "",
             &format!(
-            "[[sample]]
+                "[[sample]]
             operator = \"boundary-stress\"
             region = {{ kind = \"all\", volume = 1 }}
             [[sample]]
@@ -142,7 +152,12 @@ fn a_closed_membrane_presses_from_all_sides() {
         }
         let work = record.external_work;
         // Of second order in the step; unbonded contacts of the random packing close within steps, which leaves 2e-5.
-        assert!(work > 0.0 && record.residual.abs() < 1e-4 * work, "{dimension} {}: {} {work}", position.len(), record.residual);
+        assert!(
+            work > 0.0 && record.residual.abs() < 1e-4 * work,
+            "{dimension} {}: {} {work}",
+            position.len(),
+            record.residual
+        );
         assert!(record.stress == 0.0);
     }
 }
@@ -241,7 +256,8 @@ fn a_membrane_survives_a_restart() {
     let sum: Vec3 = whole.state.particles.loads.iter().map(|load| load.force).sum();
     assert!(sum.norm() < 1e-12 * PRESSURE * 1e-4, "{sum}");
     let after = Scenario::parse("test.toml", &text.replace("pressure = 200000", "pressure = 300000")).unwrap();
-    let message = restart::check(&scenario, &after, restart::Continuation::NewResult).expect_err("membrane").to_string();
+    let message =
+        restart::check(&scenario, &after, restart::Continuation::NewResult).expect_err("membrane").to_string();
     assert!(message.contains("membrane"), "{message}");
 }
 
@@ -251,7 +267,11 @@ fn impossible_membranes_are_refused() {
     let stop = "[stop]\nsteps = 1";
     let text = bonded(3, BALL, "", stop);
     for (old, new, words) in [
-        ("shape = { kind = \"cylinder\", radius = 0.011, height = 0.022 }", "shape = { kind = \"periodic\" }\nrepeats = [4, 4, 4]", "has no surface"),
+        (
+            "shape = { kind = \"cylinder\", radius = 0.011, height = 0.022 }",
+            "shape = { kind = \"periodic\" }\nrepeats = [4, 4, 4]",
+            "has no surface",
+        ),
         ("density = 2500", "density = 2500\ndeformable = { young = 1e9, poisson = 0.2 }", "deformable"),
         ("history = \"rise\"", "history = \"fall\"", "no history has this name"),
         ("pressure = 200000", "pressure = -1", "pressure"),

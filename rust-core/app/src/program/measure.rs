@@ -254,7 +254,8 @@ impl Moment {
     fn read(result: &ResultFile, scenario: &Scenario) -> Result<Self, Failure> {
         if !scenario.membranes.is_empty() {
             // Their forces are not in the result.
-            let message = "the run has a [[membrane]], whose forces are not stored: add the operator as a [[sample]] of the run";
+            let message =
+                "the run has a [[membrane]], whose forces are not stored: add the operator as a [[sample]] of the run";
             return Err(Failure::Usage(message.into()));
         }
         let table = Table::read(result, "particles")?;

@@ -27,7 +27,12 @@ pub(super) fn build(scenario: &Scenario, particles: &Particles) -> Result<Vec<Me
     let dimension = if planar { Dimension::Two } else { Dimension::Three };
     let mesh = delaunay(&particles.position, dimension, None)
         .map_err(|error| unfit("membrane", format!("the centers of the particles have no surface: {error}")))?;
-    scenario.membranes.iter().enumerate().map(|(number, membrane)| one(scenario, particles, &mesh, number, membrane)).collect()
+    scenario
+        .membranes
+        .iter()
+        .enumerate()
+        .map(|(number, membrane)| one(scenario, particles, &mesh, number, membrane))
+        .collect()
 }
 
 fn one(
@@ -42,7 +47,8 @@ fn one(
     let reach = membrane.reach.map_or(REACH * largest, Quantity::si);
     let mut faces = border(mesh, &particles.position, reach);
     if faces.is_empty() {
-        let message = format!("encloses nothing: all gaps between the particles are wider than its reach of {reach:e} m");
+        let message =
+            format!("encloses nothing: all gaps between the particles are wider than its reach of {reach:e} m");
         return Err(unfit(&format!("membrane[{number}].reach"), message));
     }
     if let Some(axis) = membrane.open_along {

@@ -167,7 +167,8 @@ impl Checker<'_> {
             _ => {}
         }
         if servo.area.is_some() && (servo.pressure.is_none() || is_box) {
-            let message = if is_box { "the faces of a box have their own areas" } else { "only a pressure needs an area" };
+            let message =
+                if is_box { "the faces of a box have their own areas" } else { "only a pressure needs an area" };
             self.conflict(&format!("{key}.area"), message, "remove `area`");
         }
         let needs_direction = matches!(wall.shape, WallShape::Cylinder { .. } | WallShape::Facets { .. });

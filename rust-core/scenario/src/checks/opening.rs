@@ -11,7 +11,8 @@ impl Checker<'_> {
         let Some(control) = self.scenario.loading.opening() else { return };
         self.known_gauge("loading.opening.gauge", &control.gauge);
         if control.rate.si() == 0.0 {
-            let help = "positive where the loading lengthens the gauge, negative where it shortens it: rate = \"1 mm/s\"";
+            let help =
+                "positive where the loading lengthens the gauge, negative where it shortens it: rate = \"1 mm/s\"";
             self.range("loading.opening.rate", "must not be zero", help);
         }
     }
@@ -52,7 +53,8 @@ impl Checker<'_> {
             None => self.missing(key, "an opening needs a `gauge`", "name a [[sample]] with operator = \"gauge\""),
         }
         if servo.response_time.is_none() {
-            let help = "give a quarter of the period of the slowest vibration of the specimen: response_time = \"50 us\"";
+            let help =
+                "give a quarter of the period of the slowest vibration of the specimen: response_time = \"50 us\"";
             self.missing(key, "an opening needs a `response_time`", help);
         }
     }
@@ -63,7 +65,11 @@ impl Checker<'_> {
         let walls: Vec<usize> = (0..self.scenario.walls.len()).filter(|&k| follows(&self.scenario.walls[k])).collect();
         if let (Some(at), Loading::CellStress { .. }) = (walls.first(), &self.scenario.loading) {
             let help = "use another loading, or give the servo a `force`";
-            self.conflict(&format!("wall[{at}].servo.opening"), "cannot be combined with \"cell-stress\" loading", help);
+            self.conflict(
+                &format!("wall[{at}].servo.opening"),
+                "cannot be combined with \"cell-stress\" loading",
+                help,
+            );
         }
         if let Some(at) = walls.get(OPENINGS) {
             let message = format!("more than {OPENINGS} walls follow an opening");
