@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from functools import partial
 from pathlib import Path
 
@@ -30,16 +31,20 @@ SEEDS = (1, 2, 3)
 # Heights of beams, mm. The thickness is 8 mm, the span four heights; a notch is a third of the height.
 HEIGHTS = (10, 14, 20, 28, 40, 80)
 NOTCHES = (0, 1 / 3)
+# A brittle concrete softens to the crack opening at which the other one still carries most of its strength. Its characteristic length
+# E G_f/f_t^2 is a sixth, so that its beams are as brittle as those of the other concrete with six times the height.
+BRITTLE = 5
+BRITTLE_HEIGHTS = (10, 14, 20, 28, 40)
 CPM = {"young": "25 GPa", "shear_ratio": 0.2, "crack_onset_strain": 1e-4, "relative_ductility": 30, "cohesion": "3 MPa",
        "friction_coefficient": 0.8}
 
 
-def concrete(shape, seed, title):
-    """Spheres of concrete in a shape, without loading."""
+def concrete(shape, seed, title, **parameters):
+    """Spheres of concrete in a shape, without loading; `parameters` replace those of the material."""
     return {
         "version": 1, "title": title,
         "packing": {"kind": "random-dense", "count": 1000 if shape["kind"] == "periodic" else 500, "radius": "1 mm", "seed": seed, "shape": shape},
-        "material": [{"name": "concrete", "density": "4800 kg/m^3", "cpm": CPM}],
+        "material": [{"name": "concrete", "density": "4800 kg/m^3", "cpm": CPM | parameters}],
         "bonds": {"law": "cpm", "interaction_ratio": 1.5}, "contacts": {"law": "cpm"},
         "integration": {"damping": {"kind": "local", "coefficient": 0.3}},
         "output": {"sample_interval": 10, "snapshot_interval": 1_000_000},
@@ -50,10 +55,10 @@ def box(*size):
     return {"kind": "box", "size": [f"{edge} mm" for edge in size]}
 
 
-def beam(height, notch, seed):
+def beam(height, notch, seed, **parameters):
     """Three-point bending. Equal velocities give strain rates inversely proportional to the height, hence the same number of vibrations
     until the peak; the first vibration takes some 6.3e-3 s per meter of height."""
-    document = concrete(box(4.5 * height, 8, height), seed, "Beam in three-point bending")
+    document = concrete(box(4.5 * height, 8, height), seed, "Beam in three-point bending", **parameters)
     if notch:
         low = -0.5 * height - 1
         document["cut"] = [{"shape": {"kind": "parallelogram", "corner": ["0.03 mm", "-5 mm", f"{low} mm"],
@@ -67,12 +72,22 @@ def beam(height, notch, seed):
     return document
 
 
-def prism(seed):
+def brittle_beam(height, notch, seed):
+    """The same beam of a brittle concrete."""
+    return beam(height, notch, seed, relative_ductility=BRITTLE)
+
+
+def prism(seed, **parameters):
     """Direct tension."""
-    document = concrete(box(16, 16, 32), seed, "Prism in tension")
+    document = concrete(box(16, 16, 32), seed, "Prism in tension", **parameters)
     document["loading"] = {"kind": "uniaxial", "axis": "z", "strain_rate": "0.4 1/s"}
     document["stop"] = {"drop_to": 0.5, "strain": 5e-3}
     return document
+
+
+def brittle_prism(seed):
+    """Direct tension of a brittle concrete."""
+    return prism(seed, relative_ductility=BRITTLE)
 
 
 def cylinder(seed):
@@ -131,22 +146,57 @@ STATES = {
     "biaxial, equal strains": ((0, 0), (-3, FREE, -3)),
     **{f"tension, compressed {p} MPa": ((-p, 0), (FREE, FREE, 0.4)) for p in (10, 20)},
 }
-def beams(*heights):
-    return {f"beam {h} mm, notch {n:.2g}, seed {s}": (beam, h, n, s) for h in heights for n in NOTCHES for s in SEEDS}
 
+
+def bar(velocity):
+    """The template of the split Hopkinson bar with a striker of another velocity."""
+    document = tomllib.loads((ROOT / "rust-core/scenario/src/schema/templates/concrete-hopkinson.toml").read_text())
+    document["initial"][0]["velocity"] = [f"{velocity} m/s", 0, 0]
+    document["output"] = {"sample_interval": 1, "snapshot_interval": 1_000_000}
+    return document
+
+
+def beams(*heights, name="beam", build=beam):
+    return {f"{name} {h} mm, notch {n:.2g}, seed {s}": (build, h, n, s) for h in heights for n in NOTCHES for s in SEEDS}
+
+
+# Velocities of the striker of the Hopkinson bar, m/s.
+BARS = {f"Hopkinson bar, {v} m/s": (bar, v) for v in (2, 4, 8, 16, 32)}
 
 # Short ones first.
 CASES = {
+    **BARS,
     **{f"cell, {name}, seed {s}": (elastic_cell, name == "oedometer", s) for name in ("uniaxial modulus", "oedometer") for s in SEEDS},
     **{f"prism, seed {s}": (prism, s) for s in SEEDS},
     **{f"cylinder, seed {s}": (cylinder, s) for s in SEEDS},
     **beams(*HEIGHTS[:2]),
     **{f"cell, {name}, seed {s}": (cell, *state, s) for name, state in STATES.items() for s in SEEDS},
     **{f"column {k}, {ends} ends, seed {s}": (column, k, ends, s) for k in (1, 2) for ends in ("free", "fixed") for s in SEEDS},
-    **beams(*HEIGHTS[2:]),
+    **beams(*HEIGHTS[2:5]),
+    **{f"brittle prism, seed {s}": (brittle_prism, s) for s in SEEDS},
+    **beams(*BRITTLE_HEIGHTS, name="brittle beam", build=brittle_beam),
+    **beams(*HEIGHTS[5:]),
 }
 REDUCED = ["beam 10 mm, notch 0, seed 1", "beam 10 mm, notch 0.33, seed 1", "cell, compression, seed 1", "cell, oedometer, seed 1",
-           "cell, uniaxial modulus, seed 1", "column 1, free ends, seed 1"]
+           "cell, uniaxial modulus, seed 1", "column 1, free ends, seed 1", "Hopkinson bar, 8 m/s"]
+
+
+def pulses(samples, document):
+    """Strength (Pa) of the specimen in a Hopkinson bar and its strain rate at that moment, by the theory of one-dimensional waves: the
+    largest stress σ_t of the transmitted pulse, and `2 σ_r/(ρ c L)` with the stress σ_r of the reflection at the same time at the specimen. The
+    plateau of the incident pulse, `ρ c V/2`, gives ρ c, and its arrival c."""
+    moments = samples["incident bar/time"][()]
+    first, second = (-samples[f"{name} bar/stress"][()][:, 0] for name in ("incident", "transmission"))
+    # Distances of the gauges from the striker and from the specimen, and length of the specimen, m.
+    to_striker, before, behind, length = 0.09, 0.09, 0.06, 0.01
+    velocity = float(document["initial"][0]["velocity"][0].split()[0])
+    front = moments[int(np.argmax(first > 0.5 * first.max()))]
+    speed = to_striker / front
+    plateau = first[(moments > front + 5e-6) & (moments < front + 2.5e-5)].mean()
+    peak = int(np.argmax(second))
+    reflected = -float(np.interp(moments[peak] + (before - behind) / speed, moments, first))
+    return {"peak_stress_pa": float(second[peak]), "rate_per_s": 2 * reflected / (2 * float(plateau) / velocity * length),
+            "wave_speed_m_per_s": float(speed), "incident_pa": float(plateau)}
 
 
 def test(program, document, options):
@@ -163,6 +213,8 @@ def test(program, document, options):
             peak = int(np.argmax(np.abs(stress)))
             found |= {"particles": len(file["particles/radius"]), "steps": int(samples["step"][-1]), "peak_stress_pa": float(stress[peak]),
                       "strain_at_peak": float(strain[peak]), "last_stress_pa": float(stress[-1]), "last_strain": float(strain[-1])}
+            if "transmission bar" in samples:
+                found |= pulses(samples, document)
             if "whole" in samples:
                 at = int(np.searchsorted(samples["whole/step"][()], samples["step"][peak]))
                 found["stress_at_peak_pa"] = samples["whole/stress"][at][[0, 4, 8]].tolist()
@@ -206,17 +258,23 @@ def check_same(found, known):
     return wrong
 
 
-def size_effect(known, notch):
+def size_effect(known, name, heights, notch):
     """Fit of Bažant's law `σ_N = B f_t/√(1 + D/D0)` to the mean strengths of beams: `1/σ² = A + C D`, `B f_t = 1/√A`, `D0 = A/C`. Returns
-    the strengths (Pa), `B f_t` (Pa), `D0` (m), and the coefficient of determination of the line; None while runs are missing."""
-    found = [strength(known, f"beam {height} mm, notch {notch:.2g}") for height in HEIGHTS]
-    if not all(found):
+    heights (mm) and strengths (Pa) of complete sizes, `B f_t` (Pa; None if not positive), `D0` (m; negative if the strength rises), and
+    the coefficient of determination of the line; None while fewer than four sizes are complete."""
+    found = {height: strength(known, f"{name} {height} mm, notch {notch:.2g}") for height in heights}
+    found = {height: pair for height, pair in found.items() if pair}
+    if len(found) < 4:
         return None
-    size, inverse = np.array(HEIGHTS) * 1e-3, np.array([mean for mean, _ in found]) ** -2.0
+    size, inverse = np.array(list(found)) * 1e-3, np.array([mean for mean, _ in found.values()]) ** -2.0
     slope, start = np.polyfit(size, inverse, 1)
     left = inverse - start - slope * size
     share = 1 - float(left @ left) / float(np.sum((inverse - inverse.mean()) ** 2))
-    return found, (start**-0.5 if start > 0 else None), start / slope, share
+    return found, (float(start**-0.5) if start > 0 else None), float(start / slope), share
+
+
+# Beams, and the test of their tensile strength.
+SERIES = {"beam": (HEIGHTS, "prism"), "brittle beam": (BRITTLE_HEIGHTS, "brittle prism")}
 
 
 def table(known):
@@ -224,9 +282,17 @@ def table(known):
     show = lambda found: f"{found[0] * 1e-6:.2f} ± {found[1] * 1e-6:.2f}" if found else "–"
     for name in ["prism", "cylinder", *(f"cell, {state}" for state in STATES), *(f"column {k}, {ends} ends" for k in (1, 2) for ends in ("free", "fixed"))]:
         print(f"| {name} | {show(strength(known, name))} |")
-    for notch in NOTCHES:
-        cells = [show(strength(known, f"beam {height} mm, notch {notch:.2g}")) for height in HEIGHTS]
-        print(f"| notch {notch:.2g} | " + " | ".join(cells) + f" | {size_effect(known, notch)} |")
+    for name, (heights, direct) in SERIES.items():
+        if tensile := strength(known, direct):
+            print(f"| {direct} | {show(tensile)} |")
+        for notch in NOTCHES:
+            cells = [show(strength(known, f"{name} {height} mm, notch {notch:.2g}")) for height in heights]
+            fit = size_effect(known, name, heights, notch)
+            law = f"B f_t = {fit[1] * 1e-6:.2f} MPa, D0 = {fit[2] * 1e3:.0f} mm, R² = {fit[3]:.2f}" if fit and fit[1] else "–"
+            print(f"| {name}, notch {notch:.2g} | " + " | ".join(cells) + f" | {law} |")
+    for name in BARS:
+        if case := known.get(name):
+            print(f"| {name} | {case['rate_per_s']:.0f} 1/s | {case['peak_stress_pa'] * 1e-6:.1f} MPa |")
 
 
 def check_record(known):
@@ -245,7 +311,6 @@ def check_record(known):
             if case:
                 ratio = case["last_stress_pa"] / case["last_strain"] / case["static_pa"][quantity]
                 demand(abs(ratio - 1) < tolerance, f"{name}, seed {seed}: {ratio:.6f} of that of the cell's tensor; 1 within {tolerance:g} is expected")
-    direct = strength(known, "prism")
     for state in STATES:
         for seed in SEEDS:
             if case := known.get(f"cell, {state}, seed {seed}"):
@@ -259,15 +324,26 @@ def check_record(known):
     biaxial = [strength(known, f"cell, biaxial {p} MPa") for p in (10, 20, 30)]
     if compression and all(biaxial):
         demand(all(one[0] > compression[0] for one in biaxial), f"a lateral stress along one axis does not raise the strength: {compression} {biaxial}")
+    bars = [known[name] for name in BARS if name in known]
+    for slow, fast in zip(bars, bars[1:], strict=False):
+        # The pulse is ρ c V/2, and the speed does not depend on it: 1 %, as the plateau swings by that.
+        demand(slow["peak_stress_pa"] < fast["peak_stress_pa"] and slow["rate_per_s"] < fast["rate_per_s"],
+               f"a faster pulse does not raise the strength of the specimen in the Hopkinson bar: {slow} {fast}")
+        demand(abs(fast["incident_pa"] / slow["incident_pa"] - 2) < 0.02, f"the pulse is not proportional to the striker's velocity: {slow} {fast}")
     for slenderness in (1, 2):
         columns = [strength(known, f"column {slenderness}, {ends} ends") for ends in ("free", "fixed")]
         if all(columns):
             demand(columns[0][0] < columns[1][0], f"friction at the ends does not raise the strength of columns {slenderness}: {columns}")
-    for height in HEIGHTS:
-        beam_, notched = (strength(known, f"beam {height} mm, notch {notch:.2g}") for notch in NOTCHES)
-        if direct and beam_ and notched:
-            demand(beam_[0] > direct[0], f"the modulus of rupture of beams of {height} mm is below f_t")
-            demand(notched[0] < beam_[0], f"a notch does not lower the nominal strength of beams of {height} mm")
+    for name, (heights, test_of_strength) in SERIES.items():
+        tensile = strength(known, test_of_strength)
+        for height in heights:
+            beam_, notched = (strength(known, f"{name} {height} mm, notch {notch:.2g}") for notch in NOTCHES)
+            if tensile and beam_ and notched:
+                demand(beam_[0] > tensile[0], f"the modulus of rupture of {name}s of {height} mm is below f_t")
+                demand(notched[0] < beam_[0], f"a notch does not lower the nominal strength of {name}s of {height} mm")
+        # Bažant's law: the strength of notched beams falls with the size. Unnotched ones scatter more than they fall.
+        if fit := size_effect(known, name, heights, NOTCHES[1]):
+            demand(fit[1] is not None and fit[2] > 0, f"the strength of notched {name}s does not fall with their size: {fit}")
     return wrong
 
 

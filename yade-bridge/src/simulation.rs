@@ -414,6 +414,11 @@ impl Simulation {
         if !force.iter().chain(moment.into_iter().flatten()).all(|v| v.iter().all(|c| c.is_finite())) {
             return Err(PyValueError::new_err("a load is not finite"));
         }
+        if !inner.run.schedule.histories.membranes.is_empty() {
+            let message =
+                "the scenario's [[membrane]] sets the loads in every step; remove it, and give its forces here";
+            return Err(PyValueError::new_err(message));
+        }
         if !inner.run.schedule.histories.loads.is_empty() {
             let message = "the histories of the scenario's [[force]] set the loads in every step; remove their `history`, and give these \
                            loads here";

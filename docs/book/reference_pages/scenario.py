@@ -22,6 +22,7 @@ TABLES = {
     "contacts": "contacts",
     "deformable": "deformable",
     "wall": "wall",
+    "membrane": "membrane",
     "set": "set",
     "clump": "clump",
     "prescribe": "prescribe",

@@ -21,6 +21,8 @@ def check_keys(document, engine, periodic=False, known=frozenset()):
     if not periodic and (
             document["packing"].get("cell") or document["packing"].get("shape", {}).get("kind") == "periodic"):
         raise Unsupported(f"{engine}: no translation of periodic cells")
+    if "opening" in document.get("loading", {}):
+        raise Unsupported(f"{engine}: no translation of a loading that follows a gauge")
 
 
 def law_keys(engine, law, known):

@@ -252,6 +252,12 @@ impl Table {
 
 impl Moment {
     fn read(result: &ResultFile, scenario: &Scenario) -> Result<Self, Failure> {
+        if !scenario.membranes.is_empty() {
+            // Their forces are not in the result.
+            let message =
+                "the run has a [[membrane]], whose forces are not stored: add the operator as a [[sample]] of the run";
+            return Err(Failure::Usage(message.into()));
+        }
         let table = Table::read(result, "particles")?;
         let mut particles = Particles::default();
         let (position, radius, mass) = (table.vectors("position")?, table.reals("radius")?, table.reals("mass")?);

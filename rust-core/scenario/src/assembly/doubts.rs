@@ -41,6 +41,10 @@ pub fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(
 
 /// Magnitude of the strain rate of the loading, 1/s.
 fn strain_rate(scenario: &Scenario, schedule: &Schedule) -> Option<f64> {
+    // The specimen decides how fast the ends follow an opening.
+    if scenario.loading.opening().is_some() {
+        return None;
+    }
     match &scenario.loading {
         Loading::Uniaxial { strain_rate, .. } => Some(strain_rate.si().abs()),
         Loading::CellStrain { velocity_gradient } => {

@@ -93,7 +93,14 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
         }
         first += faces;
     }
+    histories.membranes = super::membranes::build(scenario, &state.particles)?;
     add_loads(scenario, &state.particles, &mut histories);
+    if !histories.constant_loads.is_empty() {
+        // The state stores as many loads as the run has.
+        for load in &histories.constant_loads {
+            state.particles.add_load_at(load.particle, Vec3::zeros(), Vec3::zeros(), PointOfAction::Body);
+        }
+    }
     histories.start(state);
     Ok(histories)
 }
@@ -160,9 +167,9 @@ fn check_owners(scenario: &Scenario, loading: &Loading, particles: &Particles) -
     Ok(())
 }
 
-/// The loads of `[[force]]` with a history, and the constant ones beside them.
+/// The loads of `[[force]]` with a history, and the constant ones and those of membranes beside them.
 fn add_loads(scenario: &Scenario, particles: &Particles, histories: &mut Histories) {
-    if scenario.forces.iter().all(|force| force.history.is_none()) {
+    if scenario.forces.iter().all(|force| force.history.is_none()) && histories.membranes.is_empty() {
         return;
     }
     let acts = |force: &AppliedForce| if is_rigid(scenario) { PointOfAction::Body } else { force.acts };
@@ -174,6 +181,13 @@ fn add_loads(scenario: &Scenario, particles: &Particles, histories: &mut Histori
             let (force, moment) = (vector(&force.force) * factor, vector(&force.moment) * factor);
             constant.add_load_at(p as u32, force, moment, PointOfAction::Body);
         }
+    }
+    for &p in histories.membranes.iter().flat_map(|membrane| &membrane.faces).flatten() {
+        constant.add_load_at(p, Vec3::zeros(), Vec3::zeros(), PointOfAction::Body);
+    }
+    for membrane in &mut histories.membranes {
+        let place = |p: u32| constant.loads.partition_point(|load| load.particle < p) as u32;
+        membrane.places = membrane.faces.iter().map(|face| face.map(place)).collect();
     }
     for force in &scenario.forces {
         let mut single = Particles::default();

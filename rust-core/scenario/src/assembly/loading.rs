@@ -21,7 +21,12 @@ pub(super) fn build(
     state: &mut State,
 ) -> Result<Loading, AssemblyError> {
     let largest = state.particles.radius.iter().copied().fold(0.0, f64::max);
-    let first_factor = stages(scenario).first().map_or(1.0, |stage| stage.factor(0.0));
+    // A loading that follows a gauge starts from rest.
+    let first_factor = if scenario.loading.opening().is_some() {
+        0.0
+    } else {
+        stages(scenario).first().map_or(1.0, |stage| stage.factor(0.0))
+    };
     let bond_reach = (1.0 + 2.0 * interaction_ratio) * largest;
     let mut builder = Builder { scenario, placed, bond_reach, first_factor, state };
     match &scenario.loading {
@@ -34,6 +39,7 @@ pub(super) fn build(
             initial_velocity_field,
             area,
             gauge_length,
+            opening: _,
         } => {
             let ends = builder.end_layers(*axis, *layer_thickness)?;
             let test = UniaxialTest {
@@ -59,7 +65,7 @@ pub(super) fn build(
             let stress = Mat3::from_fn(|i, j| stress[i][j].si());
             builder.cell_stress(stress, strain_rate.map(Component::si), maximum_strain_rate.si(), tolerance.si())
         }
-        schema::Loading::Platens { axis, closing_velocity, material, area } => {
+        schema::Loading::Platens { axis, closing_velocity, material, area, opening: _ } => {
             builder.platens(*axis, *closing_velocity, material, *area)
         }
         schema::Loading::Flexure { .. } => builder.flexure(),

@@ -16,8 +16,10 @@ pub mod hdf5_text;
 mod heat;
 mod histories;
 mod loading;
+mod membranes;
 mod memory;
 mod model;
+mod opening;
 mod overlaps;
 mod particles;
 mod place;
@@ -218,7 +220,7 @@ pub fn assemble_with(
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;
     schedule.bond_rows = bonded.rows;
-    schedule.servos = walls::servos(scenario, &step, &mut state);
+    schedule.servos = walls::servos(scenario, &step, &mut state)?;
     let p_wave = time_step::p_wave(scenario, &state.particles);
     warnings.extend(doubts::sizes(scenario, &state));
     warnings.extend(doubts::empty_regions(scenario, &schedule.operators, &state));
@@ -414,7 +416,9 @@ fn schedule(
 ) -> Result<Schedule, AssemblyError> {
     let loading = loading::build(scenario, placed, interaction_ratio, state)?;
     let operators = samples::of(scenario, &state.particles, state.cell.as_ref())?;
+    let opening = opening::of_loading(scenario, &loading, state)?;
     Ok(Schedule {
+        opening,
         loading,
         stages: histories::stages(scenario),
         histories: Histories::default(),

@@ -135,6 +135,10 @@ fn places_mesh(change: &Change, scenario: &Scenario) -> bool {
 }
 
 fn loading_allowed(change: &Change, before: &Loading, after: &Loading) -> bool {
+    // The elongation at which the gauge should be counts from the start of the run.
+    if before.opening() != after.opening() && (change.key == "loading" || change.key.starts_with("loading.opening")) {
+        return false;
+    }
     // The strain in bending and torsion is the rate times the time since the start, so the rate cannot change.
     let turning = |loading: &Loading| matches!(loading, Loading::Bending { .. } | Loading::Torsion { .. });
     let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. } | Loading::Flexure { .. });

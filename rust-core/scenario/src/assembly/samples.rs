@@ -140,7 +140,7 @@ fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
 }
 
 /// Particles of a set, by index.
-fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Result<Vec<u32>, AssemblyError> {
+pub(super) fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Result<Vec<u32>, AssemblyError> {
     let bit = 1_u64 << set_index(scenario, name);
     let members: Vec<u32> = (0..particles.len()).filter(|&p| particles.tags[p] & bit != 0).map(|p| p as u32).collect();
     if members.is_empty() {

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::histories::{history, largest};
 use super::time_step::Step;
-use super::{AssemblyError, material_index, unfit};
+use super::{AssemblyError, material_index, opening, unfit};
 use crate::files::open_regular;
-use crate::schedule::{Servo, Target};
+use crate::schedule::{Aim, Servo, Target};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Quantity, Scenario, Side};
 use concordem_contact::math::Vec3;
@@ -94,7 +94,7 @@ fn pushing(servo: &schema::Servo, shape: &schema::WallShape, face: usize) -> Vec
 }
 
 /// The servos of the walls, which are at rest before the first step.
-pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Vec<Servo> {
+pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Result<Vec<Servo>, AssemblyError> {
     let planar = scenario.dimension == 2;
     let frequency = step.bounds.frequency.max(step.collision.map_or(0.0, |collision| collision.frequency));
     let mut servos = Vec::new();
@@ -104,23 +104,12 @@ pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Vec
         if let Some(servo) = &wall.servo {
             // In two dimensions particles do not touch the faces of z.
             for face in 0..if planar { faces.min(4) } else { faces } {
-                let across = |axis: usize| (!planar || axis < 2).then_some([first + 2 * axis, first + 2 * axis + 1]);
-                let axis = face / 2;
-                let target = match (servo.force, servo.pressure, servo.area) {
-                    (Some(force), ..) => Target::Force(force.si()),
-                    (None, pressure, area) => {
-                        let pressure = pressure.map_or(0.0, Quantity::si);
-                        let neighbors = [across((axis + 1) % 3), across((axis + 2) % 3)];
-                        area.map_or(Target::Face(pressure, neighbors), |area| Target::Pressure(pressure, area.si()))
-                    }
-                };
                 let mut servo = Servo {
                     wall: first + face,
                     direction: pushing(servo, &wall.shape, face),
-                    target,
+                    aim: aim(scenario, servo, [first, face], state)?,
                     history: wall.history.as_deref().and_then(|name| history(scenario, name)),
                     maximum_speed: servo.maximum_speed.si(),
-                    gain: 0.0,
                 };
                 servo.tune(state, frequency, planar);
                 servos.push(servo);
@@ -129,7 +118,36 @@ pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Vec
         }
         first += faces;
     }
-    servos
+    Ok(servos)
+}
+
+/// Default of [`OpeningServo::gain`](crate::schedule::OpeningServo::gain).
+const GAIN: f64 = 0.5;
+
+/// What a servo of a wall aims at; `first`: index of the wall (of a box, its first face), `face`: of the face.
+fn aim(
+    scenario: &Scenario,
+    servo: &schema::Servo,
+    [first, face]: [usize; 2],
+    state: &State,
+) -> Result<Aim, AssemblyError> {
+    if let (Some(elongation), Some(gauge), Some(response_time)) = (servo.opening, &servo.gauge, servo.response_time) {
+        let times = [servo.gain.map_or(GAIN, Quantity::si), response_time.si()];
+        let servo = opening::servo(scenario, &state.particles, gauge, elongation.si().signum(), times)?;
+        return Ok(Aim::Opening(servo, elongation.si()));
+    }
+    let planar = scenario.dimension == 2;
+    let across = |axis: usize| (!planar || axis < 2).then_some([first + 2 * axis, first + 2 * axis + 1]);
+    let axis = face / 2;
+    let target = match (servo.force, servo.pressure, servo.area) {
+        (Some(force), ..) => Target::Force(force.si()),
+        (None, pressure, area) => {
+            let pressure = pressure.map_or(0.0, Quantity::si);
+            let neighbors = [across((axis + 1) % 3), across((axis + 2) % 3)];
+            area.map_or(Target::Face(pressure, neighbors), |area| Target::Pressure(pressure, area.si()))
+        }
+    };
+    Ok(Aim::Force { target, gain: 0.0 })
 }
 
 /// Names and surfaces of a wall; a box has six.

@@ -142,22 +142,33 @@ impl Checker<'_> {
             let help = "remove `velocity`; the servo moves the wall";
             self.conflict(&format!("{path}.velocity"), "the wall has a servo", help);
         }
-        match (servo.force.is_some(), servo.pressure.is_some()) {
-            (false, false) => self.missing(&key, "gives neither `force` nor `pressure`", "give one of them"),
-            (true, true) => {
-                self.conflict(&format!("{key}.force"), "gives both `force` and `pressure`", "keep one of them");
+        self.servo_opening(&key, servo);
+        let given: Vec<&str> = [
+            ("force", servo.force.is_some()),
+            ("pressure", servo.pressure.is_some()),
+            ("opening", servo.opening.is_some()),
+        ]
+        .into_iter()
+        .filter_map(|(name, given)| given.then_some(name))
+        .collect();
+        match given[..] {
+            [] => self.missing(&key, "gives neither `force` nor `pressure` nor `opening`", "give one of them"),
+            [first, second, ..] => {
+                let message = format!("gives both `{first}` and `{second}`");
+                self.conflict(&format!("{key}.{first}"), message, "keep one of them");
             }
-            (true, false) if is_box => {
-                self.conflict(&format!("{key}.force"), "a box has six faces", "give `pressure`, or six planes");
+            [only] if is_box && only != "pressure" => {
+                self.conflict(&format!("{key}.{only}"), "a box has six faces", "give `pressure`, or six planes");
             }
-            (false, true) if !is_box && servo.area.is_none() => {
+            ["pressure"] if !is_box && servo.area.is_none() => {
                 let help = "give the `area` on which the pressure acts, or `force`";
                 self.missing(&key, "the pressure of this shape needs an area", help);
             }
             _ => {}
         }
         if servo.area.is_some() && (servo.pressure.is_none() || is_box) {
-            let message = if is_box { "the faces of a box have their own areas" } else { "a force needs no area" };
+            let message =
+                if is_box { "the faces of a box have their own areas" } else { "only a pressure needs an area" };
             self.conflict(&format!("{key}.area"), message, "remove `area`");
         }
         let needs_direction = matches!(wall.shape, WallShape::Cylinder { .. } | WallShape::Facets { .. });

@@ -182,7 +182,7 @@ impl Checker<'_> {
         let scenario = self.scenario;
         for (at, history) in scenario.histories.iter().enumerate() {
             if scenario.named_histories().iter().all(|(_, name)| *name != history.name) {
-                let help = "name it in a [[prescribe]], [[force]], [[wall]], [[stage]], [[heat.source]], or [[heat.boundary]], or remove it";
+                let help = "name it in a [[prescribe]], [[force]], [[wall]], [[membrane]], [[stage]], [[heat.source]], or [[heat.boundary]], or remove it";
                 self.warn(&format!("history[{at}].name"), "nothing follows this history", help);
             }
         }
@@ -199,6 +199,7 @@ impl crate::schema::Scenario {
         let mut all = each("prescribe", self.prescribed.iter().map(|table| &table.history));
         all.extend(each("force", self.forces.iter().map(|table| &table.history)));
         all.extend(each("wall", self.walls.iter().map(|table| &table.history)));
+        all.extend(each("membrane", self.membranes.iter().map(|table| &table.history)));
         let motions = self.walls.iter().enumerate().filter_map(|(at, wall)| Some((at, wall.motion.as_ref()?)));
         all.extend(motions.map(|(at, motion)| (format!("wall[{at}].motion.history"), &motion.history[..])));
         for (at, wall) in self.walls.iter().enumerate() {

@@ -67,6 +67,7 @@ impl Checker<'_> {
             }
             Loading::Flexure { .. } => self.flexure(),
         }
+        self.opening();
         self.initial_field();
     }
 

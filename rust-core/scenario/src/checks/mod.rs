@@ -13,6 +13,7 @@ mod heat;
 mod histories;
 mod laws;
 mod loading;
+mod opening;
 mod packing;
 mod plane;
 mod plausible;
@@ -44,6 +45,8 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.stop();
     checker.histories();
     checker.walls();
+    checker.opening_walls();
+    checker.membranes();
     checker.cuts();
     checker.aggregates();
     checker.sets();

@@ -1,7 +1,7 @@
 //! A factor that changes with time, and what it multiplies: motions, walls, and loads.
 
-use super::Expression;
 use super::field::Field;
+use super::{Expression, Membrane};
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
 use concordem_solver::Solver;
 use concordem_solver::heat::supply::Factors;
@@ -309,6 +309,8 @@ pub struct Histories {
     pub turning: Vec<TimedTurning>,
     /// Loads on particles.
     pub loads: Vec<TimedLoads>,
+    /// Membranes.
+    pub membranes: Vec<Membrane>,
     /// All loads of the run at the factor 0: the constant ones.
     pub constant_loads: Vec<Load>,
     /// Heat from outside, if heat flows.
@@ -380,10 +382,10 @@ impl Histories {
 
     /// Sets the loads at `time` (s).
     fn apply_loads(&self, state: &mut State, time: f64) {
-        if self.loads.is_empty() {
+        if self.loads.is_empty() && self.membranes.is_empty() {
             return;
         }
-        let all = &mut state.particles.loads;
+        let (all, position) = (&mut state.particles.loads, &state.particles.position);
         all.clone_from(&self.constant_loads);
         for timed in &self.loads {
             let factor = timed.history.at(time);
@@ -394,6 +396,9 @@ impl Histories {
                 // The force and the side on which it acts both change sign.
                 entry.virial += load.virial * factor.abs();
             }
+        }
+        for membrane in &self.membranes {
+            membrane.press(position, time, all);
         }
     }
 }

@@ -7,6 +7,8 @@ mod flexure;
 mod guard;
 mod history;
 pub mod loading;
+mod membrane;
+mod opening;
 mod servo;
 pub mod simulation;
 mod stage;
@@ -20,7 +22,9 @@ pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
 pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMesh, TimedMotion, TimedTurning, TimedWall};
 pub use loading::Loading;
-pub use servo::{Servo, Target};
+pub use membrane::Membrane;
+pub use opening::{Extensometer, Opening, OpeningServo};
+pub use servo::{Aim, Servo, Target};
 pub use simulation::{Advance, Simulation};
 pub use stage::{Stage, StageEnd, StageReason};
 pub use stop::{Stop, StopReason};
@@ -33,6 +37,8 @@ use concordem_solver::PairCoefficients;
 pub struct Schedule {
     /// Loading of the specimen.
     pub loading: Loading,
+    /// The gauge that the loading follows; `None`: its rate is given.
+    pub opening: Option<Opening>,
     /// Stages of the loading; without any, its rate is constant.
     pub stages: Vec<Stage>,
     /// Motions, walls, and loads that change with time.
@@ -69,6 +75,7 @@ impl Default for Schedule {
     fn default() -> Self {
         Self {
             loading: Loading::None,
+            opening: None,
             stages: Vec::new(),
             histories: Histories::default(),
             servos: Vec::new(),

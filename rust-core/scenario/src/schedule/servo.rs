@@ -1,9 +1,9 @@
-//! Walls that move until they press on the particles with a given force.
+//! Walls that move until they press on the particles with a given force, or open a gauge by a given length.
 
 use concordem_contact::math::Vec3;
 use concordem_solver::state::{State, WallShape};
 
-use super::History;
+use super::{History, OpeningServo};
 
 /// Fraction of the wanted force below which a wall slows down.
 const SLOW: f64 = 0.1;
@@ -12,25 +12,36 @@ const SLOW: f64 = 0.1;
 /// step late, and waves carry the answer of the specimen back, so at 1 the wall would oscillate.
 const SERVO_STEP: f64 = 0.1;
 
-/// A wall that moves along a direction until it presses on the particles with a given force: its speed is
-/// `min(g (F₀ − F), v_max)` with the force `F` of the last step, positive towards the particles.
+/// A wall that moves along a direction until it reaches its aim, at most with a speed `v_max`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Servo {
     /// Index of the wall.
     pub wall: usize,
     /// Unit vector along which the wall pushes.
     pub direction: Vec3,
-    /// What it keeps constant.
-    pub target: Target,
+    /// What it aims at.
+    pub aim: Aim,
     /// A factor of the target, over the time of the run.
     pub history: Option<History>,
     /// Largest speed, m/s.
     pub maximum_speed: f64,
-    /// Gain `g`, m/(N·s).
-    pub gain: f64,
 }
 
-/// What a servo keeps constant.
+/// What a servo aims at.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Aim {
+    /// A force. The speed of the wall is `min(g (F₀ − F), v_max)` with the force `F` of the last step, positive towards the particles.
+    Force {
+        /// The wanted force `F₀`.
+        target: Target,
+        /// Gain `g`, m/(N·s).
+        gain: f64,
+    },
+    /// The elongation of a gauge, m.
+    Opening(OpeningServo, f64),
+}
+
+/// A force that a servo keeps constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Force, N.
@@ -65,26 +76,37 @@ fn gap(state: &State, [a, b]: [usize; 2]) -> f64 {
 }
 
 impl Servo {
-    /// Sets the velocity of the wall for the coming step.
-    pub(super) fn apply(&self, state: &mut State) {
+    /// Sets the velocity of the wall for the coming step. `lasting`: see [`OpeningServo::speed`].
+    pub(super) fn apply(&self, state: &mut State, lasting: &mut f64) {
         let clock = &state.clock;
-        let factor = self.history.as_ref().map_or(1.0, |history| history.at(clock.time() + 0.5 * clock.dt));
-        let error = factor * self.target.force(state) + state.walls[self.wall].force.dot(&self.direction);
-        let speed = (self.gain * error).clamp(-self.maximum_speed, self.maximum_speed);
+        let (time, dt) = (clock.time(), clock.dt);
+        let factor = |time: f64| self.history.as_ref().map_or(1.0, |history| history.at(time));
+        let wanted = match &self.aim {
+            Aim::Force { target, gain } => {
+                let pressing = state.walls[self.wall].force.dot(&self.direction);
+                gain * (factor(time + 0.5 * dt) * target.force(state) + pressing)
+            }
+            Aim::Opening(servo, opening) => {
+                let rate = opening * (factor(time + dt) - factor(time)) / dt;
+                servo.speed(state, [opening * factor(time), rate], self.maximum_speed, lasting)
+            }
+        };
+        let speed = wanted.clamp(-self.maximum_speed, self.maximum_speed);
         state.walls[self.wall].velocity = self.direction * speed;
     }
 
-    /// Sets the gain: full speed until a tenth of the force is missing, and slower where the contacts are so stiff that a wall of
-    /// this speed would overshoot. `frequency`: upper bound of the frequencies of contacts, rad/s; `dt`: time step, s.
+    /// Sets the gain of a force: full speed until a tenth of the force is missing, and slower where the contacts are so stiff that a
+    /// wall of this speed would overshoot. `frequency`: upper bound of the frequencies of contacts, rad/s; `planar`: two dimensions.
     ///
     /// A particle of mass m cannot have contacts stiffer than `ω² m`; the wall touches one layer of particles.
     pub(crate) fn tune(&mut self, state: &State, frequency: f64, planar: bool) {
+        let Aim::Force { target, gain } = &mut self.aim else { return };
         let count = state.particles.len() as f64;
         let layers = if planar { count.sqrt() } else { count.cbrt() };
         let stiffness = frequency * frequency * state.particles.mass.iter().sum::<f64>() / layers;
         let largest = self.history.as_ref().map_or(1.0, History::largest);
-        let wanted = self.maximum_speed / (SLOW * largest * self.target.force(state));
+        let wanted = self.maximum_speed / (SLOW * largest * target.force(state));
         let stable = SERVO_STEP / (stiffness * state.clock.dt);
-        self.gain = wanted.min(stable);
+        *gain = wanted.min(stable);
     }
 }

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::guard::{self, EnergyFault, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
-use super::{Bonding, Record, Schedule, Stage, StageReason, bonding};
+use super::{Aim, Bonding, Record, Schedule, Stage, StageReason, bonding};
 use crate::sampling::{Bonds, Operator, SampledHeat, SampledState, ScheduledOperator, rigid_links};
 use concordem_contact::math::Mat3;
 use concordem_operator::OperatorError;
@@ -112,6 +112,9 @@ pub struct OperatorRow {
     pub values: Vec<f64>,
 }
 
+/// Largest number of walls that follow the opening of a gauge: the state has so many places for them.
+pub(crate) const OPENINGS: usize = 8;
+
 /// Indices into [`State::schedule_memory`].
 mod memory {
     pub const PEAK: usize = 0;
@@ -124,6 +127,9 @@ mod memory {
     pub const ENERGY: usize = 15;
     /// Lasting rate of the servo of a cell, 1/s, column by column.
     pub const LASTING: usize = 16;
+    /// Lasting speed of a loading that follows the opening of a gauge, m/s, and after it those of up to [`super::OPENINGS`] walls. Such loadings do
+    /// not drive a cell, so that the place is free.
+    pub const OPENING: usize = LASTING;
     /// Which bonds have been made during the run: one bit for each [`super::Bonding`].
     pub const BONDED: usize = LASTING + 9;
     /// First value of [`super::StageProgress`]. After it come time (s) and step of the end of each stage.
@@ -335,9 +341,7 @@ impl Simulation {
     /// Takes one step, with the record and the operators that are due, or with all of them.
     fn step(&mut self, all: bool) -> Result<Advance, RunError> {
         self.schedule.histories.apply(&mut self.state, &mut self.solver);
-        for servo in &self.schedule.servos {
-            servo.apply(&mut self.state);
-        }
+        self.apply_servos();
         let operators = self.operators(all)?;
         let step = self.state.clock.step;
         let due = all || step.is_multiple_of(self.schedule.sample_interval);
@@ -351,8 +355,17 @@ impl Simulation {
         };
         let heat = if due { self.heat() } else { [0.0; 5] };
         let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
+        // The factor of the stages is that of the opening, if the loading follows one.
+        let mut followed = self.state.schedule_memory[memory::OPENING];
+        let opening = self.schedule.opening.as_ref();
+        let driven = opening
+            .map(|opening| opening.factor(&self.state, loaded_time, factor.unwrap_or(1.0), &mut followed))
+            .or(factor);
+        if opening.is_some() {
+            self.state.schedule_memory[memory::OPENING] = followed;
+        }
         let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::BONDED]);
-        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress, &mut lasting);
+        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, driven, by_stress, &mut lasting);
         self.state.schedule_memory[memory::LASTING..memory::BONDED].copy_from_slice(lasting.as_slice());
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume, heat };
@@ -382,6 +395,19 @@ impl Simulation {
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
         Ok(Advance { sample, operators, last: None, events, stage, bonded: None, stopped })
+    }
+
+    /// Sets the velocities of the walls with servos.
+    fn apply_servos(&mut self) {
+        let mut openings = 0;
+        for servo in &self.schedule.servos {
+            let mut lasting = self.state.schedule_memory[memory::OPENING + 1 + openings];
+            servo.apply(&mut self.state, &mut lasting);
+            if let Aim::Opening(..) = servo.aim {
+                self.state.schedule_memory[memory::OPENING + 1 + openings] = lasting;
+                openings += 1;
+            }
+        }
     }
 
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero without heat conduction.

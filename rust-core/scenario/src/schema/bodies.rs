@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
 use super::quantity::{
-    Angle, AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, StrainRate, Stress, Velocity,
+    Angle, AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, StrainRate, Stress, Time,
+    Velocity,
 };
 
 /// A rigid wall that particles touch.
@@ -70,14 +71,15 @@ pub struct WallRotation {
 }
 
 /// A servo: the wall moves along its direction with the speed `min(g (F0 - F), maximum_speed)`, F being the force on the particles
-/// in the last step. The gain g follows from the stiffness of the contacts, so that the wall does not oscillate.
+/// in the last step. The gain g follows from the stiffness of the contacts, so that the wall does not oscillate. With `opening` the
+/// wall moves so that the elongation of a gauge is a given one, as in `loading.opening`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Servo {
-    /// Wanted force on the particles, N. Required unless `pressure` is given. Not for a "box".
+    /// Wanted force on the particles, N. Required unless `pressure` or `opening` is given. Not for a "box".
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub force: Option<Force>,
-    /// Wanted pressure on the particles, Pa. Required unless `force` is given. Each face of a "box" has it.
+    /// Wanted pressure on the particles, Pa. Required unless `force` or `opening` is given. Each face of a "box" has it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure: Option<Stress>,
     /// Area on which the pressure acts, m². Required with `pressure`, but not for a "box": the pressure on its faces acts on their
@@ -87,6 +89,18 @@ pub struct Servo {
     /// Direction in which the wall pushes, a vector of any length. Required for "cylinder" and "facets", which move as a whole; a
     /// "plane" and the faces of a "box" push along their normals.
     pub direction: Option<[Number; 3]>,
+    /// Wanted elongation of a gauge, m, positive or negative: that which grows as the wall moves along its direction. Required unless
+    /// `force` or `pressure` is given. The `history` of the wall multiplies it. Not for a "box". Example: `opening = "0.1 mm"`.
+    pub opening: Option<Length>,
+    /// Name of a `[[sample]]` with the operator "gauge". Required with `opening`. Example: `gauge = "crack mouth"`.
+    pub gauge: Option<String>,
+    /// Time in which the wall makes up for an error of the opening, s, about a quarter of the period of the slowest vibration
+    /// of the specimen. Required with `opening`. Example: `response_time = "50 us"`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub response_time: Option<Time>,
+    /// Displacement of the wall per error of the opening, at once; default: 0.5. Only with `opening`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub gain: Option<Number>,
     /// Largest speed of the wall, m/s. Required. It has this speed until a tenth of the force is missing. Example:
     /// `maximum_speed = "0.1 m/s"`.
     #[schemars(extend("exclusiveMinimum" = 0))]

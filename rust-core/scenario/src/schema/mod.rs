@@ -34,7 +34,9 @@ mod error;
 mod heat;
 mod history;
 mod material;
+mod membrane;
 mod motion;
+mod opening;
 mod packing;
 pub mod quantity;
 mod sample;
@@ -63,7 +65,9 @@ pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,
     DeformableUpdate, Interface, LawName, Material, ParticleElasticity, Thermal, YieldSurface,
 };
+pub use membrane::Membrane;
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
+pub use opening::OpeningControl;
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
@@ -127,6 +131,9 @@ pub struct Scenario {
     /// Rigid walls; default: none.
     #[serde(default, rename = "wall")]
     pub walls: Vec<Wall>,
+    /// Flexible membranes that press on the specimen; default: none.
+    #[serde(default, rename = "membrane")]
+    pub membranes: Vec<Membrane>,
     /// Named sets of particles; default: none.
     #[serde(default, rename = "set")]
     pub sets: Vec<ParticleSet>,

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::opening::OpeningControl;
 use super::packing::Axis;
 use super::quantity::{
     Acceleration, AngularVelocity, Component, CrossSection, Length, Number, StrainRate, Stress, Time, TimeStep,
@@ -165,6 +166,9 @@ pub enum Loading {
         /// "47.3 mm"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         gauge_length: Option<Length>,
+        /// Control by the opening of a crack, up to `strain_rate`; default: none, a constant velocity. Example:
+        /// `opening = { gauge = "crack mouth", rate = "1 mm/s", response_time = "50 us" }`.
+        opening: Option<OpeningControl>,
     },
     /// Two end layers rotate rigidly in opposite directions about an axis across the specimen, and move freely along
     /// its axis. The stress is that in the outer fiber of an elastic beam under the mean of both end moments.
@@ -241,6 +245,9 @@ pub enum Loading {
         /// `2P/(pi D L)` in its middle, positive. Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<CrossSection>,
+        /// Control by the opening of a crack, up to `closing_velocity`; default: none, a constant velocity. Example:
+        /// `opening = { gauge = "crack mouth", rate = "1 mm/s", response_time = "50 us" }`.
+        opening: Option<OpeningControl>,
     },
     /// A beam on two supports is bent in three or four points: one or two rollers press on its other side. The stress is that in
     /// the outer fiber of an elastic beam, `6M/(b h^2)`; the strain that of such a beam with the deflection w under the rollers,
@@ -273,6 +280,9 @@ pub enum Loading {
         closing_velocity: Velocity,
         /// Name of the material of supports and rollers. Required with `roller_radius`.
         material: Option<String>,
+        /// Control by the opening of a crack, up to `closing_velocity`; default: none, a constant velocity. Example:
+        /// `opening = { gauge = "crack mouth", rate = "1 mm/s", response_time = "50 us" }`.
+        opening: Option<OpeningControl>,
     },
 }
 
@@ -317,6 +327,16 @@ impl Loading {
             Self::None => false,
             Self::CellStress { strain_rate, .. } => strain_rate.iter().any(|rate| *rate != Component::Free),
             _ => true,
+        }
+    }
+
+    /// Control by the opening of a crack.
+    pub fn opening(&self) -> Option<&OpeningControl> {
+        match self {
+            Self::Uniaxial { opening, .. } | Self::Platens { opening, .. } | Self::Flexure { opening, .. } => {
+                opening.as_ref()
+            }
+            _ => None,
         }
     }
 

@@ -28,6 +28,7 @@ impl Builder<'_> {
             roller_radius,
             closing_velocity,
             material,
+            opening: _,
         } = &scenario.loading
         else {
             return Err(unfit("loading.kind", "is not \"flexure\"".into()));
