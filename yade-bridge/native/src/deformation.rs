@@ -15,7 +15,6 @@ use concordem_solver::state::{Constraint, Deformation, Particles};
 
 use crate::body_motion::{symmetric, vector};
 use crate::linear_bond::viscous_force;
-use crate::own_thread;
 
 /// Elastic constants of a particle: Young's modulus (Pa; infinite for a rigid particle) and Poisson's ratio.
 #[repr(C)]
@@ -167,7 +166,7 @@ impl DeformationScratch {
     fn run(&mut self, deformable: &Deformable) -> Result<DeformationSums, String> {
         let Self { particles, bonds, pass, force, pool } = self;
         // Enter the pool only once, because waking its threads is slow.
-        let (sums, strain) = own_thread::inside(pool, || {
+        let (sums, strain) = pool.install(|| {
             // Strains that act in this step.
             pass.begin(deformable, particles, false);
             pass.clear();

@@ -14,4 +14,3 @@ mod deformation;
 pub mod functors;
 mod law_contact;
 mod linear_bond;
-pub mod own_thread;
