@@ -36,8 +36,11 @@ fn chain(more: &str) -> String {
     )
 }
 
+/// The rows of values of an operator.
+type Rows = Vec<Vec<f64>>;
+
 /// Records, the rows of each operator, and the moments of bonding (time and number).
-fn run(simulation: &mut Simulation) -> (Vec<Record>, Vec<Vec<Vec<f64>>>, Vec<(f64, usize)>) {
+fn run(simulation: &mut Simulation) -> (Vec<Record>, Vec<Rows>, Vec<(f64, usize)>) {
     let (mut records, mut bonded) = (Vec::new(), Vec::new());
     let mut rows = vec![Vec::new(); simulation.schedule.operators.len()];
     loop {

@@ -57,7 +57,9 @@ fn one(
         let thickness = 2.0 * particles.mean_radius();
         let mut at_end = vec![[false; 2]; particles.len()];
         for (side, end) in [End::Minimum, End::Maximum].into_iter().enumerate() {
-            layer(extents(particles, axis), end, thickness).into_iter().for_each(|p| at_end[p][side] = true);
+            for p in layer(extents(particles, axis), end, thickness) {
+                at_end[p][side] = true;
+            }
         }
         faces.retain(|face| [0, 1].iter().all(|&side| face.iter().any(|&p| !at_end[p as usize][side])));
         if faces.is_empty() {
@@ -98,7 +100,9 @@ fn border(mesh: &Mesh, position: &[Vec3], reach: f64) -> Vec<[u32; 3]> {
     let mut removed = vec![false; mesh.len()];
     let outside = |cell: usize| behind[cell][..size].contains(&usize::MAX);
     let mut front: Vec<usize> = (0..mesh.len()).filter(|&cell| outside(cell) && wide(cell)).collect();
-    front.iter().for_each(|&cell| removed[cell] = true);
+    for &cell in &front {
+        removed[cell] = true;
+    }
     while let Some(cell) = front.pop() {
         for &next in &behind[cell][..size] {
             if next != usize::MAX && !removed[next] && wide(next) {
@@ -109,8 +113,7 @@ fn border(mesh: &Mesh, position: &[Vec3], reach: f64) -> Vec<[u32; 3]> {
     }
     let mut faces = Vec::new();
     for cell in (0..mesh.len()).filter(|&cell| !removed[cell]) {
-        for opposite in 0..size {
-            let next = behind[cell][opposite];
+        for (opposite, &next) in behind[cell][..size].iter().enumerate() {
             if next == usize::MAX || removed[next] {
                 faces.push(face_of(&corners(cell).collect::<Vec<_>>(), opposite).1);
             }

@@ -3,7 +3,7 @@
 use super::Checker;
 use crate::sampling::Operator;
 use crate::schedule::simulation::OPENINGS;
-use crate::schema::{Loading, Servo, Wall};
+use crate::schema::{Loading, OperatorSample, Servo, Wall};
 
 impl Checker<'_> {
     /// Control of the loading by the opening of a crack.
@@ -20,7 +20,7 @@ impl Checker<'_> {
     /// Checks that `name` is that of a gauge.
     fn known_gauge(&mut self, key: &str, name: &str) {
         let gauges = self.scenario.samples.iter().filter(|sample| sample.operator == Operator::Gauge);
-        let names: Vec<&str> = gauges.map(|sample| sample.name()).collect();
+        let names: Vec<&str> = gauges.map(OperatorSample::name).collect();
         if names.is_empty() {
             let help = format!("add [[sample]] with name = \"{name}\", operator = \"gauge\", and two `sets`");
             self.missing(key, "the scenario has no gauge", help);
