@@ -92,6 +92,8 @@ pub fn turnover(run: &Run) -> f64 {
             r.friction,
             r.viscous,
             r.numerical_damping,
+            r.deformation_lag,
+            r.deformation_other,
         ]
         .iter()
         .map(|energy| energy.abs())

@@ -62,7 +62,7 @@ pub enum RunError {
 
 /// An [`EnergyFault`] in words.
 fn describe(fault: &EnergyFault) -> String {
-    let EnergyFault { unstable, created, turnover, integration, residual, kinetic, stored } = fault;
+    let EnergyFault { unstable, yade, created, turnover, integration, residual, kinetic, stored } = fault;
     let remedy = "The time step is too large for the contacts that have formed: lower integration.contact_safety or \
                   integration.time_step. With integration.allow_energy_error = true the run continues anyway";
     if *unstable {
@@ -71,6 +71,12 @@ fn describe(fault: &EnergyFault) -> String {
             kinetic + stored
         );
     }
+    let remedy = if *yade {
+        "YADE's kinematics create energy where particles rotate: use kinematics = \"finite\", or a smaller \
+         integration.time_step. With integration.allow_energy_error = true the run continues anyway"
+    } else {
+        remedy
+    };
     let (verb, without) = if *created > 0.0 { ("gained", "without a source") } else { ("lost", "without a sink") };
     format!(
         "the run has {verb} {:.3e} J {without}, {:.1} % of its energy of {turnover:.3e} J (ledger: integration \
