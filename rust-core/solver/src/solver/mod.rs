@@ -240,8 +240,8 @@ impl Solver {
         let first = !state.ledger.started;
         let sample = sample || first;
         let mut report = StepReport::default();
-        self.begin_heat(state)?;
         if self.rests() {
+            self.begin_heat(state)?;
             return Ok(self.only_conduct(state));
         }
         let (crossing, strain) = self.compute_forces(state, sample, &mut report)?;
@@ -336,6 +336,8 @@ impl Solver {
             report.rebuilt = true;
         }
         watch.lap(&mut self.stages.neighbors);
+        self.begin_heat(state)?;
+        watch.lap(&mut self.stages.booking);
         self.find_poses(state);
         watch.lap(&mut self.stages.poses);
         let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();

@@ -1,6 +1,7 @@
 //! Heat conduction and thermal expansion against closed forms, stencils, and balances.
 
 mod conduction;
+mod contacts;
 mod curves;
 mod dissipation;
 mod expansion;
@@ -71,6 +72,7 @@ fn model(network: Network, particles: &Particles, materials: &[ThermalMaterial])
         mechanics: false,
         dissipation: false,
         crack_resistance: f64::INFINITY,
+        contact: None,
     }
 }
 
