@@ -33,11 +33,8 @@ fn softening(random: &mut Random, case: &Case) -> &'static str {
 }
 
 /// How particles that touch exchange heat; the last one holds for spheres.
-const CONTACTS: [&str; 3] = [
-    "contact = { resistance = 1e-5 }\n",
-    "contact = { resistance = 0 }\n",
-    "contact = { constriction = true }\n",
-];
+const CONTACTS: [&str; 3] =
+    ["contact = { resistance = 1e-5 }\n", "contact = { resistance = 0 }\n", "contact = { constriction = true }\n"];
 
 /// Adds heat conduction. Everything hot is a set of particles, which no twin changes. The steps of the motion are some 0.1 µs, those of
 /// conduction seconds.

@@ -1,6 +1,6 @@
 //! Heat between grains that flow: in two dimensions, with clumps, deformable particles, loads, walls, and in a periodic cell.
 
-use concordem::state::columns::{ColumnStore, WriteColumns};
+use concordem::state::columns::ColumnStore;
 use concordem::state::contacts::ContactFlags;
 use concordem_tests::on_threads;
 use concordem_tests::runs::{made, started};
@@ -29,7 +29,8 @@ fn heat(contact: &str) -> String {
 /// A floor and four sides around a square of 7 mm; in two dimensions without those along z.
 fn vessel(dimension: usize) -> String {
     let floor = if dimension == 2 { "[0, 1, 0]" } else { "[0, 0, 1]" };
-    let mut planes = vec![("floor", "[0, 0, 0]", floor), ("w", "[0, 0, 0]", "[1, 0, 0]"), ("e", "[7e-3, 0, 0]", "[-1, 0, 0]")];
+    let mut planes =
+        vec![("floor", "[0, 0, 0]", floor), ("w", "[0, 0, 0]", "[1, 0, 0]"), ("e", "[7e-3, 0, 0]", "[-1, 0, 0]")];
     if dimension == 3 {
         planes.extend([("s", "[0, 0, 0]", "[0, 1, 0]"), ("n", "[0, 7e-3, 0]", "[0, -1, 0]")]);
     }
@@ -66,8 +67,7 @@ fn flows_where_forces_act(text: &str, steps: u64) {
             let mut seen = Vec::new();
             for step in 0..steps {
                 if restart.is_some_and(|every| step % every == 3) {
-                    let mut columns = ColumnStore::default();
-                    simulation.state.write(&mut columns).unwrap();
+                    let mut columns = ColumnStore::of(&simulation.state).unwrap();
                     let mut other = made(text);
                     other.state.read(&mut columns).unwrap();
                     simulation = started(other);

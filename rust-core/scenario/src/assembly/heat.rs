@@ -13,8 +13,8 @@ use concordem_solver::heat::implicit::to_steady_state;
 use concordem_solver::heat::network::{self, Exposure, NearPair, Network, Plane};
 use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{
-    ContactConduction, ContactExchange, Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange, ThermalMaterial,
-    WallExchange, capacities, expansion,
+    ContactConduction, ContactExchange, Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread,
+    Supply, SurfaceExchange, ThermalMaterial, WallExchange, capacities, expansion,
 };
 use concordem_solver::state::{Particles, State};
 use concordem_solver::{Model, Solver};
@@ -149,7 +149,11 @@ fn curves(material: &crate::schema::Material) -> MaterialCurves {
 
 fn network_of(scenario: &Scenario, heat: &Heat, state: &State) -> Result<Network, AssemblyError> {
     let (particles, cell, planar) = (&state.particles, state.cell.as_ref(), scenario.dimension == 2);
-    let planes = if cell.is_some() || heat.model == HeatNetwork::Contacts { Vec::new() } else { planes(scenario, heat.model, particles) };
+    let planes = if cell.is_some() || heat.model == HeatNetwork::Contacts {
+        Vec::new()
+    } else {
+        planes(scenario, heat.model, particles)
+    };
     if heat.model == HeatNetwork::Power {
         return network::power(particles, cell, &planes, planar).map_err(|error| {
             let message = format!("{error}: all centers must lie in the shape of the packing; use \"disordered\"");

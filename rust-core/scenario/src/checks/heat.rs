@@ -172,7 +172,8 @@ impl Checker<'_> {
             self.conflict("heat.contact_ratio", "has no effect with pairs = \"bonds\"", help);
         }
         let contacts = heat.model == HeatNetwork::Contacts;
-        for (key, given) in [("heat.pairs", heat.pairs.is_some()), ("heat.contact_ratio", heat.contact_ratio.is_some())] {
+        for (key, given) in [("heat.pairs", heat.pairs.is_some()), ("heat.contact_ratio", heat.contact_ratio.is_some())]
+        {
             if given && contacts {
                 let help = "remove the key, or use the model \"ordered\" or \"disordered\"";
                 self.conflict(key, "has no effect: heat flows through bonds and present contacts", help);

@@ -83,7 +83,7 @@ impl ContactConduction {
     pub(super) fn most(&self, radius: f64, [smallest, largest]: [f64; 2], conductivities: [f64; 2]) -> f64 {
         let spread = largest / smallest;
         let bins = if spread > 1.0 { BINS } else { 1 };
-        let at = |bin: u32| smallest * spread.powf(f64::from(bin) / f64::from(bins));
+        let at = |bin: u32| smallest * libm::pow(spread, f64::from(bin) / f64::from(bins));
         let of = |bin: u32| {
             let sine = at(bin) / (radius + at(bin));
             let number = if self.planar {

@@ -480,7 +480,11 @@ impl HeatPass {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        4 * self.start.len() + 8 * self.halves.len() + 8 * self.conductance.len() + 33 * self.held.len() + self.touching_now.bytes()
+        4 * self.start.len()
+            + 8 * self.halves.len()
+            + 8 * self.conductance.len()
+            + 33 * self.held.len()
+            + self.touching_now.bytes()
     }
 }
 

@@ -32,7 +32,12 @@ fn spheres(list: &[([f64; 3], f64, u16)]) -> Particles {
 }
 
 /// A model of grains that touch with the stiffness 1000 N/m and without friction, and its state.
-fn grains(particles: Particles, contact: ContactConduction, temperature: Vec<f64>, cell: Option<Cell>) -> (State, Model) {
+fn grains(
+    particles: Particles,
+    contact: ContactConduction,
+    temperature: Vec<f64>,
+    cell: Option<Cell>,
+) -> (State, Model) {
     let stiffness = ContactStiffness::Given { normal: 1000.0, shear: 500.0 };
     let law = Frictional::new(stiffness, 0.0, 0.0).unwrap();
     let mut rows = PairCoefficients::new(2);
@@ -80,7 +85,8 @@ fn two_bodies_brought_into_contact_equalize() {
                 let conductance = match contact.exchange {
                     _ if overlap <= 0.0 => 0.0,
                     ContactExchange::Resistance(r) => {
-                        let area = if contact.planar { 2.0 * (radius_a * radius_b).sqrt() } else { 4.0 * radius_a * radius_b };
+                        let area =
+                            if contact.planar { 2.0 * (radius_a * radius_b).sqrt() } else { 4.0 * radius_a * radius_b };
                         area / (radius_a / 2.0 + r + radius_b / 5.0)
                     }
                     ContactExchange::Constriction => {
@@ -115,7 +121,8 @@ fn resistances_of_a_stack_add_up() {
         let (mut state, mut model) = grains(particles, contact, vec![300.0; 6], None);
         let heat = model.heat.as_mut().unwrap();
         (heat.implicit, heat.mechanics) = (true, false);
-        heat.supply.held = vec![Held { particles: vec![0], temperature: 400.0 }, Held { particles: vec![5], temperature: 300.0 }];
+        heat.supply.held =
+            vec![Held { particles: vec![0], temperature: 400.0 }, Held { particles: vec![5], temperature: 300.0 }];
         state.clock.dt = 1e6;
         let resistance = |gap: &f64| match contact.exchange {
             ContactExchange::Resistance(r) => 0.5 / 2.0 + r + 0.5 / 2.0,
@@ -200,12 +207,11 @@ fn a_crack_that_closes_conducts() {
             if !broken {
                 return 2.0;
             }
-            let closed = match contact.exchange {
+            match contact.exchange {
                 _ if length >= 1.0 => 1.0 / (0.5 + open),
                 ContactExchange::Resistance(r) => 1.0 / (0.5 + r),
                 ContactExchange::Constriction => (4.0 * ((1.0 - length) * 0.25).sqrt()).min(2.0),
-            };
-            closed
+            }
         };
         let mut seen = [0; 3];
         for step in 0..600 {
@@ -217,7 +223,13 @@ fn a_crack_that_closes_conducts() {
             if broken == !state.broken.is_empty() {
                 let found: f64 = solver.heat().unwrap().links(0).map(|(_, conductance)| conductance).sum();
                 assert!((found - expected(length, broken)).abs() < 1e-13, "{step} {length} {found}");
-                seen[if !broken { 0 } else if length < 1.0 { 2 } else { 1 }] += 1;
+                seen[if !broken {
+                    0
+                } else if length < 1.0 {
+                    2
+                } else {
+                    1
+                }] += 1;
             }
         }
         assert!(seen.iter().all(|count| *count > 10), "{seen:?}");
@@ -278,7 +290,11 @@ fn flowing_grains_conserve_heat() {
         assert!(exchanged > 10 && before[1] - before[0] < 20.0, "{exchanged} {before:?}");
         let found = state.heat.as_ref().unwrap();
         let content: f64 = heat_of(&model).capacity.iter().sum::<f64>() * 350.0;
-        assert!(heat_of(&model).residual(found).abs() < 1e-14 * content, "{:e}", heat_of(&model).residual(found) / content);
+        assert!(
+            heat_of(&model).residual(found).abs() < 1e-14 * content,
+            "{:e}",
+            heat_of(&model).residual(found) / content
+        );
     }
 }
 
@@ -327,7 +343,9 @@ fn the_bound_holds_for_all_contacts_that_fit() {
             list.push((place.map(|x| x * scale), 0.5, 0));
         }
     }
-    for contact in [RESISTANCE, ContactConduction { exchange: ContactExchange::Resistance(0.0), ..RESISTANCE }, CONSTRICTION] {
+    for contact in
+        [RESISTANCE, ContactConduction { exchange: ContactExchange::Resistance(0.0), ..RESISTANCE }, CONSTRICTION]
+    {
         let particles = spheres(&list);
         let (mut state, model) = grains(particles, contact, vec![300.0; 13], None);
         let solver = Solver::new(model.clone(), &mut state).unwrap();
