@@ -127,7 +127,9 @@ impl HeatPass {
                 }
                 let wall = &state.walls[exchange.wall];
                 let found = wall.closest_point_of_image(element as usize, center, state.cell.as_ref(), image);
-                let Some(closest) = found.filter(|closest| closest.distance < radius) else { continue };
+                let reach = |normal: &Vec3| radius + surface.get(p).map_or(0.0, |w| w.0.quadratic(normal));
+                let touching_wall = found.filter(|closest| closest.distance < reach(&closest.normal));
+                let Some(closest) = touching_wall else { continue };
                 // One contact of a particle with each image of a wall.
                 let same = touching.iter().zip(images.iter()).rev().take_while(|(other, _)| other.particle == p as u32);
                 if same.into_iter().all(|(_, other)| *other != image) {
