@@ -5,6 +5,7 @@ mod contacts;
 mod curves;
 mod dissipation;
 mod expansion;
+mod hosts;
 mod softening;
 mod walls;
 
