@@ -284,7 +284,9 @@ impl Solver {
     /// Input that the neighbor search rejects, strains that do not converge.
     pub fn find_forces(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
         if self.rests() {
-            return Err(SolverError::Heat { problem: "without motion needs no forces, and no host: set heat.motion = true" });
+            return Err(SolverError::Heat {
+                problem: "without motion needs no forces, and no host: set heat.motion = true",
+            });
         }
         let mut report = StepReport::default();
         self.compute_forces(state, sample, &mut report)?;

@@ -55,12 +55,18 @@ fn a_host_gets_the_same_temperatures() {
             convective: false,
             targets: None,
         };
-        integrate::kick_and_drift(&kick, &mut hosted.particles, NetForces { force: force.forces(), torque: force.torques() });
+        integrate::kick_and_drift(
+            &kick,
+            &mut hosted.particles,
+            NetForces { force: force.forces(), torque: force.torques() },
+        );
     }
     assert!(own.broken.len() > 5, "{}", own.broken.len());
     assert!(temperatures(&own)[5] > 310.0 && own.heat.as_ref().unwrap().ledger.dissipation.get() > 0.0);
     assert!(own.heat == hosted.heat);
     assert!(own.particles == hosted.particles);
-    let lengths = |state: &State| -> Vec<f64> { (0..state.bonds[0].len()).map(|k| state.bonds[0].view(k).reference.length).collect() };
+    let lengths = |state: &State| -> Vec<f64> {
+        (0..state.bonds[0].len()).map(|k| state.bonds[0].view(k).reference.length).collect()
+    };
     assert_eq!(lengths(&own), lengths(&hosted));
 }

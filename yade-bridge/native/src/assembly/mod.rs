@@ -89,7 +89,9 @@ fn refuse_heat(assembly: &concordem_scenario::assembly::Assembly) -> Result<(), 
         [&heat.sources, &heat.surfaces, &heat.walls, &heat.held].into_iter().flatten().any(Option::is_some)
     });
     if timed {
-        return Err("[[heat.source]] and [[heat.boundary]] with `history` need our own solver; remove the key".to_owned());
+        return Err(
+            "[[heat.source]] and [[heat.boundary]] with `history` need our own solver; remove the key".to_owned()
+        );
     }
     Ok(())
 }
