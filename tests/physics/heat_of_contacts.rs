@@ -10,7 +10,7 @@ const GRAINS: &str = "
 [[material]]
 name = \"g\"
 density = 2500
-frictional = { normal_stiffness = 1e4, shear_stiffness = 3e3, friction_coefficient = 0.3 }
+frictional = { normal_stiffness = 1e4, shear_stiffness = 3e3, friction_coefficient = 0.3, damping_ratio = 0.1 }
 thermal = { specific_heat = 1, conductivity = 20 }
 [contacts]
 law = \"frictional\"
@@ -94,8 +94,8 @@ fn flows_where_forces_act(text: &str, steps: u64) {
         })
     };
     let whole = bits(1, None);
-    let range = whole.0.temperature.iter().fold([f64::INFINITY, 0.0], |[low, high], t| [t.min(low), t.max(high)]);
-    assert!(whole.3 > 200 && range[0] > 300.0 && range[1] < 400.0, "{} {range:?}", whole.3);
+    let mixed = whole.0.temperature.iter().filter(|t| (300.1..399.9).contains(*t)).count();
+    assert!(whole.3 > 200 && mixed > 4, "{} {mixed}", whole.3);
     assert!(whole == bits(3, None));
     assert!(whole == bits(1, Some(97)));
 }
@@ -127,12 +127,12 @@ fn of_clumps_in_a_sheared_cell() {
     let text = format!(
         "version = 1\n{}cell = [6.6e-3, 6.6e-3, 6.6e-3]\n{GRAINS}{}
         [[clump]]
-        spheres = [[1.2e-3, 1.2e-3, 7.1e-3, 0.5e-3], [1.7e-3, 1.2e-3, 7.1e-3, 0.6e-3]]
+        spheres = [[2.05e-3, 2.3e-3, 2.3e-3, 0.5e-3], [2.55e-3, 2.3e-3, 2.3e-3, 0.5e-3]]
         material = \"g\"
         velocity = [3, 1, 0]
         [loading]
         kind = \"cell-strain\"
-        velocity_gradient = [[-20, 200, 0], [0, -20, 0], [0, 0, -20]]
+        velocity_gradient = [[-15, 200, 0], [0, -15, 0], [0, 0, -15]]
         [stop]
         steps = 100000",
         grains(3),
@@ -157,15 +157,15 @@ fn of_deformable_grains_under_a_load() {
         [stop]
         steps = 100000",
         grains(3),
-        GRAINS.replace("thermal =", "deformable = { young = 5e7, poisson = 0.3 }\nthermal ="),
+        GRAINS.replace("thermal =", "deformable = { young = 1e8, poisson = 0.3 }\nthermal ="),
         vessel(3),
         heat("resistance = 0"),
     );
     flows_where_forces_act(&text, 2000);
 }
 
-/// Cubes of bonded grains, with the faces of a power diagram, that collide: contacts of grains that were not neighbors, and cracks that
-/// open and close, conduct; a grain that keeps its bonds has no contacts with those.
+/// The halves of a cube of bonded grains collide: contacts of grains that were not neighbors, and cracks that open and close, conduct;
+/// grains that keep their bond have no contact.
 #[test]
 fn of_bodies_that_break() {
     let text = format!(
@@ -182,7 +182,7 @@ fn of_bodies_that_break() {
         {}
         [[set]]
         name = \"half\"
-        selection = {{ kind = \"box\", minimum = [-1, -1, -1], maximum = [4e-3, 1, 1] }}
+        selection = {{ kind = \"box\", minimum = [-1, -1, -1], maximum = [4.5e-3, 1, 1] }}
         [[initial]]
         set = \"half\"
         velocity = [3, 1, 0.5]
@@ -191,7 +191,7 @@ fn of_bodies_that_break() {
         [stop]
         steps = 100000",
         GRAINS.replace("thermal =", "linear_bond = { normal_stiffness = 1e4, shear_stiffness = 3e3, normal_strength = 0.3, shear_strength = 0.3 }\nthermal ="),
-        heat("resistance = 1e-6").replace("\"contacts\"", "\"power\""),
+        heat("resistance = 1e-6").replace("\"contacts\"", "\"ordered\"\npairs = \"bonds\""),
     );
     flows_where_forces_act(&text, 2000);
 }

@@ -205,15 +205,15 @@ impl HeatPass {
         let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(flags.image));
         let branch = particles.position[b] + shift - particles.position[a];
         let length = branch.norm();
-        let mut touching = if flags.has(ContactFlags::KEPT_REFERENCE) {
-            block.view(k).reference.length
+        // The operations are those that activate the contact.
+        let opening = if flags.has(ContactFlags::KEPT_REFERENCE) {
+            length - block.view(k).reference.length
         } else {
-            particles.radius[a] + particles.radius[b]
+            length - particles.radius[a] - particles.radius[b]
         };
-        if !surface.is_empty() {
-            touching += (surface[a].0 + surface[b].0).quadratic(&(branch / length));
-        }
-        let overlap = touching - length;
+        let approach =
+            if surface.is_empty() { 0.0 } else { (surface[a].0 + surface[b].0).quadratic(&branch.normalize()) };
+        let overlap = approach - opening;
         // A particle exchanges no heat with its own image.
         if overlap <= 0.0 || a == b || flags.has(ContactFlags::BROKEN) {
             return None;
