@@ -50,7 +50,7 @@ fn grains(dimension: usize) -> String {
     for k in 0..(if dimension == 2 { 9 } else { 27 }) {
         let (i, j, l) = (k % 3, k / 3 % 3, k / 9);
         let at = |n: usize, shift: f64| 1.2e-3 + 2.2e-3 * n as f64 + shift * 1e-4 * ((k * 7 % 5) as f64 - 2.0);
-        let radius = 0.9e-3 + 2e-5 * (k % 6) as f64;
+        let radius = 0.75e-3 + 2e-5 * (k % 6) as f64;
         let (y, z) = if dimension == 2 { (at(j, 0.0), 0.0) } else { (at(j, -0.5), at(l, 0.0)) };
         list.push(format!("[{}, {y}, {z}, {radius}]", at(i, 1.0)));
     }
@@ -95,7 +95,7 @@ fn flows_where_forces_act(text: &str, steps: u64) {
     };
     let whole = bits(1, None);
     let mixed = whole.0.temperature.iter().filter(|t| (300.1..399.9).contains(*t)).count();
-    assert!(whole.3 > 200 && mixed > 4, "{} {mixed}", whole.3);
+    assert!(whole.3 > 100 && mixed > 4, "{} {mixed}", whole.3);
     assert!(whole == bits(3, None));
     assert!(whole == bits(1, Some(97)));
 }
@@ -121,26 +121,43 @@ fn in_a_vessel_under_gravity() {
     }
 }
 
-/// A periodic cell that shears; a part of the grains are a clump, whose members exchange heat like bonded particles.
+/// A periodic cell that shears and shrinks.
 #[test]
-fn of_clumps_in_a_sheared_cell() {
+fn in_a_sheared_cell() {
     let text = format!(
         "version = 1\n{}cell = [6.6e-3, 6.6e-3, 6.6e-3]\n{GRAINS}{}
-        [[clump]]
-        spheres = [[2.05e-3, 2.3e-3, 2.3e-3, 0.5e-3], [2.55e-3, 2.3e-3, 2.3e-3, 0.5e-3]]
-        material = \"g\"
-        velocity = [3, 1, 0]
         [loading]
         kind = \"cell-strain\"
-        velocity_gradient = [[-15, 200, 0], [0, -15, 0], [0, 0, -15]]
+        velocity_gradient = [[-100, 500, 0], [0, -100, 0], [0, 0, -100]]
+        [integration]
+        time_step = 1e-6
         [stop]
         steps = 100000",
         grains(3),
         heat("constriction = true"),
     );
-    let assembly = made(&text);
-    assert_eq!(assembly.model.heat.unwrap().network.links.len(), 1);
     flows_where_forces_act(&text, 3000);
+}
+
+/// A clump falls among the grains of a vessel. Its members have no contact with each other, but exchange heat like bonded particles.
+#[test]
+fn of_a_clump() {
+    let text = format!(
+        "version = 1\n{}{GRAINS}{}{}
+        [[clump]]
+        spheres = [[3e-3, 3e-3, 8e-3, 0.6e-3], [3.6e-3, 3e-3, 8e-3, 0.6e-3]]
+        material = \"g\"
+        velocity = [1, 0.5, -3]
+        [integration]
+        gravity = [0, 0, -300]
+        [stop]
+        steps = 100000",
+        grains(3),
+        vessel(3),
+        heat("constriction = true"),
+    );
+    assert_eq!(made(&text).model.heat.expect("heat").network.links.len(), 1);
+    flows_where_forces_act(&text, 2000);
 }
 
 /// Deformable grains that a force presses together: heat flows as soon as their bulging surfaces meet.

@@ -181,8 +181,8 @@ fn a_ring_through_the_border_conducts() {
     }
 }
 
-/// The bond of two spheres breaks, they part, and they come together again. The conductance of their link is `2` while the bond holds,
-/// nothing or that of `crack_resistance` while the crack is open, and `1/(1/2 + r/A)` while it is closed. Afterwards the same with
+/// The bond of two spheres breaks, they part, and they come together again. The conductance of their link, of the area 2, is 4 while the
+/// bond holds, nothing or that of `crack_resistance` while the crack is open, and `1/(1/4 + r/2)` while it is closed. Afterwards the same with
 /// constriction: that of the overlap, at most that of the link.
 #[test]
 fn a_crack_that_closes_conducts() {
@@ -198,6 +198,7 @@ fn a_crack_that_closes_conducts() {
         let heat = model.heat.as_mut().unwrap();
         let pairs = network::touching(&state.particles, None, 1.0).unwrap();
         heat.network = network::grains(&state.particles, &pairs, false);
+        heat.network.links[0].area = 2.0;
         heat.crack_resistance = open;
         for p in 0..2 {
             state.particles.mass[p] = 1e30;
@@ -205,12 +206,12 @@ fn a_crack_that_closes_conducts() {
         let mut solver = Solver::new(model.clone(), &mut state).unwrap();
         let expected = |length: f64, broken: bool| {
             if !broken {
-                return 2.0;
+                return 4.0;
             }
             match contact.exchange {
-                _ if length >= 1.0 => 1.0 / (0.5 + open),
-                ContactExchange::Resistance(r) => 1.0 / (0.5 + r),
-                ContactExchange::Constriction => (4.0 * ((1.0 - length) * 0.25).sqrt()).min(2.0),
+                _ if length >= 1.0 => 1.0 / (0.25 + open / 2.0),
+                ContactExchange::Resistance(r) => 1.0 / (0.25 + r / 2.0),
+                ContactExchange::Constriction => (4.0 * ((1.0 - length) * 0.25).sqrt()).min(4.0),
             }
         };
         let mut seen = [0; 3];
@@ -234,6 +235,24 @@ fn a_crack_that_closes_conducts() {
         }
         assert!(seen.iter().all(|count| *count > 10), "{seen:?}");
     }
+}
+
+/// Particles that a link joins exchange heat once while they touch: the contact adds nothing to the link.
+#[test]
+fn linked_particles_exchange_heat_once() {
+    let mut particles = cubes([2, 1, 1]);
+    particles.position[1].x = 0.99;
+    let pairs = network::touching(&particles, None, 1.0).unwrap();
+    let (mut state, mut model) = grains(particles, RESISTANCE, vec![300.0, 400.0], None);
+    let heat = model.heat.as_mut().unwrap();
+    heat.network = network::grains(&state.particles, &pairs, false);
+    let mut solver = Solver::new(model, &mut state).unwrap();
+    for _ in 0..3 {
+        solver.step(&mut state).unwrap();
+    }
+    let found: Vec<f64> = solver.heat().unwrap().links(0).map(|(_, conductance)| conductance).collect();
+    // A λ/l.
+    assert!(found.len() == 1 && (found[0] - 2.0 / 0.99).abs() < 1e-14, "{found:?}");
 }
 
 /// Grains that fly about and collide in a periodic cell with the given edge (m).
