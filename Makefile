@@ -115,6 +115,7 @@ test-studies:
 	@.ci/timed elastic validation/elastic.py
 	@.ci/timed mesoscale validation/mesoscale.py
 	@.ci/timed laboratory .venv/bin/python validation/laboratory.py
+	@.ci/timed fineness .venv/bin/python validation/fineness.py
 	@.ci/timed instructions validation/instructions.py
 
 test-python:
@@ -229,5 +230,6 @@ validate-full: $(CONCORDEM)
 	validation/elastic.py --full
 	validation/mesoscale.py --full
 	.venv/bin/python validation/laboratory.py --full
+	.venv/bin/python validation/fineness.py --full
 	$(CARGO) run --release -p concordem --example beam_study -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full

@@ -32,6 +32,10 @@ fn softening(random: &mut Random, case: &Case) -> &'static str {
     random.one_of(&[", stiffness = [1, 0.5]", ", strength = [0.6, 1]", ", stiffness = [1, 1.5], strength = [1, 0.5]"])
 }
 
+/// How particles that touch exchange heat; the last one holds for spheres.
+const CONTACTS: [&str; 3] =
+    ["contact = { resistance = 1e-5 }\n", "contact = { resistance = 0 }\n", "contact = { constriction = true }\n"];
+
 /// Adds heat conduction. Everything hot is a set of particles, which no twin changes. The steps of the motion are some 0.1 µs, those of
 /// conduction seconds.
 pub fn add(random: &mut Random, case: &mut Case) {
@@ -51,10 +55,17 @@ pub fn add(random: &mut Random, case: &mut Case) {
         "thermal = {{ specific_heat = {SPECIFIC_HEAT:?}, conductivity = {conductivity:?}, expansion = {expansion:?}{variation} }}\n"
     );
     case.materials = case.materials.replace("density = 2500\n", &format!("density = 2500\n{thermal}"));
-    let model = random.one_of(&["power", "power", "disordered", "ordered"]);
+    let touching = case.contacts != "none";
+    let models = ["power", "power", "disordered", "ordered", "contacts", "contacts"];
+    let model = random.one_of(if touching { &models } else { &models[..4] });
+    let grains = model == "contacts";
     let mut keys =
         format!("model = \"{model}\"\ntemperature = 300\ntime_factor = {:?}\n", random.one_of(&[1.0, 1e5, 1e6]));
-    if model != "power" {
+    if touching && (grains || random.happens(0.4)) {
+        let spheres = case.dimension == 3;
+        keys += random.one_of(if spheres { &CONTACTS } else { &CONTACTS[..2] });
+    }
+    if model != "power" && !grains {
         keys +=
             if case.bonds.is_some() && random.happens(0.5) { "pairs = \"bonds\"\n" } else { "contact_ratio = 1.3\n" };
     }
@@ -80,7 +91,7 @@ pub fn add(random: &mut Random, case: &mut Case) {
     if random.happens(0.3) {
         keys += "[[heat.boundary]]\nset = \"hot\"\ntemperature = 350\n";
     }
-    if case.cell.is_none() && random.happens(0.3) {
+    if case.cell.is_none() && !grains && random.happens(0.3) {
         keys += "[[heat.boundary]]\nradiation = { emissivity = 0.8, ambient = 500 }\n";
     }
     if !case.walls.is_empty() && case.contacts != "none" && random.happens(0.5) {

@@ -11,6 +11,7 @@ mod dissipated_heat;
 mod energy;
 mod flows;
 mod heat;
+mod heat_of_contacts;
 mod impacts;
 mod lattices;
 mod periodic_walls;

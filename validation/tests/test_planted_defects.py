@@ -203,6 +203,10 @@ DEFECTS = {
         concordem=[ours(material__0__thermal__conductivity=1.10011)])),
     "heat capacities exchanged in LIGGGHTS": ("heat-lattice", "two-materials", "liggghts", dict(
         liggghts=[other("thermalCapacity peratomtype 800.0 400.0", "thermalCapacity peratomtype 400.0 800.0")])),
+    "resistance of contacts 0.01 % too high": ("heat-collisions", "resistance", "liggghts", dict(
+        concordem=[ours(heat__contact__resistance=1.0001e-4)])),
+    "conductivity 0.01 % too high in LAMMPS": ("heat-collisions", "constriction", "lammps", dict(
+        lammps=[other("heat radius 7.0", "heat radius 7.0007")])),
     "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
                                    {"result:concordem": [result("stress", np.negative)]}),
 }

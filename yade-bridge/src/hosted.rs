@@ -450,6 +450,12 @@ impl Hosted {
         Ok((scalars(py, losses).into_any(), scalars(py, openings).into_any()))
     }
 
+    /// Temperature of each particle, K, in the order of `bodies`; None without heat conduction.
+    #[getter]
+    fn temperatures<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.read(py)?.assembly.temperatures().map(|temperature| scalars(py, temperature).into_any()))
+    }
+
     /// Number of steps so far.
     #[getter]
     fn steps(&self, py: Python<'_>) -> PyResult<u64> {

@@ -88,6 +88,22 @@ pub enum SolverError {
         /// Iterations done.
         iterations: usize,
     },
+    /// Contacts have become so many that the explicit step of heat conduction is beyond its bound.
+    #[error(
+        "heat conduction: the particle with id {id} has {contacts} contacts that formed later, with which explicit steps are stable only \
+         below {bound:.4e} s of thermal time; the step is {dt:.4e} s. Lower integration.time_step or heat.time_factor, or write \
+         heat.scheme = \"implicit\"; with integration.allow_unstable = true the run continues"
+    )]
+    HeatOutgrown {
+        /// Id of the particle.
+        id: u32,
+        /// Number of its present contacts.
+        contacts: usize,
+        /// Largest stable step, s of thermal time.
+        bound: f64,
+        /// Step, s of thermal time.
+        dt: f64,
+    },
     /// Heat conduction where it is not supported, or without temperatures.
     #[error("heat conduction {problem}")]
     Heat {

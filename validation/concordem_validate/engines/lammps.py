@@ -17,7 +17,7 @@ from .. import process
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si
 from ..result import Result
-from . import translate
+from . import lammps_heat, translate
 from .liggghts import dump_of, group_lines
 
 NAME = "lammps"
@@ -118,7 +118,31 @@ def deck(task):
     return {"data.txt": "\n".join(data) + "\n", "in.txt": "\n".join(lines) + "\n"}, steps, r
 
 
+def _run_heat(task, folder, limit):
+    lines, steps = lammps_heat.deck(task.scenario, task.start)
+    text = "\n".join(lines) + "\n"
+    for change in task.plant.get(NAME, []):
+        text = change(text)
+    (folder / "in.txt").write_text(text)
+    command = [_program(), "-in", "in.txt", "-log", "log.lammps"]
+    _, wall = process.run(command, folder, limit, {**process.ONE_THREAD, "LD_LIBRARY_PATH": _environment()["LD_LIBRARY_PATH"]})
+    at, frames = dump_of(folder / "dump.txt", len(task.start.radius), "LAMMPS")
+    if len(at) == 0 or at[-1] != steps:
+        raise Crashed("LAMMPS ended before the last step (see log.txt)")
+    result = Result(NAME, task.start.dt)
+    result.add("position", at, frames[:, :, :3], "m", "All particles")
+    # the flow of a step has the positions at its end, ours those at its start; at first no grains touch
+    result.add("temperature", at + 1, frames[:, :, 3], "K", "All particles")
+    result.fields["radius"] = (task.start.radius, "m")
+    result.fields["mass"] = (task.start.mass, "kg")
+    result.numbers.update(wall_s=wall, particles=len(task.start.radius), steps=steps)
+    result.provenance.update(version=version(), command=" ".join(map(str, command)), velocity_at="full steps", ranks="1")
+    return result
+
+
 def run(task, folder, limit):
+    if "heat" in task.scenario:
+        return _run_heat(task, folder, limit)
     files, steps, r = deck(task)
     for change in task.plant.get(NAME, []):
         files["in.txt"] = change(files["in.txt"])

@@ -235,7 +235,10 @@ def deck(task, ranks):
             raise Unsupported("liggghts: our bonds do not support walls")
         head, properties, style = [], plates[1] if plates else [], None
     elif "heat" in document:
-        head, properties, style = [], liggghts_heat.properties(document, start), liggghts_heat.STYLE
+        head, properties, style = [], [], liggghts_heat.STYLE
+        if liggghts_heat.moves(document):
+            head, properties, style = _MODELS[law](document)
+        properties = properties + liggghts_heat.properties(document, start)
     elif law in _MODELS:
         head, properties, style = _MODELS[law](document)
     else:
@@ -294,7 +297,9 @@ def deck(task, ranks):
     columns = "id x y z vx vy vz omegax omegay omegaz fx fy fz"
     if "heat" in document:
         lines += liggghts_heat.lines(document, start, group_lines)
-        held, integrators, columns = [], [], columns + " f_Temp[0]"
+        columns += " f_Temp[0]"
+        if not liggghts_heat.moves(document):
+            held, integrators = [], []
     lines += [
         *held, *integrators, f"dump all all custom {interval} dump.txt {columns}",
         'dump_modify all sort id format "%d' + " %.17g" * (len(columns.split()) - 1) + '"']
@@ -430,7 +435,9 @@ class Liggghts:
                                     ("angular_velocity", "rad/s", slice(6, 9))):
             result.add(name, at, frames[:, :, columns], unit, "All particles")
         if "heat" in task.scenario:
-            result.add("temperature", at, frames[:, :, 12], "K", "All particles")
+            # the flow of a step has the positions at its end, ours those at its start; at first no grains touch
+            late = int(liggghts_heat.moves(task.scenario))
+            result.add("temperature", at + late, frames[:, :, 12], "K", "All particles")
         if task.command == "operators":
             _frozen(result, task, folder, text, frames[-1, :, :3])
         fixed = translate.prescribed(task.scenario, task.start)[0]

@@ -298,6 +298,44 @@ def test_deformable_particles_follow_our_own_run():
     same_as_alone("deformable")
 
 
+def test_heated_bonds_follow_our_own_run():
+    """Heat flows along the bonds of YADE's bodies, bonds expand, and dashpots heat their particles, as in our own run, also after a
+    restart. Temperatures see the motion, which YADE's integrator rounds otherwise, only through the heat of dashpots."""
+    TABLES["heated"] = dict(
+        material={
+            "name": "glass",
+            "density": 2500,
+            "linear_bond": {"normal_stiffness": 2e6, "shear_stiffness": 4e5, "damping_ratio": 0.05},
+            "thermal": {"specific_heat": 800, "conductivity": 1, "expansion": 1e-5},
+        },
+        bonds={"law": "linear_bond", "interaction_ratio": 1.1},
+        contacts={"law": "linear_bond"},
+        set=[{"name": "hot", "selection": {"kind": "ids", "ids": list(range(200))}}],
+        heat={
+            "model": "disordered", "pairs": "bonds", "temperature": 300, "time_factor": 1e5, "dissipation": True,
+            "source": [{"set": "hot", "power": 5.0}],
+        },
+    )
+    simulation = alone("heated", rate=3.0)
+    in_yade(simulation)
+    engine = bridge.bond(**TABLES.pop("heated"))
+    steps(200)
+    path = os.path.join(WORK, "heated.yade.gz")
+    bridge.save(path)
+    (engine,) = bridge.load(path)
+    steps(200)
+    simulation.step(400)
+    ids, theirs = engine.temperatures()
+    state = simulation.state
+    found, ours = np.empty(len(ids)), np.empty(len(ids))
+    found[ids], ours[state.ids] = theirs, state.temperatures
+    worst, warmed = abs(found - ours).max(), abs(ours - 300)
+    print("heated: %.1e K of %.1e K" % (worst, warmed.max()))
+    assert np.ptp(ours) > 1e-2 and worst < 1e-9 * warmed.max(), (worst, warmed.max())
+    worst, way = difference(simulation)
+    assert worst < 5e-10 * way, (worst, way)
+
+
 def test_beams_and_deformable_particles_are_saved():
     for kind in TABLES:
         in_yade(alone(kind))

@@ -10,11 +10,11 @@ use crate::schema::{Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatScheme, Heat
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;
 use concordem_solver::heat::implicit::to_steady_state;
-use concordem_solver::heat::network::{self, Exposure, Network, Plane};
+use concordem_solver::heat::network::{self, Exposure, NearPair, Network, Plane};
 use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{
-    Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange, ThermalMaterial,
-    WallExchange, capacities, expansion,
+    ContactConduction, ContactExchange, Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread,
+    Supply, SurfaceExchange, ThermalMaterial, WallExchange, capacities, expansion,
 };
 use concordem_solver::state::{Particles, State};
 use concordem_solver::{Model, Solver};
@@ -70,6 +70,13 @@ pub(super) fn build(
         mechanics: heat.motion,
         dissipation: heat.dissipation,
         crack_resistance: heat.crack_resistance.map_or(f64::INFINITY, Quantity::si),
+        contact: heat.contact.as_ref().map(|contact| ContactConduction {
+            exchange: contact
+                .resistance
+                .map_or(ContactExchange::Constriction, |resistance| ContactExchange::Resistance(resistance.si())),
+            planar: scenario.dimension == 2,
+            watched: !scenario.integration.allow_unstable,
+        }),
     };
     let mut temperatures = vec![temperature; state.particles.len()];
     for initial in &heat.initials {
@@ -79,9 +86,9 @@ pub(super) fn build(
     }
     let mut started = model.start(temperatures);
     if heat.steady {
-        // A solver finds the particles that touch walls.
+        // A solver finds the particles that touch walls and each other.
         let mut probe = state.clone();
-        if !model.supply.walls.is_empty() {
+        if !model.supply.walls.is_empty() || model.contact.is_some() {
             Solver::new(whole.clone(), &mut probe).map_err(|error| unfit("heat.steady", error.to_string()))?;
         }
         let mut pass = HeatPass::new(&model, &probe);
@@ -142,19 +149,33 @@ fn curves(material: &crate::schema::Material) -> MaterialCurves {
 
 fn network_of(scenario: &Scenario, heat: &Heat, state: &State) -> Result<Network, AssemblyError> {
     let (particles, cell, planar) = (&state.particles, state.cell.as_ref(), scenario.dimension == 2);
-    let planes = if cell.is_some() { Vec::new() } else { planes(scenario, heat.model, particles) };
+    let planes = if cell.is_some() || heat.model == HeatNetwork::Contacts {
+        Vec::new()
+    } else {
+        planes(scenario, heat.model, particles)
+    };
     if heat.model == HeatNetwork::Power {
         return network::power(particles, cell, &planes, planar).map_err(|error| {
             let message = format!("{error}: all centers must lie in the shape of the packing; use \"disordered\"");
             unfit("heat.model", message)
         });
     }
-    let pairs = if heat.pairs == Some(HeatPairs::Bonds) {
+    let contacts = heat.model == HeatNetwork::Contacts;
+    let mut pairs: Vec<NearPair> = if contacts || heat.pairs == Some(HeatPairs::Bonds) {
         let views = state.bonds.iter().flat_map(|block| (0..block.len()).map(|k| block.view(k)));
         views.map(|view| (view.pair.a, view.pair.b, view.previous.normal * view.previous.length)).collect()
     } else {
         network::touching(particles, cell, heat.contact_ratio.map_or(1.0, Quantity::si))?
     };
+    if contacts {
+        // A clump is one body, and its members have no contacts with each other.
+        if !state.clumps.is_empty() {
+            let clump = |p: u32| particles.clump[p as usize];
+            let touching = network::touching(particles, cell, 1.0)?.into_iter();
+            pairs.extend(touching.filter(|pair| clump(pair.0) == clump(pair.1) && clump(pair.0) != u32::MAX));
+        }
+        return Ok(network::grains(particles, &pairs, planar));
+    }
     if pairs.is_empty() && particles.len() > 1 {
         let message = "no two particles touch, so no heat flows; check positions and radii, or give a larger \
                        `contact_ratio`, such as 1.1";

@@ -38,6 +38,7 @@ impl Checker<'_> {
         }
         self.thermal_variation();
         self.heat_network(heat);
+        self.heat_contact(heat);
         self.expansion(heat);
         for (at, initial) in heat.initials.iter().enumerate() {
             self.known_set(&format!("heat.initial[{at}].set"), &initial.set);
@@ -170,7 +171,19 @@ impl Checker<'_> {
             let help = "remove the key, or use pairs = \"contacts\"";
             self.conflict("heat.contact_ratio", "has no effect with pairs = \"bonds\"", help);
         }
-        if !bonds && !scenario.cuts.is_empty() {
+        let contacts = heat.model == HeatNetwork::Contacts;
+        for (key, given) in [("heat.pairs", heat.pairs.is_some()), ("heat.contact_ratio", heat.contact_ratio.is_some())]
+        {
+            if given && contacts {
+                let help = "remove the key, or use the model \"ordered\" or \"disordered\"";
+                self.conflict(key, "has no effect: heat flows through bonds and present contacts", help);
+            }
+        }
+        if contacts && heat.contact.is_none() {
+            let help = "add `contact = { resistance = \"1e-5 m^2*K/W\" }` or `contact = { constriction = true }`";
+            self.missing("heat.contact", "the model \"contacts\" needs to know how contacts conduct", help);
+        }
+        if !bonds && !contacts && !scenario.cuts.is_empty() {
             let help = "use the model \"disordered\" or \"ordered\" with pairs = \"bonds\", which no cut leaves";
             self.conflict("heat.model", "heat would flow across the cuts", help);
         }
@@ -199,6 +212,34 @@ impl Checker<'_> {
                     self.conflict(key, "has no effect: with heat.motion = false nothing moves", help);
                 }
             }
+        }
+    }
+
+    /// Heat through present contacts.
+    fn heat_contact(&mut self, heat: &Heat) {
+        let scenario = self.scenario;
+        let Some(contact) = &heat.contact else { return };
+        if contact.resistance.is_some() == contact.constriction {
+            let message = "needs exactly one of `resistance` and `constriction = true`";
+            self.conflict("heat.contact", message, "give one of them");
+        }
+        if scenario.contacts.law.law().is_none() {
+            let help = "name a law in [contacts], or remove the key";
+            self.conflict("heat.contact", "has no effect: without a law in [contacts] no particles touch", help);
+        }
+        if contact.constriction && scenario.dimension == 2 {
+            let help = "give `resistance`, or use spheres in a plane with dimension = 3";
+            self.conflict("heat.contact.constriction", "holds for spheres, not for discs", help);
+        }
+        if let (Some(closed), Some(open)) = (contact.resistance, heat.crack_resistance)
+            && closed.si() > open.si()
+        {
+            let message = format!(
+                "is {} m^2*K/W, more than heat.crack_resistance, {} m^2*K/W: a crack that closes would conduct less than an open one",
+                closed.si(),
+                open.si()
+            );
+            self.conflict("heat.contact.resistance", message, "give the crack the larger resistance");
         }
     }
 
@@ -309,7 +350,12 @@ impl Checker<'_> {
         }
         let faces = scenario.heat_faces();
         let on_particles = boundary.set.is_some() && boundary.face.is_none() && boundary.temperature.is_some();
-        if faces.is_empty() && !on_particles && boundary.wall.is_none() {
+        if scenario.heat.as_ref().is_some_and(|heat| heat.model == HeatNetwork::Contacts) {
+            if !on_particles && boundary.wall.is_none() {
+                let help = "give `set` with `temperature`, or `wall`";
+                self.conflict(key, "with the model \"contacts\", the body has no surface", help);
+            }
+        } else if faces.is_empty() && !on_particles && boundary.wall.is_none() {
             let help = "give `set` with `temperature`, or use a packing that is not periodic";
             self.conflict(key, "a periodic packing has no surface", help);
         } else if let Some(face) = &boundary.face

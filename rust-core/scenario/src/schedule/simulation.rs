@@ -244,12 +244,7 @@ impl Simulation {
         let links = rigid_links(&self.state.particles, &forces, &bodies).map_err(|error| failed("clumps", error))?;
         let needs_bonds = due().any(|(_, sample)| sample.operator.definition().needs_bonds);
         let needs_flows = due().any(|(_, sample)| sample.operator == Operator::HeatFlux);
-        let flows = match (self.solver.heat(), &self.solver.model().heat, &self.state.heat) {
-            (Some(pass), Some(model), Some(heat)) if needs_flows => {
-                pass.flows(model, &self.state.particles, self.state.cell.as_ref(), heat)
-            }
-            _ => HeatFlows::default(),
-        };
+        let flows = if needs_flows { self.solver.heat_flows(&mut self.state)? } else { HeatFlows::default() };
         let heat = match (&self.solver.model().heat, &self.state.heat) {
             (Some(model), Some(heat)) => {
                 let (temperature, capacity) = (&heat.temperature, &model.capacity);

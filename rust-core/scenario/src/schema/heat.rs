@@ -48,6 +48,10 @@ pub struct Heat {
     /// Thermal resistance of the crack where a bond broke, m²·K/W; default: cracks insulate. Example: `crack_resistance = 1e-4`.
     #[schemars(extend("minimum" = 0))]
     pub crack_resistance: Option<ThermalResistance>,
+    /// Heat between particles that touch at the time: those that come together later, and those at a crack that closes; default: none,
+    /// heat flows only between neighbors at the start. Required with the model "contacts". It needs a law in `[contacts]`, and exactly one
+    /// of `resistance` and `constriction`. Example: `contact = { resistance = "1e-5 m^2*K/W" }`.
+    pub contact: Option<HeatContact>,
     /// Initial temperatures of sets; default: none. A later one overrides an earlier one.
     #[serde(default, rename = "initial")]
     pub initials: Vec<HeatInitial>,
@@ -78,6 +82,21 @@ pub enum HeatNetwork {
     Disordered,
     /// As in a simple cubic (in two dimensions: square) lattice, the 7-point stencil; Jebahi et al. 2015, (3.7) to (3.10).
     Ordered,
+    /// Through the contacts of the moment, and through bonds, between particles of their own volume: for grains that flow.
+    Contacts,
+}
+
+/// Heat between particles that touch at the time, with exactly one of `resistance` and `constriction`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeatContact {
+    /// Thermal resistance of a contact, m²·K/W; 0 for none. Its area is 4 R_A R_B (in two dimensions 2 √(R_A R_B)); at a crack it is that of
+    /// the link. Example: `resistance = "1e-5 m^2*K/W"`.
+    #[schemars(extend("minimum" = 0))]
+    pub resistance: Option<ThermalResistance>,
+    /// Whether heat flows through the circle of a Hertzian contact, which grows with the overlap, 2 λ a; default: false.
+    #[serde(default)]
+    pub constriction: bool,
 }
 
 /// Pairs that exchange heat.

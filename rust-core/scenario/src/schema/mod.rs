@@ -58,7 +58,8 @@ pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
 pub use heat::{
-    Convection, Heat, HeatBoundary, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot, Radiation,
+    Convection, Heat, HeatBoundary, HeatContact, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot,
+    Radiation,
 };
 pub use history::{Control, History, HistoryShape, Stage, StageStop};
 pub use material::{

@@ -18,7 +18,7 @@ pub struct HeatFlows {
 }
 
 impl HeatPass {
-    /// The heat that flows at the present temperatures and positions.
+    /// The heat that flows at the present temperatures and positions, through the contacts of the last call of [`Self::touch`].
     ///
     /// Of the images of a particle, a link ends at that whose branch is nearest to its branch at the start.
     pub fn flows(&self, model: &HeatModel, particles: &Particles, cell: Option<&Cell>, heat: &HeatState) -> HeatFlows {
@@ -34,6 +34,12 @@ impl HeatPass {
             flows.pair.push([link.a, link.b]);
             flows.branch.push(branch);
             flows.flow.push(conductance * (heat.temperature[a] - heat.temperature[b]));
+        }
+        for (pair, branch, conductance) in self.touching_now.iter() {
+            let [a, b] = pair.map(|p| heat.temperature[p as usize]);
+            flows.pair.push(pair);
+            flows.branch.push(branch);
+            flows.flow.push(conductance * (a - b));
         }
         for (exposure, exchange, factor) in self.surfaces(model) {
             let p = exposure.particle as usize;

@@ -22,8 +22,9 @@
 //! a step.
 //!
 //! The network is that of the initial positions. It changes where bonds break: there, the resistance of the crack lies in
-//! series with the link.
+//! series with the link. Contacts that form later, and cracks that close, conduct if the model says how ([`contact`]).
 
+pub mod contact;
 pub mod curve;
 pub mod expansion;
 pub mod flow;
@@ -34,6 +35,7 @@ pub mod softening;
 pub mod supply;
 pub mod tables;
 
+pub use contact::{ContactConduction, ContactExchange};
 pub use curve::{Curve, Curves, MaterialCurves};
 pub use flow::HeatFlows;
 pub use network::{Exposure, Link, Network};
@@ -79,6 +81,8 @@ pub struct HeatModel {
     pub dissipation: bool,
     /// Resistance of a crack, m²·K/W; infinite if cracks insulate.
     pub crack_resistance: f64,
+    /// How particles without a link exchange heat while they touch; `None`: not at all.
+    pub contact: Option<ContactConduction>,
 }
 
 impl HeatModel {

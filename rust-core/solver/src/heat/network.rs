@@ -143,6 +143,14 @@ pub fn ordered(particles: &Particles, pairs: &[NearPair], planes: &[Plane], plan
     }
 }
 
+/// The network of grains: links of the [`ordered`] network between `pairs`, such as bonds, and the particles' own volumes. Grains have no
+/// surface.
+pub fn grains(particles: &Particles, pairs: &[NearPair], planar: bool) -> Network {
+    let sphere = |r: f64| if planar { r * r } else { 4.0 / 3.0 * r * r * r };
+    let volume = particles.radius.iter().map(|r| std::f64::consts::PI * sphere(*r)).collect();
+    Network { volume, ..ordered(particles, pairs, &[], planar) }
+}
+
 /// The network of a disordered packing, (3.12) and (3.13). `pairs`: see [`touching`]; `planes` bound the body. A face counts
 /// as a neighbor of the particles at it.
 pub fn disordered(particles: &Particles, pairs: &[NearPair], planes: &[Plane]) -> Network {

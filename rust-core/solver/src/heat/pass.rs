@@ -2,9 +2,11 @@
 
 use std::collections::HashSet;
 
+use concordem_contact::kinematics::deformable::SurfaceDisplacement;
 use concordem_contact::math::Vec3;
 use rayon::prelude::*;
 
+use super::contact::Touching;
 use super::implicit;
 use super::network::{Exposure, Link};
 use super::supply::{Exchange, Factors, Spread, factor};
@@ -37,6 +39,8 @@ pub struct HeatPass {
     broken: usize,
     /// Contacts with walls at present, by [`Supply::walls`](super::Supply::walls).
     touching: Vec<Vec<Exposure>>,
+    /// Contacts between particles that conduct at present ([`HeatModel::contact`]).
+    pub(super) touching_now: Touching,
     /// Present factors of what enters from outside.
     pub factors: Factors,
     /// Heat that flows into each particle at the temperatures of the start of the step, W.
@@ -93,7 +97,7 @@ impl HeatPass {
         let mut pass = Self { start, halves, held, bonded, ..Self::default() };
         pass.cracked = vec![false; links.len()];
         pass.cut(&state.broken);
-        pass.touch(model, state);
+        pass.touch(model, state, &[]);
         let temperature = state.heat.as_ref().map_or(&[][..], |heat| &heat.temperature);
         pass.conductance = pass.conductances(model, &state.particles, |p, material| {
             model.conductivity(material, temperature.get(p).copied().unwrap_or(model.reference_temperature))
@@ -101,9 +105,10 @@ impl HeatPass {
         pass
     }
 
-    /// Find the particles that touch walls now. Candidates of contacts are those of the neighbor list; which of them touch depends
-    /// on the positions alone.
-    pub fn touch(&mut self, model: &HeatModel, state: &State) {
+    /// Find the particles that touch walls and each other now. Candidates of contacts are those of the neighbor list; which of them
+    /// touch depends on the positions alone, and on the surface displacements `surface` (m) of deformable particles.
+    pub fn touch(&mut self, model: &HeatModel, state: &State, surface: &[SurfaceDisplacement]) {
+        self.meet(model, state, surface);
         let walls = &model.supply.walls;
         self.touching.iter_mut().for_each(Vec::clear);
         self.touching.resize(walls.len(), Vec::new());
@@ -122,7 +127,9 @@ impl HeatPass {
                 }
                 let wall = &state.walls[exchange.wall];
                 let found = wall.closest_point_of_image(element as usize, center, state.cell.as_ref(), image);
-                let Some(closest) = found.filter(|closest| closest.distance < radius) else { continue };
+                let reach = |normal: &Vec3| radius + surface.get(p).map_or(0.0, |w| w.0.quadratic(normal));
+                let touching_wall = found.filter(|closest| closest.distance < reach(&closest.normal));
+                let Some(closest) = touching_wall else { continue };
                 // One contact of a particle with each image of a wall.
                 let same = touching.iter().zip(images.iter()).rev().take_while(|(other, _)| other.particle == p as u32);
                 if same.into_iter().all(|(_, other)| *other != image) {
@@ -204,6 +211,19 @@ impl HeatPass {
         links.map(one).collect()
     }
 
+    /// Numbers of the links between two particles.
+    #[inline]
+    pub(super) fn links_between(&self, a: u32, b: u32) -> impl Iterator<Item = u32> + '_ {
+        let halves = &self.halves[self.start[a as usize] as usize..self.start[a as usize + 1] as usize];
+        halves.iter().filter(move |(other, _)| *other == b).map(|(_, link)| *link)
+    }
+
+    /// Whether a crack cuts a link.
+    #[inline]
+    pub(super) fn is_cracked(&self, link: u32) -> bool {
+        self.cracked[link as usize]
+    }
+
     /// Whether a crack separates two linked particles.
     fn is_cut(&self, a: u32, b: u32) -> bool {
         let bond = |p: u32, q: u32| self.bonded[p as usize].binary_search(&q).is_ok();
@@ -217,7 +237,7 @@ impl HeatPass {
 
     /// Largest time step (s, thermal time) for which an explicit step cannot overshoot: `min C_i/Σ_j G_ij`, the surface included.
     /// Sufficient for stability. Infinite without any exchange. With constants that vary, it holds at all temperatures: lowest
-    /// capacities, largest conductivities.
+    /// capacities, largest conductivities. With contacts that form later, it holds for as many as fit around a particle.
     pub fn stable_step(&self, model: &HeatModel, particles: &Particles, heat: &HeatState) -> f64 {
         let mut sums = vec![0.0; particles.len()];
         let largest = self.conductances(model, particles, |_, material| model.largest_conductivity(material));
@@ -241,15 +261,46 @@ impl HeatPass {
                 *sum += wall.exchange.flow(&contact, conductivity, heat.temperature[p], 1.0).1;
             }
         }
+        self.add_later_contacts(model, particles, &mut sums);
         let steps = sums.iter().enumerate().zip(&self.held).filter(|(_, held)| !**held);
         steps.map(|((p, sum), _)| model.lowest_capacity(p) / sum).fold(f64::INFINITY, f64::min)
     }
 
-    /// Other end and conductance (W/K) of each link of particle `p`.
+    /// Add what all contacts that a particle may have later conduct at most, W/K.
+    fn add_later_contacts(&self, model: &HeatModel, particles: &Particles, sums: &mut [f64]) {
+        let Some(contact) = &model.contact else { return };
+        let radii = particles.radius.iter().fold([f64::INFINITY, 0.0], |[low, high], r| [r.min(low), r.max(high)]);
+        let conductivity = |p: usize| model.largest_conductivity(particles.material[p]);
+        let most = (0..particles.len()).map(conductivity).fold(0.0, f64::max);
+        for (p, sum) in sums.iter_mut().enumerate() {
+            *sum += contact.most(particles.radius[p], radii, [conductivity(p), most]);
+        }
+    }
+
+    /// Fail if contacts have become so many that an explicit step of `dt` (s, thermal time) is beyond its bound.
+    fn check_contacts(&self, model: &HeatModel, particles: &Particles, dt: f64) -> Result<(), SolverError> {
+        let watched = model.contact.as_ref().is_some_and(|contact| contact.watched);
+        if model.implicit || !watched {
+            return Ok(());
+        }
+        let bound = |p: usize| {
+            let sum: f64 = self.links(p).map(|(_, conductance)| conductance).sum();
+            model.lowest_capacity(p) / (sum + self.surface[p])
+        };
+        let beyond = |p: &usize| !self.held[*p] && !self.touching_now.of(*p).is_empty() && dt > bound(*p);
+        let first = (0..particles.len()).into_par_iter().with_min_len(TILE).find_first(beyond);
+        first.map_or(Ok(()), |p| {
+            let (id, contacts) = (particles.id[p], self.touching_now.of(p).len());
+            Err(SolverError::HeatOutgrown { id, contacts, bound: bound(p), dt })
+        })
+    }
+
+    /// Other end and conductance (W/K) of each link and each present contact of particle `p`.
     #[inline]
     pub fn links(&self, p: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let halves = &self.halves[self.start[p] as usize..self.start[p + 1] as usize];
-        halves.iter().map(|&(other, link)| (other as usize, self.conductance[link as usize]))
+        let links = halves.iter().map(|&(other, link)| (other as usize, self.conductance[link as usize]));
+        links.chain(self.touching_now.of(p).iter().map(|&(other, conductance)| (other as usize, conductance)))
     }
 
     /// Whether the temperature of particle `p` is prescribed.
@@ -261,8 +312,11 @@ impl HeatPass {
     pub(super) fn conduct(&self, temperature: &[f64], into: &mut Vec<f64>) {
         let of = |p: usize| {
             let mut sum = 0.0;
-            for (other, conductance) in self.links(p) {
-                sum += conductance * (temperature[other] - temperature[p]);
+            for &(other, link) in &self.halves[self.start[p] as usize..self.start[p + 1] as usize] {
+                sum += self.conductance[link as usize] * (temperature[other as usize] - temperature[p]);
+            }
+            for &(other, conductance) in self.touching_now.of(p) {
+                sum += conductance * (temperature[other as usize] - temperature[p]);
             }
             sum
         };
@@ -273,7 +327,7 @@ impl HeatPass {
     /// (s), and book the heat that enters.
     ///
     /// # Errors
-    /// An implicit step that does not converge.
+    /// An implicit step that does not converge; an explicit one beyond its bound because of present contacts.
     pub fn begin(
         &mut self,
         model: &HeatModel,
@@ -288,6 +342,7 @@ impl HeatPass {
         // A steady state has no end: sources stay where they are.
         let middle = if dt.is_finite() { time + 0.5 * dt } else { time };
         let entering = self.find_rates(model, particles, heat, middle);
+        self.check_contacts(model, particles, dt)?;
         heat.ledger.sources.add(entering * dt);
         if dt.is_finite() {
             for (rate, dissipated) in self.rate.iter_mut().zip(&mut heat.dissipated) {
@@ -332,6 +387,7 @@ impl HeatPass {
     fn find_rates(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, time: f64) -> f64 {
         if model.curves.conductivity_varies() {
             self.refresh(model, particles, heat);
+            self.weigh(model, particles, &heat.temperature);
         }
         let mut rate = std::mem::take(&mut self.rate);
         self.conduct(&heat.temperature, &mut rate);
@@ -426,12 +482,16 @@ impl HeatPass {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        4 * self.start.len() + 8 * self.halves.len() + 8 * self.conductance.len() + 33 * self.held.len()
+        4 * self.start.len()
+            + 8 * self.halves.len()
+            + 8 * self.conductance.len()
+            + 33 * self.held.len()
+            + self.touching_now.bytes()
     }
 }
 
 /// Conductance of a link without a crack, with the conductivities of both ends (W/(m·K)), W/K.
-fn conductance(link: &Link, a: f64, b: f64) -> f64 {
+pub(super) fn conductance(link: &Link, a: f64, b: f64) -> f64 {
     // A uniform material has one rounding less, and the bits of a finite difference stencil.
     if a == b {
         return link.area * a / (link.length_a + link.length_b);

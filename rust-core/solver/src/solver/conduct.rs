@@ -1,6 +1,7 @@
 //! Heat conduction within a step of the solver.
 
 use super::Solver;
+use crate::heat::HeatFlows;
 use crate::heat::expansion::Expansion;
 use crate::heat::pass::HeatPass;
 use crate::heat::softening::Softening;
@@ -18,6 +19,9 @@ impl Solver {
         if state.heat.as_ref().is_none_or(|heat| heat.temperature.len() != state.particles.len()) {
             return Err(SolverError::Heat { problem: "needs the temperatures of all particles (`State::heat`)" });
         }
+        if model.contact.is_some() && state.contacts.is_none() {
+            return Err(SolverError::Heat { problem: "through contacts needs a law of unbonded contacts" });
+        }
         self.heat = Some(HeatPass::new(model, state));
         self.expansion = (model.mechanics && model.expands()).then(Expansion::default);
         self.softening = self.softening_of(state, false);
@@ -27,12 +31,10 @@ impl Solver {
         Ok(())
     }
 
-    /// Compute the change of the temperatures in the step.
+    /// Compute the change of the temperatures in the step. The neighbor list is complete for the present positions.
     pub(super) fn begin_heat(&mut self, state: &mut State) -> Result<(), SolverError> {
         let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) else { return Ok(()) };
-        if !model.supply.walls.is_empty() {
-            pass.touch(model, state);
-        }
+        pass.touch(model, state, &self.pass.surface_displacement);
         let Some(heat) = &mut state.heat else { return Ok(()) };
         let clock = &state.clock;
         let (time, dt) = (clock.time() * model.time_factor, clock.dt * model.time_factor);
@@ -54,6 +56,27 @@ impl Solver {
         if let Some(expansion) = &mut self.expansion {
             expansion.apply(model, state, true);
         }
+    }
+
+    /// The heat that flows at the present temperatures and positions; none without heat conduction.
+    ///
+    /// Changes nothing, except that the neighbor list is rebuilt now if the next step would rebuild it.
+    ///
+    /// # Errors
+    /// Input that the neighbor search rejects.
+    pub fn heat_flows(&mut self, state: &mut State) -> Result<HeatFlows, SolverError> {
+        if self.heat.is_none() {
+            return Ok(HeatFlows::default());
+        }
+        let strain = self.begin_deformation(state);
+        if self.needs_rebuild(state, strain) {
+            self.rebuild_neighbor_list(state, strain)?;
+        }
+        let (Some(pass), Some(model), Some(heat)) = (&mut self.heat, &self.model.heat, &state.heat) else {
+            return Ok(HeatFlows::default());
+        };
+        pass.touch(model, state, &self.pass.surface_displacement);
+        Ok(pass.flows(model, &state.particles, state.cell.as_ref(), heat))
     }
 
     /// Factors on stiffness and strength at the present temperatures, or with `last` at those of the last step; `None` if they are

@@ -240,8 +240,8 @@ impl Solver {
         let first = !state.ledger.started;
         let sample = sample || first;
         let mut report = StepReport::default();
-        self.begin_heat(state)?;
         if self.rests() {
+            self.begin_heat(state)?;
             return Ok(self.only_conduct(state));
         }
         let (crossing, strain) = self.compute_forces(state, sample, &mut report)?;
@@ -275,22 +275,26 @@ impl Solver {
     ///
     /// Read the result from [`Self::forces`] and [`Self::torques`]. Before the call, the host has moved the particles
     /// and set the velocities, the orientations, and the `rotation_increment` of the step. Histories advance by one
-    /// step; pairs whose bond broke continue as unbonded contacts. The host handles clock, ledger, walls, cell, and
-    /// external loads. [`Self::step`] is this followed by kick and drift, with the same bits.
+    /// step; pairs whose bond broke continue as unbonded contacts; heat is conducted, and bonds expand. The host handles clock, ledger,
+    /// walls, cell, and external loads. [`Self::step`] is this followed by kick and drift, with the same bits.
     ///
     /// `sample`: also sum stored energies, as in [`Self::step_with`].
     ///
     /// # Errors
     /// Input that the neighbor search rejects, strains that do not converge.
     pub fn find_forces(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
-        if self.heat.is_some() {
-            return Err(SolverError::Heat { problem: "needs a solver that integrates the motion itself" });
+        if self.rests() {
+            return Err(SolverError::Heat {
+                problem: "without motion needs no forces, and no host: set heat.motion = true",
+            });
         }
         let mut report = StepReport::default();
         self.compute_forces(state, sample, &mut report)?;
         if report.bonds_broke() {
             self.free_broken_pairs(state);
         }
+        // What the first evaluation dissipates belongs to the time before.
+        self.finish_heat(state, if state.clock.step == 0 { &[] } else { &report.dissipated });
         Ok(report)
     }
 
@@ -336,6 +340,8 @@ impl Solver {
             report.rebuilt = true;
         }
         watch.lap(&mut self.stages.neighbors);
+        self.begin_heat(state)?;
+        watch.lap(&mut self.stages.booking);
         self.find_poses(state);
         watch.lap(&mut self.stages.poses);
         let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();

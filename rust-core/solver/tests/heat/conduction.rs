@@ -454,14 +454,14 @@ fn the_same_bits_for_any_number_of_threads_and_after_a_restart() {
     }
 }
 
-/// Subdomains, host-driven steps, and states without temperatures are refused.
+/// Subdomains, hosts that move particles of a model at rest, and states without temperatures are refused.
 #[test]
 fn what_is_not_supported_is_refused() {
     let particles = cubes([3, 1, 1]);
     let heat = model(lattice(&particles), &particles, &[PLAIN]);
     let (mut state, mut solver) = run(heat.clone(), particles, vec![300.0; 3], 1e-3);
     let message = solver.find_forces(&mut state, true).unwrap_err().to_string();
-    assert!(message.contains("integrates the motion itself"), "{message}");
+    assert!(message.contains("heat.motion = true"), "{message}");
     let with_heat = || Model { heat: Some(heat.clone()), ..Model::default() };
     let message = Solver::for_subdomain(with_heat(), &mut state, vec![true; 3]).err().unwrap().to_string();
     assert!(message.contains("subdomains"), "{message}");

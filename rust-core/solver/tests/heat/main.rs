@@ -1,9 +1,11 @@
 //! Heat conduction and thermal expansion against closed forms, stencils, and balances.
 
 mod conduction;
+mod contacts;
 mod curves;
 mod dissipation;
 mod expansion;
+mod hosts;
 mod softening;
 mod walls;
 
@@ -71,6 +73,7 @@ fn model(network: Network, particles: &Particles, materials: &[ThermalMaterial])
         mechanics: false,
         dissipation: false,
         crack_resistance: f64::INFINITY,
+        contact: None,
     }
 }
 

@@ -8,7 +8,7 @@ use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{Exchange, HeatModel, Source, Spread, WallExchange};
 use concordem_solver::state::columns::{ColumnStore, WriteColumns};
 use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::{Particles, State, Wall, WallShape};
+use concordem_solver::state::{Cell, Clump, Particles, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
 use super::{PLAIN, cubes, lattice, model, temperatures};
@@ -149,4 +149,38 @@ fn a_sphere_warms_while_it_touches() {
     let whole = bits(false);
     assert!(whole.1 > 100 && whole.1 < 900, "{}", whole.1);
     assert!(whole == bits(true));
+}
+
+/// Discs have the area `2R` in place of `4R²`; spheres in a periodic cell, and the members of a clump, whose link carries nothing at equal
+/// temperatures, warm like single spheres. Explicit steps, to rounding.
+#[test]
+fn discs_clumps_and_periodic_spheres_warm_on_a_wall() {
+    let radius = 0.4;
+    for (planar, periodic, clump) in [(true, false, false), (false, true, false), (false, false, true)] {
+        let mut particles = cubes([2, 1, 1]);
+        for (p, x) in [0.0, if clump { 0.5 } else { 1.0 }].into_iter().enumerate() {
+            (particles.radius[p], particles.position[p].x) = (radius, x);
+        }
+        let (mut state, mut model) = standing(particles, plane(Vec3::z(), -0.35), EXCHANGES[0].0);
+        if clump {
+            state.particles.clump = vec![0; 2];
+            state.clumps.push(Clump::new(vec![0, 1], &state.particles, None, None));
+        }
+        if periodic {
+            state.cell = Some(Cell::new_box(Vec3::repeat(3.0)));
+        }
+        let heat = model.heat.as_mut().unwrap();
+        heat.supply.walls[0].planar = planar;
+        heat.network = lattice(&state.particles);
+        let area = if planar { 2.0 * radius } else { 4.0 * radius * radius };
+        let ratio = area * 2.0 / radius * 1e-2 / heat.capacity[0];
+        let mut solver = Solver::new(model, &mut state).unwrap();
+        for _ in 0..100 {
+            solver.step(&mut state).unwrap();
+        }
+        let expected = FLOOR - 100.0 * (1.0 - ratio).powi(100);
+        for found in temperatures(&state) {
+            assert!((found - expected).abs() < 1e-9, "{planar} {periodic} {clump} {found} {expected}");
+        }
+    }
 }

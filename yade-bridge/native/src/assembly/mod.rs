@@ -79,6 +79,23 @@ pub fn cell_of(matrix: Mat3, deformation_gradient: Mat3, velocity_gradient: Mat3
     Cell { matrix, deformation_gradient, velocity_gradient, matrix_change }
 }
 
+/// Refuse what heat conduction needs and a host does not give.
+fn refuse_heat(assembly: &concordem_scenario::assembly::Assembly) -> Result<(), String> {
+    let Some(model) = &assembly.model.heat else { return Ok(()) };
+    if !model.mechanics {
+        return Err("heat.motion = false, but the host moves the particles; remove the key".to_owned());
+    }
+    let timed = assembly.schedule.histories.heat.as_ref().is_some_and(|heat| {
+        [&heat.sources, &heat.surfaces, &heat.walls, &heat.held].into_iter().flatten().any(Option::is_some)
+    });
+    if timed {
+        return Err(
+            "[[heat.source]] and [[heat.boundary]] with `history` need our own solver; remove the key".to_owned()
+        );
+    }
+    Ok(())
+}
+
 /// Check the length of array `name`.
 fn same_length(name: &str, found: usize, wanted: usize) -> Result<(), String> {
     if found == wanted { Ok(()) } else { Err(format!("`{name}` has {found} entries, but must have {wanted}")) }
@@ -135,6 +152,8 @@ pub struct Assembly {
     pub stored: f64,
     /// Duration of the last force computation.
     force_time: Duration,
+    /// Largest stable step of heat conduction, s; infinite without any.
+    heat_limit: f64,
     origin: Origin,
 }
 
@@ -164,6 +183,7 @@ impl Assembly {
             dissipated: [0.0; 4],
             stored: 0.0,
             force_time: Duration::ZERO,
+            heat_limit: f64::INFINITY,
             origin,
         })
     }
@@ -182,6 +202,8 @@ impl Assembly {
         inertia: &[f64],
         dt: f64,
     ) -> Result<Self, String> {
+        refuse_heat(&assembly)?;
+        let heat_limit = assembly.summary.heat_step.filter(|_| !allow_unstable).unwrap_or(f64::INFINITY);
         let (mut state, model) = (assembly.state, assembly.model);
         let n = state.particles.len();
         for (name, found) in [("bodies", bodies.len()), ("mass", mass.len()), ("inertia", inertia.len())] {
@@ -201,7 +223,27 @@ impl Assembly {
             state.particles.id[p] = bodies[sphere];
         }
         state.clock.dt = dt;
-        Self::new(state, model, origin)
+        let mut made = Self::new(state, model, origin)?;
+        made.heat_limit = heat_limit;
+        made.refuse_step_of_heat(dt)?;
+        Ok(made)
+    }
+
+    /// Temperature of each particle, K, in the order of the particles; `None` without heat conduction.
+    pub fn temperatures(&self) -> Option<&[f64]> {
+        self.state.heat.as_ref().map(|heat| &heat.temperature[..])
+    }
+
+    /// Fail if the step of the host is too large for explicit conduction.
+    fn refuse_step_of_heat(&self, dt: f64) -> Result<(), String> {
+        if dt <= self.heat_limit {
+            return Ok(());
+        }
+        let limit = self.heat_limit;
+        Err(format!(
+            "the host's time step is {dt:.4e} s, but must be at most {limit:.4e} s for stable heat conduction; set O.dt, heat.time_factor, \
+             heat.scheme = \"implicit\", or integration.allow_unstable"
+        ))
     }
 
     /// As [`Self::of_scenario`], for the text of a scenario.
@@ -226,6 +268,7 @@ impl Assembly {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
         }
+        self.refuse_step_of_heat(dt)?;
         if cell.is_some() != self.state.cell.is_some() {
             return Err(
                 "O.periodic changed after the bonds were created; keep it, or create the bonds afterwards".into()

@@ -342,6 +342,13 @@ class BondedEngine:
         """Tables of bonds by law and of `unbonded` contacts, with their histories; `a` and `b` are body ids."""
         return self.solver.contacts()
 
+    def temperatures(self) -> tuple[NDArray[np.uint32], Reals]:
+        """Ids of the bodies, and their temperatures, K. Only with `[heat]` in the scenario of :func:`bond`."""
+        temperatures = self.solver.temperatures
+        if temperatures is None:
+            raise ValueError("no heat flows; give a scenario with [heat] to bond()")
+        return self.solver.bodies()["id"], temperatures
+
     def forces(self) -> tuple[Reals, Contacts]:
         """Positions of the particles, m, (n, 3), and contacts with the forces of the last step, for :mod:`concordem.operators`.
 
