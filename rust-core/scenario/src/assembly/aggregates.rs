@@ -46,12 +46,12 @@ pub struct Phase {
 }
 
 /// Which aggregate each of some spheres belongs to, from 1; 0 for none.
+#[derive(Default)]
 pub(super) struct Division {
-    /// Number of the aggregate, from 1; 0 for the matrix.
+    /// Number of the aggregate (or fiber), from 1; 0 for the matrix. Empty if there are neither.
     pub(super) number: Vec<u32>,
-    /// Material of the group of each aggregate; `None` for pores.
+    /// Material of the group of each aggregate (or fiber); `None` for pores.
     pub(super) material: Vec<Option<u16>>,
-    pub(super) phases: Phases,
 }
 
 /// Places the aggregates of a scenario; `None` if it has none.
@@ -63,7 +63,7 @@ pub(super) fn build<'a>(
 ) -> Result<Option<Places<'a>>, AssemblyError> {
     let Some(table) = &scenario.aggregates else { return Ok(None) };
     progress("aggregates", 0.0);
-    let region = region(scenario, table, folder, placed)?;
+    let region = region(scenario, table.surface, folder, placed)?;
     let dimension = if region.is_planar() { 2 } else { 3 };
     let mut random = Random::new(table.seed);
     let (mut requests, mut fixed) = (Vec::new(), Vec::new());
@@ -110,10 +110,10 @@ pub(super) fn build<'a>(
     Ok(Some(Places { table, field }))
 }
 
-/// The region of the aggregates: the periodic cell, the shape of the packing, or the box around its spheres.
-fn region(
+/// The region of aggregates and fibers: the periodic cell, the shape of the packing, or the box around its spheres.
+pub(super) fn region(
     scenario: &Scenario,
-    table: &schema::Aggregates,
+    surface: Option<Surface>,
     folder: &Path,
     placed: &Placed,
 ) -> Result<Region, AssemblyError> {
@@ -131,7 +131,7 @@ fn region(
         let (low, high) = around.ok_or(PackingError::Empty)?;
         Shape::new_box(low, high)?
     };
-    if table.surface == Some(Surface::Sawn) {
+    if surface == Some(Surface::Sawn) {
         let (low, high) = shape.bounds();
         return Ok(Region::periodic(low, &Cell::new(Mat3::from_diagonal(&(high - low))), planar)?);
     }
@@ -175,8 +175,13 @@ fn forms<'a>(
 }
 
 impl Places<'_> {
+    /// The aggregates and pores in their region.
+    pub(super) fn field(&self) -> &Field {
+        &self.field
+    }
+
     /// Finds the aggregate of every sphere, and removes the spheres in pores.
-    pub(super) fn divide(&self, scenario: &Scenario, spheres: &mut Vec<Sphere>) -> Division {
+    pub(super) fn divide(&self, scenario: &Scenario, spheres: &mut Vec<Sphere>) -> (Division, Phases) {
         let groups = &self.table.groups;
         let bodies = self.field.inclusions();
         let planar = self.field.region().is_planar();
@@ -221,7 +226,7 @@ impl Places<'_> {
             Phases { groups: groups.iter().enumerate().map(phase).collect(), matrix: (matrix.0, matrix.1 / total) };
         let material_of = |group: &AggregateGroup| group.material.as_deref().map(|name| material_index(scenario, name));
         let material = bodies.iter().map(|body| material_of(&groups[body.group])).collect();
-        Division { number, material, phases }
+        (Division { number, material }, phases)
     }
 }
 

@@ -5,7 +5,7 @@ use super::structure::wording::listing;
 use crate::schema::{DeformableUpdate, Interface, LawName, Loading, ProblemKind, Scenario};
 use concordem_contact::law::{FaultKind, LawTable};
 
-/// Names of the materials that particles may have.
+/// Names of the materials that particles may have, but those of fibers, whose bonds have other rules.
 fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
     let mut names = vec![scenario.materials[0].name.as_str()];
     names.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
@@ -18,6 +18,7 @@ fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
 /// Names of the materials that particles or walls may have.
 pub(super) fn materials_of_contacts(scenario: &Scenario) -> Vec<&str> {
     let mut names = materials_of_particles(scenario);
+    names.extend(scenario.fibers.iter().flat_map(|fibers| &fibers.groups).map(|group| group.material.as_str()));
     names.extend(scenario.walls.iter().map(|wall| wall.material.as_str()));
     if let Loading::Platens { material, .. } = &scenario.loading {
         names.push(material);

@@ -8,6 +8,7 @@ mod aggregates;
 mod bodies;
 mod bonding;
 mod cuts;
+mod fibers;
 mod files;
 mod heat;
 mod histories;
@@ -46,6 +47,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.walls();
     checker.cuts();
     checker.aggregates();
+    checker.fibers();
     checker.sets();
     checker.clumps();
     checker.heat();

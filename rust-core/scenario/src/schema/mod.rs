@@ -31,6 +31,7 @@ mod bonding;
 mod cut;
 mod document;
 mod error;
+mod fibers;
 mod heat;
 mod history;
 mod material;
@@ -55,6 +56,7 @@ pub use bonding::Bonding;
 pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
+pub use fibers::{FiberGroup, Fibers};
 pub use heat::{
     Convection, Heat, HeatBoundary, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot, Radiation,
 };
@@ -105,6 +107,8 @@ pub struct Scenario {
     pub bondings: Vec<Bonding>,
     /// Aggregates and pores, which divide the particles of the packing; default: none.
     pub aggregates: Option<Aggregates>,
+    /// Fibers in the packing; default: none.
+    pub fibers: Option<Fibers>,
     /// Notches, holes, and cracks that exist from the start; default: none.
     #[serde(default, rename = "cut")]
     pub cuts: Vec<Cut>,
@@ -211,6 +215,12 @@ impl Scenario {
             }
         }
         files
+    }
+
+    /// Numbers of the groups of fibers that have a material.
+    pub fn fibers_of<'a>(&'a self, material: &'a str) -> impl Iterator<Item = usize> + 'a {
+        let groups = self.fibers.iter().flat_map(|fibers| &fibers.groups).enumerate();
+        groups.filter(move |(_, group)| group.material == material).map(|(at, _)| at)
     }
 
     /// Folder of the scenario, to which the paths in it are relative.
