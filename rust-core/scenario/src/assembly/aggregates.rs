@@ -50,8 +50,10 @@ pub struct Phase {
 pub(super) struct Division {
     /// Number of the aggregate (or fiber), from 1; 0 for the matrix. Empty if there are neither.
     pub(super) number: Vec<u32>,
-    /// Material of the group of each aggregate (or fiber); `None` for pores.
+    /// Material of the group of each aggregate (or fiber); `None` for pores, and for given aggregates.
     pub(super) material: Vec<Option<u16>>,
+    /// Materials of the other spheres; the first one where the list ends.
+    pub(super) of_matrix: Vec<u16>,
 }
 
 /// Places the aggregates of a scenario; `None` if it has none.
@@ -226,8 +228,28 @@ impl Places<'_> {
             Phases { groups: groups.iter().enumerate().map(phase).collect(), matrix: (matrix.0, matrix.1 / total) };
         let material_of = |group: &AggregateGroup| group.material.as_deref().map(|name| material_index(scenario, name));
         let material = bodies.iter().map(|body| material_of(&groups[body.group])).collect();
-        (Division { number, material }, phases)
+        (Division { number, material, of_matrix: Vec::new() }, phases)
     }
+}
+
+/// The given materials and aggregates of the spheres that remain of a packing; `None` if the scenario gives none.
+pub(super) fn given(
+    scenario: &Scenario,
+    packed: &[Sphere],
+    remains: &dyn Fn(&Sphere) -> bool,
+) -> Result<Option<Division>, AssemblyError> {
+    let Some(table) = &scenario.phases else { return Ok(None) };
+    let (given, count) = (table.materials.len(), packed.len());
+    if given != count {
+        let message = format!("{given} materials are given for {count} spheres; give one per sphere of the packing");
+        return Err(super::unfit("phases.materials", message));
+    }
+    let numbers = table.aggregates.iter().copied().chain(std::iter::repeat(0));
+    let rows = packed.iter().zip(&table.materials).zip(numbers).filter(|((sphere, _), _)| remains(sphere));
+    let (of_matrix, number): (Vec<u16>, Vec<u32>) = rows.map(|((_, &material), number)| (material, number)).unzip();
+    // The last number counts, so that those of fibers come after it; spheres have their materials from the list.
+    let last = number.iter().copied().max().unwrap_or(0) as usize;
+    Ok(Some(Division { number, material: vec![None; last], of_matrix }))
 }
 
 impl Phases {
@@ -251,13 +273,12 @@ impl Phases {
 pub(super) fn interfaces(scenario: &Scenario) -> Vec<schema::Interface> {
     let mut all = scenario.interfaces.clone();
     let mortar = &scenario.materials[0].name;
-    let groups = scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
-    for name in groups.filter_map(|group| group.material.as_ref()) {
+    for name in scenario.materials_of_aggregates() {
         if all.iter().any(|one| one.joins(name, name)) {
             continue;
         }
         if let Some(around) = scenario.interfaces.iter().find(|one| one.joins(mortar, name)) {
-            all.push(schema::Interface { between: [name.clone(), name.clone()], ..around.clone() });
+            all.push(schema::Interface { between: [name.to_owned(), name.to_owned()], ..around.clone() });
         }
     }
     all

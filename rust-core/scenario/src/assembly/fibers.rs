@@ -177,7 +177,8 @@ impl Chains {
         let groups: &[FiberGroup] = scenario.fibers.as_ref().map_or(&[], |fibers| &fibers.groups);
         let parts: Vec<Vec<Vec<Sphere>>> =
             self.fibers.iter().map(|fiber| self.parts(fiber, cuts, scenario)).collect();
-        let removed = self.clear(spheres, &mut division.number, parts.iter().flatten().flatten().copied(), cell)?;
+        let all = parts.iter().flatten().flatten().copied();
+        let removed = self.clear(spheres, division, all, cell)?;
         let mut links = Links::default();
         let mut facts = vec![(0, 0.0, 0); groups.len()];
         for (fiber, parts) in self.fibers.iter().zip(&parts) {
@@ -211,7 +212,7 @@ impl Chains {
     fn clear(
         &self,
         spheres: &mut Vec<Sphere>,
-        numbers: &mut Vec<u32>,
+        division: &mut Division,
         fibers: impl Iterator<Item = Sphere>,
         cell: Option<&Cell>,
     ) -> Result<(usize, f64), AssemblyError> {
@@ -229,11 +230,14 @@ impl Chains {
         let cube = |sphere: &Sphere| sphere.radius.powi(3);
         let whole: f64 = spheres.iter().map(cube).sum();
         let gone: f64 = spheres.iter().zip(&near).filter(|(_, near)| **near).map(|(sphere, _)| cube(sphere)).sum();
-        numbers.resize(packed, 0);
-        let mut keep = near.iter().map(|near| !near);
-        spheres.retain(|_| keep.next().unwrap_or(true));
-        let mut keep = near.iter().map(|near| !near);
-        numbers.retain(|_| keep.next().unwrap_or(true));
+        division.number.resize(packed, 0);
+        let keep = || near.iter().map(|near| !near).chain(std::iter::repeat(true));
+        let mut kept = keep();
+        spheres.retain(|_| kept.next() == Some(true));
+        let mut kept = keep();
+        division.number.retain(|_| kept.next() == Some(true));
+        let mut kept = keep();
+        division.of_matrix.retain(|_| kept.next() == Some(true));
         Ok((packed - spheres.len(), if whole > 0.0 { gone / whole } else { 0.0 }))
     }
 }

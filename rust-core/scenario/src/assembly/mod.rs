@@ -28,6 +28,7 @@ pub mod samples;
 pub mod seal;
 mod selection;
 pub mod sphere_pack;
+mod surface;
 mod time_step;
 mod walled;
 mod walls;
@@ -60,6 +61,7 @@ pub use error::{AssemblyError, unfit};
 pub use fibers::{FiberFacts, FiberPhase};
 pub use model::deformable;
 pub use place::{Cooking, Placed, Walled, place, place_cached, solid};
+pub use surface::half_spaces;
 pub use time_step::settles;
 
 /// A built scenario.
@@ -237,7 +239,7 @@ pub fn assemble_with(
         bonds: bonded.bonds,
         coordination: if particles > 0 { 2.0 * bonded.bonds as f64 / particles as f64 } else { 0.0 },
         bulk: bonded.bulk,
-        bonds_by_phase: phases.is_some().then_some(bonded.by_phase),
+        bonds_by_phase: (phases.is_some() || scenario.phases.is_some()).then_some(bonded.by_phase),
         phases,
         fibers: bonded.fibers,
         packing_fraction: placed.packing_fraction,

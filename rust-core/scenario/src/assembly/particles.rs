@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::aggregates::{Division, Phases, Places};
+use super::aggregates::{Division, Phases, Places, given};
 use super::cuts::Cuts;
 use super::fibers::{Chains, Links};
 use super::selection::select;
@@ -41,13 +41,16 @@ pub(super) fn build(
     let cell = placed.packing.cell.as_ref();
     let mut packed = cuts.remaining(scenario, &placed.packing.spheres);
     let (mut division, phases) = aggregates.map(|aggregates| aggregates.divide(scenario, &mut packed)).unzip();
+    let remains = |sphere: &Sphere| !cuts.remaining(scenario, std::slice::from_ref(sphere)).is_empty();
+    division = given(scenario, &placed.packing.spheres, &remains)?.or(division);
     let links = chains
         .map(|chains| chains.add(scenario, cuts, cell, &mut packed, division.get_or_insert_default()))
         .transpose()?;
     let (spheres, added) = with_clumps(scenario, packed);
     let mut materials = vec![0u16; spheres.len()];
     let mut aggregate = Vec::new();
-    if let Some(Division { number, material }) = division {
+    if let Some(Division { number, material, of_matrix }) = division {
+        materials[..of_matrix.len()].copy_from_slice(&of_matrix);
         for (material_of, &number) in materials.iter_mut().zip(&number) {
             let of_aggregate = number.checked_sub(1).and_then(|body| material[body as usize]);
             *material_of = of_aggregate.unwrap_or(*material_of);

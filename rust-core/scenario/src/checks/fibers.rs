@@ -71,8 +71,9 @@ impl Checker<'_> {
             .iter()
             .filter_map(|set| set.material.as_deref())
             .chain(scenario.clumps.iter().filter_map(|clump| clump.material.as_deref()))
-            .chain(scenario.aggregates.iter().flat_map(|a| &a.groups).filter_map(|group| group.material.as_deref()));
-        if at == 0 || others.into_iter().any(|other| other == name) {
+            .chain(scenario.materials_of_aggregates());
+        let given = scenario.phases.as_ref().is_some_and(|phases| phases.materials.contains(&(at as u16)));
+        if at == 0 || given || others.into_iter().any(|other| other == name) {
             let help = "give the fibers a material of their own, after that of the matrix";
             self.conflict(&key, "other particles have this material", help);
             return;

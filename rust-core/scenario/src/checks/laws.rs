@@ -9,8 +9,12 @@ use concordem_contact::law::{FaultKind, LawTable};
 fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
     let mut names = vec![scenario.materials[0].name.as_str()];
     names.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
-    let groups = scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
-    names.extend(groups.filter_map(|group| group.material.as_deref()));
+    names.extend(scenario.materials_of_aggregates());
+    let given = scenario.phases.iter().flat_map(|phases| &phases.materials);
+    let mut given: Vec<u16> = given.copied().collect();
+    given.sort_unstable();
+    given.dedup();
+    names.extend(given.iter().filter_map(|&at| Some(&scenario.materials.get(usize::from(at))?.name[..])));
     names.extend(scenario.clumps.iter().filter_map(|clump| clump.material.as_deref()));
     names
 }
@@ -91,8 +95,7 @@ impl Checker<'_> {
             self.known_material(&format!("interface[{at}].between[{side}]"), name);
         }
         let key = format!("interface[{at}].between");
-        let groups = self.scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
-        if a == b && !groups.clone().any(|group| group.material.as_ref() == Some(a)) {
+        if a == b && !self.scenario.materials_of_aggregates().contains(&a.as_str()) {
             let help =
                 "give the parameters in the material itself; only aggregates have an interface with their own material";
             self.conflict(&key, "the interface joins a material with itself", help);

@@ -15,6 +15,7 @@ mod histories;
 mod laws;
 mod loading;
 mod packing;
+mod phases;
 mod plane;
 mod plausible;
 mod read;
@@ -47,6 +48,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.walls();
     checker.cuts();
     checker.aggregates();
+    checker.phases();
     checker.fibers();
     checker.sets();
     checker.clumps();

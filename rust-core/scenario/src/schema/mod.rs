@@ -37,6 +37,7 @@ mod history;
 mod material;
 mod motion;
 mod packing;
+mod phases;
 pub mod quantity;
 mod sample;
 mod setting;
@@ -67,6 +68,7 @@ pub use material::{
 };
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
+pub use phases::Phases;
 pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use setting::{Given, Setting};
@@ -107,6 +109,8 @@ pub struct Scenario {
     pub bondings: Vec<Bonding>,
     /// Aggregates and pores, which divide the particles of the packing; default: none.
     pub aggregates: Option<Aggregates>,
+    /// Materials and aggregates of given particles, instead of `aggregates`; default: none.
+    pub phases: Option<Phases>,
     /// Fibers in the packing; default: none.
     pub fibers: Option<Fibers>,
     /// Notches, holes, and cracks that exist from the start; default: none.
@@ -215,6 +219,20 @@ impl Scenario {
             }
         }
         files
+    }
+
+    /// Names of the materials of aggregates.
+    pub fn materials_of_aggregates(&self) -> Vec<&str> {
+        let groups = self.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
+        let mut names: Vec<&str> = groups.filter_map(|group| group.material.as_deref()).collect();
+        if let Some(phases) = &self.phases {
+            let of = phases.aggregates.iter().zip(&phases.materials).filter(|(aggregate, _)| **aggregate > 0);
+            let mut materials: Vec<u16> = of.map(|(_, material)| *material).collect();
+            materials.sort_unstable();
+            materials.dedup();
+            names.extend(materials.iter().filter_map(|&at| Some(&self.materials.get(usize::from(at))?.name[..])));
+        }
+        names
     }
 
     /// Numbers of the groups of fibers that have a material.
