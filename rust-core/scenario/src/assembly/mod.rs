@@ -171,6 +171,30 @@ pub fn assemble_without_hdf5(
     assemble_placed(scenario, folder, &placed, progress)
 }
 
+/// The particles of a scenario in the order of their ids, with materials and aggregates, if anything divides them: aggregates, given
+/// phases, fibers, or sets with a material. Particles that cuts and pores remove are left out. `None` if they all have one material.
+///
+/// # Errors
+/// The scenario does not fit the packing.
+pub fn divided(
+    scenario: &Scenario,
+    folder: &Path,
+    placed: &Placed,
+    progress: Progress<'_>,
+) -> Result<Option<Particles>, AssemblyError> {
+    let by_sets = scenario.sets.iter().any(|set| set.material.is_some());
+    if !(by_sets || scenario.aggregates.is_some() || scenario.phases.is_some() || scenario.fibers.is_some()) {
+        return Ok(None);
+    }
+    let cuts = Cuts::new(scenario, folder, placed.packing.cell.as_ref())?;
+    let aggregates = aggregates::build(scenario, folder, placed, progress)?;
+    let chains = fibers::build(scenario, folder, placed, aggregates.as_ref(), progress)?;
+    let particles = particles::build(scenario, placed, &cuts, aggregates.as_ref(), chains.as_ref())?.state.particles;
+    let mut order: Vec<u32> = (0..particles.len() as u32).collect();
+    order.sort_unstable_by_key(|&p| particles.id[p as usize]);
+    Ok(Some(particles.permuted(&order)))
+}
+
 /// Builds a scenario on a packing made earlier for this scenario, or for one with the same `packing` and `dimension`.
 ///
 /// # Errors
