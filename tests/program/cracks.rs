@@ -34,7 +34,7 @@ interaction_ratio = 1.01
 law = "none"
 LOADING
 [integration]
-damping = { kind = "local", translation = 0.3 }
+damping = { kind = "local", coefficient = 0.3 }
 [output]
 snapshot_interval = 200
 "#;
@@ -78,9 +78,8 @@ fn a_straight_crack_has_the_area_of_the_section() {
     let shape = "shape = { kind = \"box\", size = [8e-3, 10e-3, 16e-3] }";
     let bar = BAR.replace("LATTICE", "sc").replace("SHAPE", shape).replace("LOADING", &pull).replace("MIDDLE", "1");
     // Faces of face-centered cells are tilted: the crack has teeth, whose projections add up to the section.
-    let stretch = format!(
-        "[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 20]]\n{stop}"
-    );
+    let stretch =
+        format!("[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 20]]\n{stop}");
     let cell = BAR.replace("LATTICE", "fcc").replace("SHAPE", "repeats = [3, 3, 4]").replace("LOADING", &stretch);
     let edge = 3.0 * 8f64.sqrt() * 1e-3;
     // The halves of a cell meet in the middle and at the border.
@@ -102,8 +101,14 @@ fn a_straight_crack_has_the_area_of_the_section() {
         assert!((whole / area.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let along: f64 = area.iter().zip(normal.chunks(3)).map(|(area, n)| area * n[2].abs()).sum();
         assert!((along / section - 1.0).abs() < 1e-8, "{along} {section}");
-        let opening = array(&page, "opening");
-        assert!(opening.iter().all(|&o| o > 2e-6), "{opening:?}");
+        // The halves part along the axis: a tilted face opens by the cosine of its angle, and slips by the sine.
+        let (opening, slip) = (array(&page, "opening"), array(&page, "slip"));
+        for ((o, s), n) in opening.iter().zip(&slip).zip(normal.chunks(3)) {
+            assert!(*o > 2e-6, "{o}");
+            // Halves turn and vibrate by a small part of the way.
+            let across = n[0].hypot(n[1]);
+            assert!((s / o - across / n[2].abs()).abs() < 0.05, "{o} {s} {n:?}");
+        }
         assert!(array(&page, "mode").iter().all(|&mode| mode == 0.0));
         assert!(array(&page, "time").iter().all(|&time| time > 1e-6 && time <= 1e-3));
         assert!(array(&page, "materials").chunks(2).all(|pair| pair[0] != pair[1]));

@@ -143,8 +143,7 @@ pub fn place_fibers(
             let middle = region.point(&random.uniform_vector());
             let fiber = Fiber { middle, direction, length, diameter, group };
             let free = |sphere: &Inclusion| {
-                let near =
-                    |other: &Inclusion, shift: &Vec3| !apart(sphere, other, shift, placement.gap);
+                let near = |other: &Inclusion, shift: &Vec3| !apart(sphere, other, shift, placement.gap);
                 region.holds_sphere(&sphere.center, 0.5 * diameter + placement.wall_gap)
                     && field.is_free(sphere, placement.gap, &near)
             };
@@ -206,7 +205,8 @@ mod tests {
             group: 0,
         };
         let mould = Region::mould(Shape::new_box(Vec3::zeros(), Vec3::repeat(14.0)).unwrap(), false).unwrap();
-        let cell = Region::periodic(Vec3::zeros(), &Cell::new(Mat3::from_diagonal(&Vec3::repeat(14.0))), false).unwrap();
+        let cell =
+            Region::periodic(Vec3::zeros(), &Cell::new(Mat3::from_diagonal(&Vec3::repeat(14.0))), false).unwrap();
         for region in [mould, cell] {
             let request = FiberRequest { length: 6.0, diameter: 0.5, direction: None, group: 3 };
             let along = FiberRequest { direction: Some(Vec3::x()), ..request };
@@ -216,7 +216,9 @@ mod tests {
                 place_fibers(&region, std::slice::from_ref(&stone), &requests, &[], &RULES, &mut random).unwrap();
             assert_eq!(fibers.len(), 60);
             let shifts: Vec<Vec3> = if region.is_periodic() {
-                (0..27).map(|k| Vec3::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1)) * 14.0).collect()
+                (0..27)
+                    .map(|k| Vec3::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1)) * 14.0)
+                    .collect()
             } else {
                 vec![Vec3::zeros()]
             };

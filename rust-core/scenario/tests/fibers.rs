@@ -132,7 +132,7 @@ fn elastic_pull_out_is_shear_lag() {
         set = \"end\"
         force = [{force}, 0, 0]
         [integration]
-        damping = {{ kind = \"local\", translation = 0.3 }}
+        damping = {{ kind = \"local\", coefficient = 0.3 }}
         [stop]
         steps = 20000
         "
@@ -159,14 +159,13 @@ fn elastic_pull_out_is_shear_lag() {
     let end = moved(first + 2 * RINGS - 2 + FREE).x;
     let expected = force / lag.stiffness() + force * FREE as f64 / beam;
     assert!((end / expected - 1.0).abs() < 1e-6, "{end} {expected}");
-    // The continuous bar, F = u √(EA q) tanh(l √(q/EA)) with the bond q = K/2s per length, over rings of 2 s each: the sum is a midpoint rule,
-    // whose error is of second order, (μ²/24) = 0.4 %, and less than 1 %.
+    // The continuous bar u'' = (q/EA) u with the bond q = K/2s per length, which ends s beyond the last ring. Its decay differs by the
+    // part μ²/24 = 0.8 %, and the displacement of the last ring by half of μ times that: 0.2 %.
     let (axial, per_length) = (beam * SPACING, lag.ring / (2.0 * SPACING));
-    let length = 2.0 * SPACING * RINGS as f64;
-    let bar = (axial * per_length).sqrt() * (length * (per_length / axial).sqrt()).tanh();
-    // The bar ends half a ring beyond the last one: s of elongation.
-    let continuous = force / bar - force * SPACING / axial;
-    assert!((force / lag.stiffness() / continuous - 1.0).abs() < 0.01, "{} {continuous}", force / lag.stiffness());
+    let (length, decay) = (2.0 * SPACING * RINGS as f64, (per_length / axial).sqrt());
+    let continuous =
+        force / (axial * per_length).sqrt() * ((length - SPACING) * decay).cosh() / (length * decay).sinh();
+    assert!((force / lag.stiffness() / continuous - 1.0).abs() < 0.003, "{} {continuous}", force / lag.stiffness());
 }
 
 /// The force that pulls the fiber, over time: that of the last beam.
@@ -195,7 +194,7 @@ const PULL: &str = "[[prescribe]]
     velocity = [SPEED, 0, 0]
     angular_velocity = [0, 0, 0]
     [integration]
-    damping = { kind = \"local\", translation = 0.3 }
+    damping = { kind = \"local\", coefficient = 0.3 }
     [stop]
     steps = STEPS
     ";
@@ -209,12 +208,11 @@ fn pull(speed: f64, steps: usize) -> String {
 #[test]
 fn brittle_bonds_part_at_the_shear_lag_of_their_strength() {
     let (strength, lag) = (0.4, Lag::new());
-    let interface = format!(
-        "linear_bond = {{ normal_stiffness = 1e5, shear_stiffness = {SHEAR}, shear_strength = {strength} }}"
-    );
+    let interface =
+        format!("linear_bond = {{ normal_stiffness = 1e5, shear_stiffness = {SHEAR}, shear_strength = {strength} }}");
     let expected = lag.stiffness() * strength / SHEAR;
-    // Some 3 mm/s: 12 um within 4 ms, a hundred times the longest period of the chain.
-    let text = pull_out("linear_bond", SPRINGS, &interface, &pull(3e-3, 12_000));
+    // At 3 mm/s the wave of the start has 0.25 % of the peak, which comes after 6 ms; the last ring breaks at some 60 um.
+    let text = pull_out("linear_bond", SPRINGS, &interface, &pull(3e-3, 30_000));
     let curve = pulled(&text, 10);
     let peak = curve.iter().map(|point| point[1]).fold(0.0, f64::max);
     // Inertia at this speed, and one record in ten steps.
@@ -229,20 +227,21 @@ fn brittle_bonds_part_at_the_shear_lag_of_their_strength() {
     let mut run = simulation(&text);
     while run.advance().unwrap().stopped.is_none() {}
     let broken = &run.state.broken;
-    assert!(broken.len() == 1 && broken[0].block == 1, "{broken:?}");
+    // The free beams have equal forces, so more than one may break.
+    assert!((1..=FREE).contains(&broken.len()) && broken.iter().all(|bond| bond.block == 1), "{broken:?}");
 }
 
 /// Bonds that slip at a given shear stress, as those of concrete: the plateau is the adhesive strength of all bonds together.
 #[test]
 fn ductile_bonds_hold_the_sum_of_their_strengths() {
-    let cpm = |young: f64, cohesion: f64| {
+    let cpm = |friction: f64| {
         format!(
-            "{{ young = {young}, shear_ratio = 0.2, crack_onset_strain = 1e-2, relative_ductility = 30, cohesion = {cohesion}, \
-             friction_coefficient = 0.8 }}"
+            "{{ young = 5e8, shear_ratio = 0.2, crack_onset_strain = 1e-2, relative_ductility = 30, cohesion = 1e5, \
+             friction_coefficient = {friction} }}"
         )
     };
-    let interface = format!("cpm = {}", cpm(5e8, 1e5));
-    let text = pull_out("cpm", &cpm(5e8, 1e7), &interface, &pull(2e-3, 10_000));
+    let interface = format!("cpm = {}", cpm(0.0));
+    let text = pull_out("cpm", &cpm(0.8), &interface, &pull(2e-3, 12_000));
     let state = assembled(&text).state;
     let held: Vec<ContactView> = bonds(&state, 0)
         .into_iter()
@@ -252,11 +251,14 @@ fn ductile_bonds_hold_the_sum_of_their_strengths() {
     let expected: f64 = held.iter().map(|view| view.reference.area * 1e5).sum();
     let curve = pulled(&text, 10);
     let last = curve.last().unwrap();
-    // Shear has reached the cohesion at slips of 1.4 um; at 20 um, bonds are 1e-4 longer (½ 0.014²), which takes 0.8 · 5e8 · 1e-4 Pa,
-    // 40 % of the cohesion: so the plateau counts at 3 um, where it is 1 %.
-    let plateau = curve.iter().find(|point| point[0] > 4e-6).unwrap();
-    assert!((plateau[1] / expected - 1.0).abs() < 0.03, "{plateau:?} {expected}");
-    assert!(last[1] < plateau[1]);
+    // All rings slip when the end has moved by 17 um. At slips of 20 um, bonds are 1e-4 longer and turned by 0.014: 5e8 · 1e-4 · 0.014 Pa are
+    // 0.7 % of the cohesion; the wave of the start has 0.2 %.
+    let plateau = curve.iter().find(|point| point[0] > 2e-5).unwrap();
+    assert!((plateau[1] / expected - 1.0).abs() < 0.01, "{plateau:?} {expected}");
+    assert!((last[1] / expected - 1.0).abs() < 0.03 && last[0] > 2.2e-5, "{last:?} {expected}");
+    // Before, the elastic part.
+    let half = curve.iter().find(|point| point[0] > 2e-6).unwrap();
+    assert!(half[1] < 0.6 * expected, "{half:?}");
 }
 
 const CONCRETE: &str = "version = 1
@@ -480,10 +482,8 @@ fn fibers_hold_the_load_after_the_crack() {
         shape = { kind = \"box\", minimum = [-0.007, -0.007, -0.0008], maximum = [-0.004, 0.007, 0.0008] }
         ";
     let load = "[loading]\nkind = \"uniaxial\"\nstrain_rate = 10\ninitial_velocity_field = true\n
-        [integration]\ndamping = { kind = \"local\", translation = 0.2 }\n";
-    let text = |more: &str| {
-        format!("{CONCRETE}{prism}{slit}{more}{load}").replace("steps = 60", "strain = 4e-3")
-    };
+        [integration]\ndamping = { kind = \"local\", coefficient = 0.2 }\n";
+    let text = |more: &str| format!("{CONCRETE}{prism}{slit}{more}{load}").replace("steps = 60", "strain = 4e-3");
     let curve = |more: &str| {
         let mut run = simulation(&text(more));
         let mut stress = Vec::new();

@@ -95,7 +95,8 @@ fn arrays(assembly: &Assembly, spheres: usize) -> (Vec<u16>, Vec<u32>) {
 fn given_phases_equal_those_of_aggregates() {
     let found = assembled(&concrete(GROUPS));
     let scenario = read(&concrete(""));
-    let spheres = concordem_scenario::assembly::place(&scenario, Path::new(""), &mut |_, _| ()).unwrap().packing.spheres.len();
+    let spheres =
+        concordem_scenario::assembly::place(&scenario, Path::new(""), &mut |_, _| ()).unwrap().packing.spheres.len();
     assert!(found.state.particles.len() < spheres, "the cut removes particles");
     let (materials, aggregates) = arrays(&found, spheres);
     assert!((0..3).all(|kind| materials.iter().filter(|&&material| material == kind).count() > 30));

@@ -97,8 +97,7 @@ pub(super) fn build(
         let direction = group.direction.map(|direction| Vec3::from(direction.map(Quantity::si)).normalize());
         requests.extend(vec![FiberRequest { length, diameter, direction, group: number }; count]);
     }
-    let placement =
-        FiberPlacement { gap: table.gap.si(), wall_gap: table.wall_gap.si(), attempts: table.attempts };
+    let placement = FiberPlacement { gap: table.gap.si(), wall_gap: table.wall_gap.si(), attempts: table.attempts };
     let inclusions = aggregates.map_or(&[][..], |places| places.field().inclusions());
     let mut random = Random::new(table.seed);
     let fibers =
@@ -175,8 +174,7 @@ impl Chains {
     ) -> Result<Links, AssemblyError> {
         // The checks guarantee the table.
         let groups: &[FiberGroup] = scenario.fibers.as_ref().map_or(&[], |fibers| &fibers.groups);
-        let parts: Vec<Vec<Vec<Sphere>>> =
-            self.fibers.iter().map(|fiber| self.parts(fiber, cuts, scenario)).collect();
+        let parts: Vec<Vec<Vec<Sphere>>> = self.fibers.iter().map(|fiber| self.parts(fiber, cuts, scenario)).collect();
         let all = parts.iter().flatten().flatten().copied();
         let removed = self.clear(spheres, division, all, cell)?;
         let mut links = Links::default();

@@ -45,8 +45,8 @@ use concordem_contact::math::Vec3;
 use concordem_packing::TIE;
 use concordem_packing::bonding::{self, BondCount};
 use concordem_solver::collision::Collision;
-use concordem_solver::forces::EvaluatedContacts;
 use concordem_solver::coupling::Convergence;
+use concordem_solver::forces::EvaluatedContacts;
 pub use concordem_solver::laws;
 use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
 use concordem_solver::state::{Particles, State};
@@ -374,7 +374,8 @@ fn add_bonds(
     let links = links.as_ref();
     let along = links.map_or(Ok(None), |links| bond_fibers(scenario, links, cuts, state, &mut block, &mut rows))?;
     let particles = &state.particles;
-    let mean_radius = bonding::mean(&links.map_or_else(|| particles.radius.clone(), |links| links.radii(particles, false)));
+    let mean_radius =
+        bonding::mean(&links.map_or_else(|| particles.radius.clone(), |links| links.radii(particles, false)));
     let network = placed.walled.as_ref().and_then(|walled| walled.network.as_ref());
     let severed = &mut |p: &Vec3, q: &Vec3| cuts.sever(p, q);
     let count = if let Some(links) = network {

@@ -101,7 +101,7 @@ fn key_of_wall(scenario: &Scenario, number: usize) -> String {
 /// any. (Listed spheres are checked with the text; random packings overlap by design, and so do fibers with what they are bonded to.)
 ///
 /// # Errors
-/// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius.
+/// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius; any overlap of a fiber with a particle that it is not bonded to.
 pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<Problem>, AssemblyError> {
     let given = matches!(scenario.packing, Packing::File { .. });
     let added = scenario.clumps.iter().any(|clump| clump.spheres.is_some());
@@ -154,7 +154,7 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
         (false, true) => "packing",
         (false, false) => "clump",
     };
-    if depth > OVERLAP_BONDED {
+    if depth > OVERLAP_BONDED || of_fiber {
         return Err(unfit(key, format!("{message}; {help}")));
     }
     Ok(Some(scenario.warning(key, message, help)))

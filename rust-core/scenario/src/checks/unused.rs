@@ -102,7 +102,8 @@ impl Checker<'_> {
         let in_use = super::laws::materials_of_contacts(scenario);
         for (at, material) in scenario.materials.iter().enumerate() {
             if !in_use.contains(&material.name.as_str()) {
-                let help = "name it in a [[set]], [[clump]], [[wall]], or group of [aggregates] or [fibers], or remove it";
+                let help =
+                    "name it in a [[set]], [[clump]], [[wall]], or group of [aggregates] or [fibers], or remove it";
                 self.warn(&format!("material[{at}].name"), "no particle and no wall has this material", help);
             }
         }
