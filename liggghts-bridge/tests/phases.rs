@@ -85,7 +85,8 @@ fn bonds_have_the_parameters_of_their_phases() {
     let contacts = state.bonds[0].contacts();
     for k in (0..contacts.len()).filter(|&k| contacts.damage(k) > 0.0) {
         let pair = contacts.view(k).pair;
-        cracked[[pair.a, pair.b].iter().map(|&p| usize::from(state.particles.material[p as usize])).sum::<usize>()] += 1;
+        cracked[[pair.a, pair.b].iter().map(|&p| usize::from(state.particles.material[p as usize])).sum::<usize>()] +=
+            1;
     }
     assert!(cracked.iter().all(|&count| count > 10), "{cracked:?}");
     // Without the interface, the motion is another one by far more than the tolerance below.

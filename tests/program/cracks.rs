@@ -80,7 +80,10 @@ fn a_straight_crack_has_the_area_of_the_section() {
     // Faces of face-centered cells are tilted: the crack has teeth, whose projections add up to the section.
     let stretch =
         format!("[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 20]]\n{stop}");
-    let cell = BAR.replace("LATTICE", "fcc").replace("SHAPE", "repeats = [3, 3, 4]").replace("LOADING", &stretch);
+    let cell = BAR
+        .replace("LATTICE", "fcc")
+        .replace("SHAPE", "repeats = [3, 3, 4]\nshape = { kind = \"periodic\" }")
+        .replace("LOADING", &stretch);
     let edge = 3.0 * 8f64.sqrt() * 1e-3;
     // The halves of a cell meet in the middle and at the border.
     let cases = [(bar, 80e-6), (cell.replace("MIDDLE", "5"), 2.0 * edge * edge)];

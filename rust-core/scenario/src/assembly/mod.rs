@@ -430,7 +430,9 @@ fn bond_fibers(
     let chains = if block.law() == law.key() {
         (bonding::bond_links(block.contacts_mut(), rows, particles, &pairs, mean_radius, severed).bonds, None)
     } else {
-        let (mut own, rows) = laws::block(law, &scenario.materials, &[])?;
+        // Interfaces of the other bonds do not matter along a fiber; their own tables let fibers of two kinds differ.
+        let with_tables = scenario.interfaces.iter().filter(|one| one.cohesive_beam.is_some()).cloned();
+        let (mut own, rows) = laws::block(law, &scenario.materials, &with_tables.collect::<Vec<_>>())?;
         let made = bonding::bond_links(own.contacts_mut(), &rows, particles, &pairs, mean_radius, severed);
         (made.bonds, Some(own))
     };

@@ -72,7 +72,10 @@ impl Checker<'_> {
             .filter(|&at| scenario.fibers_of(&scenario.materials[at].name).next().is_some())
             .map(|at| format!("material[{at}]"))
             .collect();
-        let in_fibers = |owner: &String, law: LawName| law == LawName::CohesiveBeam && fibers.contains(owner);
+        let in_fibers = |owner: &String, law: LawName| {
+            let of_fiber = fibers.contains(owner) || owner.starts_with("interface") && !fibers.is_empty();
+            law == LawName::CohesiveBeam && of_fiber
+        };
         for (owner, tables) in tables {
             for (law, table) in tables {
                 let path = format!("{owner}.{}", law.key());
