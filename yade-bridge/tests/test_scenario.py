@@ -111,7 +111,7 @@ def test_phases_are_arrays():
     assert np.count_nonzero(runs[0].bonds().damage) > 100
     mortar = concrete().simulation()
     assert mortar.state_hash() != concrete(phases=dict(materials=np.minimum(aggregate, 1))).simulation().state_hash()
-    with pytest.raises(concordem.AssemblyError, match="give one per sphere"):
+    with pytest.raises(concordem.ScenarioError, match="give one per sphere"):
         concrete(phases=dict(materials=[0, 1])).simulation()
 
 
