@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use concordem::math::{Mat3, Vec3};
 
+use crate::fibers::Fiber;
+
 /// Shape of a wall.
 #[derive(Clone, Debug)]
 pub enum Shape {
@@ -153,6 +155,7 @@ pub struct Case {
     pub actions: Vec<(Vec<usize>, Action)>,
     /// Heat conduction.
     pub heat: Option<Heat>,
+    pub fiber: Option<Fiber>,
     pub samples: Vec<Sample>,
     pub interval: u64,
     pub steps: u64,
@@ -214,6 +217,9 @@ impl Case {
         case.spheres.iter_mut().for_each(|s| v(&mut s.0));
         case.cell = case.cell.map(|cell| turn.lengths(&cell));
         v(&mut case.gravity);
+        if let Some(fiber) = &mut case.fiber {
+            fiber.ends.iter_mut().for_each(v);
+        }
         case.loading = match &case.loading {
             Loading::None => Loading::None,
             Loading::CellStrain(gradient) => Loading::CellStrain(turn.tensor(gradient)),
@@ -308,6 +314,7 @@ impl Case {
             let selection = format!("{{ kind = \"ids\", ids = {hot:?} }}");
             let _ = writeln!(text, "[[set]]\nname = \"hot\"\nselection = {selection}\n[heat]\n{keys}");
         }
+        text += &self.fiber.as_ref().map_or_else(String::new, Fiber::text);
         self.write_samples(&mut text);
         let _ = writeln!(text, "[output]\nsample_interval = {}\n[stop]\nsteps = {}", self.interval, self.steps);
         text

@@ -6,7 +6,7 @@ use concordem::math::{Mat3, Vec3};
 use concordem_tests::random::Random;
 
 use crate::case::{Action, Case, Clump, Loading, Motion, Region, Sample, Shape, Wall};
-use crate::{heat, in_time};
+use crate::{fibers, heat, in_time};
 
 /// Distance of neighbors, m.
 const SPACING: f64 = 2e-3;
@@ -50,6 +50,7 @@ pub fn case(seed: u64, number: u64) -> Case {
         clumps: Vec::new(),
         actions: Vec::new(),
         heat: None,
+        fiber: None,
         samples: Vec::new(),
         interval: random.one_of(&[7, 10, 25]),
         steps: 100 + 2 * random.below(100) as u64,
@@ -74,6 +75,10 @@ pub fn case(seed: u64, number: u64) -> Case {
     let random = &mut Random::new(seed.rotate_left(32) ^ 0x68, number);
     if random.happens(0.2) {
         heat::add(random, &mut case);
+    }
+    let random = &mut Random::new(seed.rotate_left(32) ^ 0x66, number);
+    if random.happens(0.3) {
+        fibers::add(random, &mut case);
     }
     case
 }

@@ -7,6 +7,7 @@
 mod balance;
 mod case;
 mod compare;
+mod fibers;
 mod generator;
 mod heat;
 mod in_time;

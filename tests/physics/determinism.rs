@@ -196,6 +196,25 @@ fn bouncing_spheres_restart_bit_for_bit_from_any_step() {
     });
 }
 
+/// Concrete with aggregates and fibers: their places, and a run in which bonds of both blocks are loaded.
+#[test]
+fn fibers_do_not_depend_on_threads() {
+    let folder = Path::new("scenarios/good");
+    let text = std::fs::read_to_string(folder.join("fibers.toml")).expect("the scenario");
+    let digest = |threads| {
+        on_threads(threads, || {
+            let mut simulation = runs::started(runs::sound(runs::built(&text, folder)));
+            runs::finish(&mut simulation);
+            let blocks = &simulation.state.bonds;
+            assert!(blocks.len() == 2 && blocks[0].len() > 5000 && blocks[1].len() > 100);
+            state_hash(&simulation.state)
+        })
+    };
+    let one = digest(1);
+    assert_eq!(digest(2), one);
+    assert_eq!(digest(3), one);
+}
+
 /// Concrete with aggregates of all shapes: the packing, the places, the phases, and the run.
 #[test]
 fn aggregates_do_not_depend_on_threads() {

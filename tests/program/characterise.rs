@@ -83,6 +83,70 @@ fn results_have_phases() {
     assert_eq!(json(&folder, "prism.structure.json")["coordination"]["inside"], 12.0);
 }
 
+/// A scenario has the phases of its result: materials, aggregates, fibers, and links between them.
+#[test]
+fn scenarios_have_phases() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let text_of = |steps: &str| {
+        "version = 1
+        packing = { kind = \"lattice\", lattice = \"fcc\", radius = \"1 mm\", shape = { kind = \"box\", size = [0.02, 0.02, 0.02] } }
+        bonds = { law = \"linear_bond\", interaction_ratio = 1.01 }
+        contacts = { law = \"none\" }
+        [[material]]
+        name = \"mortar\"
+        density = 2500
+        linear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5 }
+        [[material]]
+        name = \"stone\"
+        density = 2500
+        linear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5 }
+        [[material]]
+        name = \"steel\"
+        density = 7850
+        linear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5 }
+        cohesive_beam = { young = 2e9, radius_ratio = 1 }
+        [aggregates]
+        [[aggregates.group]]
+        material = \"stone\"
+        grading = { kind = \"single\", size = \"6 mm\" }
+        volume_fraction = 0.1
+        [[aggregates.group]]
+        remove_particles = true
+        grading = { kind = \"single\", size = \"4 mm\" }
+        volume_fraction = 0.02
+        [fibers]
+        [[fibers.group]]
+        material = \"steel\"
+        diameter = \"1 mm\"
+        length = \"8 mm\"
+        count = 5
+        [stop]
+        steps = "
+            .to_owned()
+            + steps
+            + "\n"
+    };
+    let scenario = write(folder.path(), "concrete.toml", &text_of("1"));
+    let given = concordem(["characterise", text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let found = json(&folder, "concrete.structure.json");
+    let run = write(folder.path(), "run.toml", &text_of("1"));
+    assert_eq!(concordem(["run", "-q", text(&run)]).code, exit::DONE);
+    let given = concordem(["characterise", text(&folder.path().join("run.h5"))]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let result = json(&folder, "run.structure.json");
+    for (phase, name) in ["mortar", "stone", "steel"].into_iter().enumerate() {
+        assert_eq!(found["phases"][phase]["material"], name);
+        for key in ["particles", "aggregates"] {
+            assert_eq!(found["phases"][phase][key], result["phases"][phase][key], "{name} {key}");
+        }
+    }
+    assert_eq!(found["phases"][2]["aggregates"], 5);
+    assert_eq!(found["phases"][2]["particles"], 40);
+    let page = std::fs::read_to_string(folder.path().join("concrete.structure.html")).expect("the page");
+    assert!(page.contains("<td>stone</td>") && page.contains("between mortar and these"));
+}
+
 #[test]
 fn wrong_arguments_are_refused() {
     let folder = TempDir::new().expect("a temporary folder");

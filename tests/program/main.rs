@@ -3,6 +3,7 @@
 mod characterise;
 mod command_line;
 mod contents;
+mod cracks;
 mod elastic;
 mod export;
 mod interruption;

@@ -388,6 +388,10 @@ impl Replacement {
                 let message = "bond_law does not apply to bonds that [[bonding]] makes later; remove the table";
                 return Err(PyValueError::new_err(message));
             }
+            if name == "bond_law" && scenario.fibers.is_some() {
+                let message = "bond_law has no moments, which the beams along fibers need; remove [fibers]";
+                return Err(PyValueError::new_err(message));
+            }
             if !used {
                 return Err(PyValueError::new_err(format!("{name} would have no effect; {help}")));
             }

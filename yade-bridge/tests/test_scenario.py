@@ -75,6 +75,46 @@ def test_values_that_no_scenario_has():
     assert caught.value.key == "stop.steps" and caught.value.value == "-1"
 
 
+def concrete(**tables):
+    """Concrete with an interface, from dictionaries alone."""
+    cpm = dict(young=25e9, shear_ratio=0.2, crack_onset_strain=1e-4, relative_ductility=30, cohesion=3e6, friction_coefficient=0.8)
+    return concordem.Scenario(
+        packing=dict(kind="lattice", lattice="fcc", radius=1e-3, shape=dict(kind="box", size=[0.02, 0.02, 0.02])),
+        material=[
+            dict(name="mortar", density=4800, cpm=cpm),
+            dict(name="stone", density=5600, cpm=cpm | dict(young=62.5e9, crack_onset_strain=2e-4, cohesion=15e6)),
+        ],
+        interface=dict(between=["mortar", "stone"], of="mortar", factors=dict(stiffness=0.5, strength=0.5, ductility=0.1)),
+        bonds=dict(law="cpm", interaction_ratio=1.5),
+        contacts=dict(law="cpm"),
+        loading=dict(kind="uniaxial", strain_rate=20, initial_velocity_field=True),
+        stop=dict(steps=150),
+        **tables,
+    )
+
+
+def test_phases_are_arrays():
+    """Materials and aggregates as arrays give the run of the same aggregates bit for bit, also between two of them."""
+    places = [[-0.004, 0, 0, 0.0035], [0.0035, 0.001, 0, 0.0038]]
+    shapes = concrete(aggregates=dict(group=[dict(material="stone", spheres=places)]))
+    centers = concrete().pack().positions
+    aggregate = np.zeros(len(centers), int)
+    for number, (x, y, z, radius) in reversed(list(enumerate(places, 1))):
+        aggregate[np.linalg.norm(centers - [x, y, z], axis=1) <= radius] = number
+    arrays = concrete(phases=dict(materials=np.minimum(aggregate, 1), aggregates=aggregate))
+    assert {np.count_nonzero(aggregate == number) > 5 for number in (0, 1, 2)} == {True}
+    runs = [shapes.simulation(), arrays.simulation()]
+    assert runs[0].state_hash() == runs[1].state_hash()
+    for run in runs:
+        run.run()
+    assert runs[0].state_hash() == runs[1].state_hash()
+    assert np.count_nonzero(runs[0].bonds().damage) > 100
+    mortar = concrete().simulation()
+    assert mortar.state_hash() != concrete(phases=dict(materials=np.minimum(aggregate, 1))).simulation().state_hash()
+    with pytest.raises(concordem.ScenarioError, match="give one per sphere"):
+        concrete(phases=dict(materials=[0, 1])).simulation()
+
+
 def test_files_that_are_not_there(tmp_path):
     with pytest.raises(FileNotFoundError):
         concordem.Scenario.from_file(tmp_path / "missing.toml")

@@ -18,6 +18,8 @@ TABLES = {
     "bonds": "bonds",
     "bonding": "bonding",
     "aggregates": "aggregates",
+    "phases": "phases",
+    "fibers": "fibers",
     "cut": "cut",
     "contacts": "contacts",
     "deformable": "deformable",

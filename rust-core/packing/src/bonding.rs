@@ -33,10 +33,12 @@ pub fn bond(
     cell: Option<&Cell>,
     interaction_ratio: f64,
 ) -> Result<BondCount, NeighborError> {
-    bond_unless(block, rows, particles, cell, interaction_ratio, &mut |_, _| false)
+    let mean_radius = mean(&particles.radius);
+    bond_unless(block, rows, particles, cell, interaction_ratio, mean_radius, &mut |_, _| false)
 }
 
-/// As [`bond`], but without the bonds for which `severed` is true; its arguments are the two centers, m.
+/// As [`bond`], but in a block that may hold other bonds, with the mean radius (m) to which sections refer, and without the bonds for
+/// which `severed` is true; its arguments are the two centers, m.
 ///
 /// # Errors
 /// Those of [`bond`].
@@ -46,11 +48,13 @@ pub fn bond_unless(
     particles: &Particles,
     cell: Option<&Cell>,
     interaction_ratio: f64,
+    mean_radius: f64,
     severed: &mut dyn FnMut(&Vec3, &Vec3) -> bool,
 ) -> Result<BondCount, NeighborError> {
+    let before = block.len();
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
     let mut ties = 0;
-    let mut bonder = Bonder::new(block, rows, particles, severed);
+    let mut bonder = Bonder { block, rows, particles, severed, mean_radius };
     for candidate in candidate_pairs(&particles.position, &reach, cell)? {
         let (a, b) = (candidate.a as usize, candidate.b as usize);
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
@@ -60,7 +64,7 @@ pub fn bond_unless(
         }
     }
     block.sort();
-    Ok(BondCount { bonds: block.len(), ties })
+    Ok(BondCount { bonds: block.len() - before, ties })
 }
 
 /// Bond pairs as [`bond`] does, in a block that may hold bonds already, if they are `wanted`. Returns the new bonds, in ascending order.
@@ -77,7 +81,7 @@ pub fn bond_more(
 ) -> Result<Vec<(Pair, [i8; 3])>, NeighborError> {
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
     let never = &mut |_: &Vec3, _: &Vec3| false;
-    let mut bonder = Bonder::new(block, rows, particles, never);
+    let mut bonder = Bonder { block, rows, particles, severed: never, mean_radius: mean(&particles.radius) };
     let mut made = Vec::new();
     for candidate in candidate_pairs(&particles.position, &reach, cell)? {
         let (pair, image) = (Pair { a: candidate.a, b: candidate.b }, candidate.image);
@@ -91,20 +95,22 @@ pub fn bond_more(
     Ok(made)
 }
 
-/// As [`bond_unless`], but for given pairs, the lower index first, without a periodic cell.
+/// As [`bond_unless`], but for given pairs, the lower index first, none of them across the border of a periodic cell.
 pub fn bond_links(
     block: &mut dyn Contacts,
     rows: &PairCoefficients,
     particles: &Particles,
     links: &[[u32; 2]],
+    mean_radius: f64,
     severed: &mut dyn FnMut(&Vec3, &Vec3) -> bool,
 ) -> BondCount {
-    let mut bonder = Bonder::new(block, rows, particles, severed);
+    let before = block.len();
+    let mut bonder = Bonder { block, rows, particles, severed, mean_radius };
     for &[a, b] in links {
         bonder.bond(Pair { a, b }, [0; 3], &Vec3::zeros());
     }
     block.sort();
-    BondCount { bonds: block.len(), ties: 0 }
+    BondCount { bonds: block.len() - before, ties: 0 }
 }
 
 /// Longest of given pairs over the sum of their radii; at least 1.
@@ -116,6 +122,11 @@ pub fn longest(links: &[[u32; 2]], particles: &Particles) -> f64 {
     links.iter().map(ratio).fold(1.0, f64::max)
 }
 
+/// Mean radius, m, to which the sections of beams refer; 0 without particles.
+pub fn mean(radii: &[f64]) -> f64 {
+    radii.iter().sum::<f64>() / radii.len().max(1) as f64
+}
+
 /// Makes bonds one by one.
 struct Bonder<'a> {
     block: &'a mut dyn Contacts,
@@ -125,17 +136,7 @@ struct Bonder<'a> {
     mean_radius: f64,
 }
 
-impl<'a> Bonder<'a> {
-    fn new(
-        block: &'a mut dyn Contacts,
-        rows: &'a PairCoefficients,
-        particles: &'a Particles,
-        severed: &'a mut dyn FnMut(&Vec3, &Vec3) -> bool,
-    ) -> Self {
-        let mean_radius = particles.radius.iter().sum::<f64>() / particles.len().max(1) as f64;
-        Self { block, rows, particles, severed, mean_radius }
-    }
-
+impl Bonder<'_> {
     /// Bonds a pair; returns its length, m, or `None` if it must not be bonded.
     fn bond(&mut self, pair: Pair, image: [i8; 3], shift: &Vec3) -> Option<f64> {
         let particles = self.particles;

@@ -2,13 +2,15 @@
 //!
 //! A [`Packing`] is a list of spheres with or without a periodic cell. It comes from a [`lattice`], a [`mod@file`], or random
 //! compaction ([`mod@random_dense`], [`mod@cooker`], [`growth`], [`discs`]). It can be tiled and cropped to a [`shape`]. [`summary`] and
-//! [`isotropy`] measure its quality; [`bonding`] creates the bonds. [`aggregates`] divides a specimen into mortar and aggregates.
+//! [`isotropy`] measure its quality; [`bonding`] creates the bonds. [`aggregates`] divides a specimen into mortar and aggregates,
+//! [`fibers`] adds fibers.
 
 pub mod aggregates;
 pub mod bonding;
 mod cloud;
 pub mod cooker;
 pub mod discs;
+pub mod fibers;
 pub mod file;
 pub mod growth;
 pub mod import;

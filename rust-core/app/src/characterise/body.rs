@@ -8,7 +8,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
 use concordem_packing::cooker::boundary;
 use concordem_packing::{Packing, Shape, TIE, import};
-use concordem_scenario::assembly::{Placed, place, sphere_pack};
+use concordem_scenario::assembly::{Placed, divided, place, sphere_pack};
 use concordem_scenario::schema::{Quantity, Scenario, Setting};
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
@@ -145,7 +145,8 @@ impl Body {
         Ok(body)
     }
 
-    /// The packing of a scenario; by default with the links that become its bonds.
+    /// The packing of a scenario, with its phases; by default with the links that become its bonds. If aggregates, given phases, fibers, or
+    /// sets divide it, cuts, pores, and fibers have removed their particles.
     ///
     /// # Errors
     /// The choice does not fit the packing.
@@ -171,10 +172,20 @@ impl Body {
         if placed.packing.cell.is_none() {
             choice.shape = choice.shape.or_else(|| placed.body.clone());
         }
-        let mut body = Self::of_packing(name, placed.packing.clone(), &choice)?;
-        if let Some(network) = network {
-            body.set_links(Links::Network, network);
-        }
+        let particles = divided(scenario, &scenario.directory(), placed, &mut |_, _| ())?;
+        let Some(particles) = particles.filter(|_| network.is_none()) else {
+            let mut body = Self::of_packing(name, placed.packing.clone(), &choice)?;
+            if let Some(network) = network {
+                body.set_links(Links::Network, network);
+            }
+            return Ok(body);
+        };
+        let places = particles.position.iter().zip(&particles.radius);
+        let spheres = places.map(|(&position, &radius)| Sphere { position, radius }).collect();
+        let packing = Packing { spheres, cell: placed.packing.cell };
+        let mut body = Self::of_packing(name, packing, &choice)?;
+        body.materials = (particles.material, scenario.materials.iter().map(|m| m.name.clone()).collect());
+        body.aggregates = particles.aggregate;
         Ok(body)
     }
 

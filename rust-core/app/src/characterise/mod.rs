@@ -88,9 +88,9 @@ pub struct Characteristics {
     pub layers: Option<Layers>,
     /// Pair correlation function; `None` if the packing is too small.
     pub pair_correlation: Option<PairCorrelation>,
-    /// Materials and aggregates of a result; empty for other files.
+    /// Materials and aggregates of a result or a scenario; empty for other files.
     pub phases: Vec<PhaseShare>,
-    /// With aggregates: links within the mortar, within aggregates, between mortar and aggregates, and between two aggregates.
+    /// With aggregates (or fibers): links within the mortar, within aggregates, between mortar and aggregates, and between two aggregates.
     pub links_by_phase: Option<[usize; 4]>,
 }
 

@@ -7,7 +7,7 @@ use super::drive::build;
 use super::meter::Meter;
 use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
-use concordem_scenario::assembly::{Assembly, Summary, most_steps};
+use concordem_scenario::assembly::{Assembly, FiberPhase, Summary, most_steps};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::heat::HeatModel;
@@ -69,6 +69,7 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         }
     }
     add_phases(&mut facts, &summary);
+    add_fibers(&mut facts, &summary);
     if let Some(fraction) = summary.packing_fraction {
         facts.add("solid fraction", format!("{fraction:.4}"));
     }
@@ -151,6 +152,20 @@ fn conduction(bound: f64, heat: &HeatModel) -> String {
         return format!("{links} links, explicit steps are stable below {bound:.5e} s (thermal time {thermal:.5e} s)");
     }
     format!("{links} links, implicit steps, stable with any step")
+}
+
+/// Fibers and their bonds.
+fn add_fibers(facts: &mut Facts, summary: &Summary) {
+    let Some(fibers) = &summary.fibers else { return };
+    for phase in &fibers.groups {
+        let FiberPhase { name, count: number, volume_fraction, particles } = phase;
+        let text = format!("{}, {volume_fraction:.4} of the volume; {} particles", count(*number), count(*particles));
+        facts.add(&format!("fibers \"{name}\""), text);
+    }
+    let (removed, share) = fibers.removed;
+    facts.add("room for fibers", format!("{} particles removed, {share:.4} of the solid", count(removed)));
+    let [along, held] = fibers.bonds;
+    facts.add("bonds of fibers", format!("{} along fibers, {} to other particles", count(along), count(held)));
 }
 
 /// Aggregates, pores, and bonds by phase.

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use super::drive::open_result;
 use super::{Console, Failure};
-use crate::output::export::{write_lammps, write_vtk};
+use crate::output::export::{write_cracks, write_lammps, write_vtk};
 
 /// Arguments of `concordem export`.
 #[derive(Debug, clap::Args)]
@@ -31,6 +31,8 @@ enum Format {
     Vtk,
     /// STEM.data, STEM.dump, and STEM.bonds.dump for OVITO and LAMMPS
     Lammps,
+    /// STEM.cracks.vtp: the crack surfaces, one polygon for each broken bond, for VTK, pyvista, and ParaView
+    Cracks,
 }
 
 pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> Result<(), Failure> {
@@ -42,6 +44,15 @@ pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> 
     let written = match arguments.format {
         Format::Vtk => write_vtk(&result, &stem, arguments.force)?,
         Format::Lammps => write_lammps(&result, &stem, arguments.force)?,
+        Format::Cracks => {
+            let written = write_cracks(&result, &stem, arguments.force)?;
+            let left_out = match written.without_face {
+                0 => String::new(),
+                count => format!("; {count} more bonds broke whose particles have no common face"),
+            };
+            console.tell(&format!("{} faces with an area of {:.6e} m²{left_out}", written.faces, written.area));
+            return console.print(&format!("{}\n", written.file.display()));
+        }
     };
     if written.bond_snapshots == 0 && !result.laws()?.is_empty() {
         console.tell(

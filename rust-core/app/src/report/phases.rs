@@ -86,7 +86,7 @@ impl Particles {
         let measure = |r: &f64| if planar { r * r } else { r * r * r };
         let total: f64 = self.radius.iter().map(measure).sum();
         let mut html = String::from(
-            "<table>\n<tr><th>Material</th><th>Particles</th><th>Share of the solid</th><th>Aggregates</th></tr>\n",
+            "<table>\n<tr><th>Material</th><th>Particles</th><th>Share of the solid</th><th>Aggregates or fibers</th></tr>\n",
         );
         for material in 0..=last {
             let own = || (0..self.material.len()).filter(|&p| self.material[p] == material);

@@ -219,7 +219,7 @@ fn phases(found: &Characteristics) -> String {
     }
     let mut html = String::from(
         "<h2>Phases</h2>\n<table>\n<tr><th>Material</th><th class=\"number\">Spheres</th><th class=\"number\">Share of the solid</th>\
-         <th class=\"number\">Aggregates</th><th class=\"number\">Links per sphere</th></tr>\n",
+         <th class=\"number\">Aggregates or fibers</th><th class=\"number\">Links per sphere</th></tr>\n",
     );
     for phase in &found.phases {
         let _ = writeln!(
@@ -237,8 +237,8 @@ fn phases(found: &Characteristics) -> String {
     if let Some([mortar, within, between, apart]) = found.links_by_phase {
         let _ = writeln!(
             html,
-            "<p>Links within the mortar {mortar}, within aggregates {within}, between mortar and aggregates {between}, between two \
-             aggregates {apart}.</p>"
+            "<p>Links within the mortar {mortar}, within aggregates or fibers {within}, between mortar and these {between}, between \
+             two of these {apart}.</p>"
         );
     }
     html

@@ -7,7 +7,7 @@ mod power;
 pub use delaunay::delaunay;
 pub(super) use mesh::face_area;
 pub use mesh::{Corner, Mesh};
-pub use power::{Domain, Face, Neighbor, PowerDiagram, power_diagram};
+pub use power::{Domain, Face, Neighbor, Polygon, PowerDiagram, power_diagram, power_polygons};
 
 use super::error::{OperatorError, check_finite};
 use concordem_contact::math::{Mat3, Vec3};

@@ -125,7 +125,7 @@ pub fn power_diagram(
     }
     let bins = Bins::new(position, radius, domain, plane)?;
     let cells: Vec<(Vec<Face>, f64)> =
-        (0..position.len()).into_par_iter().map(|p| bins.cell(p, &planes)).collect::<Result<_, _>>()?;
+        (0..position.len()).into_par_iter().map(|p| bins.cell(p, &planes, None)).collect::<Result<_, _>>()?;
     let mut faces = Vec::new();
     let mut volumes = Vec::with_capacity(cells.len());
     for (p, (cell, volume)) in cells.into_iter().enumerate() {
@@ -136,6 +136,67 @@ pub fn power_diagram(
         }));
     }
     Ok(PowerDiagram { dimension, faces, volumes })
+}
+
+/// A face between two particles, with its outline.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    /// Indices of the two particles, the lower one first.
+    pub pair: [u32; 2],
+    /// Image of the second particle, in numbers of cell edges.
+    pub image: [i32; 3],
+    /// Corners of the convex polygon around the normal, m. In the plane, a strip of unit depth.
+    pub corners: Vec<Vec3>,
+    /// Area times unit normal, from the first particle to the second one, m² (m in the plane).
+    pub area: Vec3,
+}
+
+/// The faces between the wanted pairs of particles in their power diagram; see [`power_diagram`]. Pairs without a common face have none;
+/// in a small periodic cell a pair can have several.
+///
+/// # Errors
+/// Those of [`power_diagram`].
+///
+/// # Panics
+/// A pair names a particle that does not exist.
+pub fn power_polygons(
+    position: &[Vec3],
+    radius: &[f64],
+    domain: &Domain,
+    dimension: Dimension,
+    wanted: &[[u32; 2]],
+) -> Result<Vec<Polygon>, OperatorError> {
+    check_length("radius", radius.len(), position.len(), "particle")?;
+    check_points(position)?;
+    let mut pairs: Vec<[u32; 2]> = wanted.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    if pairs.is_empty() {
+        return Ok(Vec::new());
+    }
+    let bins = Bins::new(position, radius, domain, dimension == Dimension::Two)?;
+    let planes = domain.half_spaces(dimension == Dimension::Two);
+    let groups: Vec<&[[u32; 2]]> = pairs.chunk_by(|a, b| a[0] == b[0]).collect();
+    let found: Vec<Vec<Polygon>> = groups
+        .into_par_iter()
+        .map(|group| {
+            let p = group[0][0];
+            let mut outlines = Vec::new();
+            let (faces, _) = bins.cell(p as usize, &planes, Some(&mut outlines))?;
+            let polygon = |(face, outline): (Face, Vec<Vec3>)| match face.neighbor {
+                // A particle and its own image have two faces, one of each kind; the other pairs have theirs once.
+                Neighbor::Particle { point, image } if group.binary_search(&[p, point]).is_ok() => Some(Polygon {
+                    pair: [p, point],
+                    image,
+                    corners: outline.iter().map(|corner| position[p as usize] + corner).collect(),
+                    area: face.area,
+                }),
+                _ => None,
+            };
+            Ok(faces.into_iter().zip(outlines).filter_map(polygon).collect())
+        })
+        .collect::<Result<_, OperatorError>>()?;
+    Ok(found.into_iter().flatten().collect())
 }
 
 /// A neighbor and its radical plane `n·y = h`, `y` from the particle.
@@ -293,8 +354,13 @@ impl<'a> Bins<'a> {
         planes.sort_by(|a, b| a.reach.total_cmp(&b.reach));
     }
 
-    /// Faces and volume of the cell of particle `p`.
-    fn cell(&self, p: usize, domain: &[HalfSpace]) -> Result<(Vec<Face>, f64), OperatorError> {
+    /// Faces and volume of the cell of particle `p`; the corners of each face, from the particle, go to `outlines`.
+    fn cell(
+        &self,
+        p: usize,
+        domain: &[HalfSpace],
+        mut outlines: Option<&mut Vec<Vec<Vec3>>>,
+    ) -> Result<(Vec<Face>, f64), OperatorError> {
         let mut planes = Vec::new();
         let mut reach = 2.5 * self.spacing;
         let own = self.radius[p];
@@ -313,7 +379,7 @@ impl<'a> Bins<'a> {
                     reach: distance,
                 });
             }
-            let (faces, volume, farthest) = self.faces(p, &planes, 4.0 * reach);
+            let (faces, volume, farthest) = self.faces(p, &planes, 4.0 * reach, outlines.as_deref_mut());
             // No particle beyond `reach` has a radical plane nearer than this.
             let missed = 0.5 * (reach - (self.largest * self.largest - own * own) / reach);
             if missed >= farthest || (reach >= self.all && farthest < 3.0 * reach) {
@@ -327,7 +393,16 @@ impl<'a> Bins<'a> {
     }
 
     /// The faces bounded by `planes`, the volume, and the distance of the farthest vertex.
-    fn faces(&self, p: usize, planes: &[Plane], size: f64) -> (Vec<Face>, f64, f64) {
+    fn faces(
+        &self,
+        p: usize,
+        planes: &[Plane],
+        size: f64,
+        mut outlines: Option<&mut Vec<Vec<Vec3>>>,
+    ) -> (Vec<Face>, f64, f64) {
+        if let Some(outlines) = &mut outlines {
+            outlines.clear();
+        }
         let mut faces = Vec::new();
         let (mut volume, mut farthest) = (0.0, 0.0_f64);
         let mut polygon: Vec<Vec3> = Vec::new();
@@ -348,6 +423,9 @@ impl<'a> Bins<'a> {
             let from_axis = |v: &Vec3| Vec3::new(v.x, v.y, v.z * depth).norm();
             farthest = polygon.iter().map(from_axis).fold(farthest, f64::max);
             volume += plane.distance * area / if self.plane { 2.0 } else { 3.0 };
+            if let Some(outlines) = &mut outlines {
+                outlines.push(polygon.clone());
+            }
             faces.push(Face {
                 point: p as u32,
                 neighbor: plane.neighbor,

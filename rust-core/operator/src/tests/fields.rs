@@ -6,7 +6,7 @@
 use super::super::strain::{
     Dimension, affine_fit, bagi_strain, boundary_strain, cell_gradient, cell_strain, cosserat, satake_strain,
 };
-use super::super::tessellation::{Domain, Neighbor, PowerDiagram, delaunay, power_diagram};
+use super::super::tessellation::{Domain, Neighbor, PowerDiagram, delaunay, power_diagram, power_polygons};
 use super::*;
 
 const EXACT: f64 = 1e-12;
@@ -89,6 +89,7 @@ fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
     let diagram = power_diagram(&position, &radius, &domain, dimension).unwrap();
     let volume = if dimension == Dimension::Two { 1.1 * 1.1 } else { 1.1_f64.powi(3) };
     assert!((diagram.volume() - volume).abs() < EXACT, "{}", diagram.volume());
+    outlines_of_faces(&diagram, &position, &radius, &domain);
     let displacement: Vec<Vec3> = position.iter().map(|x| u0 + g * x).collect();
     let border: Vec<Vec3> =
         diagram.border().map(|face| u0 + g * (position[face.point as usize] + face.centroid)).collect();
@@ -102,6 +103,40 @@ fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
     }
     exact(&satake.gradient, &expected);
     exact(&satake.gradient.transpose(), &cosserat::strain(&g, &theta));
+}
+
+/// The polygons of half of the pairs are the faces between them, bit for bit, and their corners have the area and the power of both
+/// particles.
+fn outlines_of_faces(diagram: &PowerDiagram, position: &[Vec3], radius: &[f64], domain: &Domain) {
+    let pair_of = |face: &super::super::tessellation::Face| match face.neighbor {
+        Neighbor::Particle { point, image } if point != face.point => Some(([face.point, point], image, face.area)),
+        _ => None,
+    };
+    let mut faces: Vec<_> = diagram.faces.iter().filter_map(pair_of).filter(|([a, b], ..)| (a + b) % 2 == 0).collect();
+    let wanted: Vec<[u32; 2]> = faces.iter().map(|([a, b], ..)| [*b, *a]).collect();
+    let mut polygons = power_polygons(position, radius, domain, diagram.dimension, &wanted).unwrap();
+    faces.sort_by_key(|(pair, image, _)| (*pair, *image));
+    polygons.sort_by_key(|polygon| (polygon.pair, polygon.image));
+    assert!(faces.len() == polygons.len() && !faces.is_empty());
+    for ((pair, image, area), polygon) in faces.iter().zip(&polygons) {
+        assert_eq!((polygon.pair, polygon.image, polygon.area), (*pair, *image, *area));
+        let [first, rest @ ..] = &polygon.corners[..] else { panic!("a face without corners") };
+        let sum: Vec3 = rest.windows(2).map(|w| (w[0] - first).cross(&(w[1] - first)) * 0.5).sum();
+        assert!((sum - area).norm() < EXACT, "{sum} {area}");
+        let [a, b] = pair.map(|p| p as usize);
+        let shift = match domain {
+            Domain::Periodic(edges) => edges * Vec3::from(image.map(f64::from)),
+            _ => Vec3::zeros(),
+        };
+        for corner in &polygon.corners {
+            let mut from = [corner - position[a], corner - position[b] - shift];
+            if diagram.dimension == Dimension::Two {
+                from.iter_mut().for_each(|x| x.z = 0.0);
+            }
+            let power = |x: &Vec3, r: f64| x.norm_squared() - r * r;
+            assert!((power(&from[0], radius[a]) - power(&from[1], radius[b])).abs() < EXACT);
+        }
+    }
 }
 
 fn periodic_fields(dimension: Dimension, n: usize, seed: u64) {
@@ -129,6 +164,7 @@ fn periodic_fields(dimension: Dimension, n: usize, seed: u64) {
     exact(&fit.gradient, &g);
     let diagram = power_diagram(&position, &radius, &Domain::Periodic(cell), dimension).unwrap();
     assert!((diagram.volume() - edges.determinant().abs()).abs() < EXACT);
+    outlines_of_faces(&diagram, &position, &radius, &Domain::Periodic(cell));
     let rotation = vec![theta; position.len()];
     let satake = satake_strain(&diagram, &displacement, &rotation, &[], Some(&period)).unwrap();
     exact(&satake.unity, &unit(dimension));

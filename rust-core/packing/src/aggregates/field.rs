@@ -78,7 +78,7 @@ impl Grid {
 
 impl Field {
     /// An empty field, with a grid for the expected number of inclusions.
-    pub(super) fn new(region: Region, expected: usize) -> Self {
+    pub(crate) fn new(region: Region, expected: usize) -> Self {
         let grid = Grid::new(&region, expected);
         Self { region, inclusions: Vec::new(), grid }
     }
@@ -109,7 +109,7 @@ impl Field {
         (center, half)
     }
 
-    pub(super) fn add(&mut self, inclusion: Inclusion) {
+    pub(crate) fn add(&mut self, inclusion: Inclusion) {
         let number = self.inclusions.len() as u32;
         let (center, half) = self.relative_box(&inclusion.center, &inclusion.half_box(), 0.0);
         let Self { grid, region, .. } = self;
@@ -130,7 +130,7 @@ impl Field {
     }
 
     /// Whether no inclusion, and no image of one, is so near to `new` that `near` is true for it and its shift.
-    pub(super) fn is_free(&self, new: &Inclusion, margin: f64, near: &dyn Fn(&Inclusion, &Vec3) -> bool) -> bool {
+    pub(crate) fn is_free(&self, new: &Inclusion, margin: f64, near: &dyn Fn(&Inclusion, &Vec3) -> bool) -> bool {
         let (center, half) = self.relative_box(&new.center, &new.half_box(), margin);
         self.grid.visit(self.region.is_periodic(), &center, &half, &mut |cell, image| {
             self.grid.cells[cell].iter().all(|entry| {
@@ -142,7 +142,7 @@ impl Field {
     }
 
     /// Shifts (m) to the nearest images of the region in half of all directions; none for a mould.
-    pub(super) fn images(&self) -> Vec<Vec3> {
+    pub(crate) fn images(&self) -> Vec<Vec3> {
         if !self.region.is_periodic() {
             return Vec::new();
         }

@@ -97,6 +97,16 @@ impl Region {
         self.planar
     }
 
+    /// The point (m) with these relative coordinates (0 to 1) in the cell, or in the box around the mould.
+    pub(crate) fn point(&self, relative: &Vec3) -> Vec3 {
+        self.origin + self.edges * relative
+    }
+
+    /// Whether a sphere lies in the mould; true in a periodic cell.
+    pub(crate) fn holds_sphere(&self, center: &Vec3, radius: f64) -> bool {
+        self.mould.as_ref().is_none_or(|mould| mould.contains(center, radius))
+    }
+
     /// Moves the inclusion to the place with these relative coordinates (0 to 1) among its possible places, and says whether it
     /// is in the region there, at least `gap` (m) away from the surface of the mould. Places in a box are always possible.
     pub(super) fn put(&self, inclusion: &mut Inclusion, relative: &Vec3, gap: f64) -> bool {

@@ -46,12 +46,14 @@ pub struct Phase {
 }
 
 /// Which aggregate each of some spheres belongs to, from 1; 0 for none.
+#[derive(Default)]
 pub(super) struct Division {
-    /// Number of the aggregate, from 1; 0 for the matrix.
+    /// Number of the aggregate (or fiber), from 1; 0 for the matrix. Empty if there are neither.
     pub(super) number: Vec<u32>,
-    /// Material of the group of each aggregate; `None` for pores.
+    /// Material of the group of each aggregate (or fiber); `None` for pores, and for given aggregates.
     pub(super) material: Vec<Option<u16>>,
-    pub(super) phases: Phases,
+    /// Materials of the other spheres; the first one where the list ends.
+    pub(super) of_matrix: Vec<u16>,
 }
 
 /// Places the aggregates of a scenario; `None` if it has none.
@@ -63,7 +65,7 @@ pub(super) fn build<'a>(
 ) -> Result<Option<Places<'a>>, AssemblyError> {
     let Some(table) = &scenario.aggregates else { return Ok(None) };
     progress("aggregates", 0.0);
-    let region = region(scenario, table, folder, placed)?;
+    let region = region(scenario, table.surface, folder, placed)?;
     let dimension = if region.is_planar() { 2 } else { 3 };
     let mut random = Random::new(table.seed);
     let (mut requests, mut fixed) = (Vec::new(), Vec::new());
@@ -110,10 +112,10 @@ pub(super) fn build<'a>(
     Ok(Some(Places { table, field }))
 }
 
-/// The region of the aggregates: the periodic cell, the shape of the packing, or the box around its spheres.
-fn region(
+/// The region of aggregates and fibers: the periodic cell, the shape of the packing, or the box around its spheres.
+pub(super) fn region(
     scenario: &Scenario,
-    table: &schema::Aggregates,
+    surface: Option<Surface>,
     folder: &Path,
     placed: &Placed,
 ) -> Result<Region, AssemblyError> {
@@ -131,7 +133,7 @@ fn region(
         let (low, high) = around.ok_or(PackingError::Empty)?;
         Shape::new_box(low, high)?
     };
-    if table.surface == Some(Surface::Sawn) {
+    if surface == Some(Surface::Sawn) {
         let (low, high) = shape.bounds();
         return Ok(Region::periodic(low, &Cell::new(Mat3::from_diagonal(&(high - low))), planar)?);
     }
@@ -175,8 +177,13 @@ fn forms<'a>(
 }
 
 impl Places<'_> {
+    /// The aggregates and pores in their region.
+    pub(super) fn field(&self) -> &Field {
+        &self.field
+    }
+
     /// Finds the aggregate of every sphere, and removes the spheres in pores.
-    pub(super) fn divide(&self, scenario: &Scenario, spheres: &mut Vec<Sphere>) -> Division {
+    pub(super) fn divide(&self, scenario: &Scenario, spheres: &mut Vec<Sphere>) -> (Division, Phases) {
         let groups = &self.table.groups;
         let bodies = self.field.inclusions();
         let planar = self.field.region().is_planar();
@@ -221,8 +228,28 @@ impl Places<'_> {
             Phases { groups: groups.iter().enumerate().map(phase).collect(), matrix: (matrix.0, matrix.1 / total) };
         let material_of = |group: &AggregateGroup| group.material.as_deref().map(|name| material_index(scenario, name));
         let material = bodies.iter().map(|body| material_of(&groups[body.group])).collect();
-        Division { number, material, phases }
+        (Division { number, material, of_matrix: Vec::new() }, phases)
     }
+}
+
+/// The given materials and aggregates of the spheres that remain of a packing; `None` if the scenario gives none.
+pub(super) fn given(
+    scenario: &Scenario,
+    packed: &[Sphere],
+    remains: &dyn Fn(&Sphere) -> bool,
+) -> Result<Option<Division>, AssemblyError> {
+    let Some(table) = &scenario.phases else { return Ok(None) };
+    let (given, count) = (table.materials.len(), packed.len());
+    if given != count {
+        let message = format!("{given} materials are given for {count} spheres; give one per sphere of the packing");
+        return Err(super::unfit("phases.materials", message));
+    }
+    let numbers = table.aggregates.iter().copied().chain(std::iter::repeat(0));
+    let rows = packed.iter().zip(&table.materials).zip(numbers).filter(|((sphere, _), _)| remains(sphere));
+    let (of_matrix, number): (Vec<u16>, Vec<u32>) = rows.map(|((_, &material), number)| (material, number)).unzip();
+    // The last number counts, so that those of fibers come after it; spheres have their materials from the list.
+    let last = number.iter().copied().max().unwrap_or(0) as usize;
+    Ok(Some(Division { number, material: vec![None; last], of_matrix }))
 }
 
 impl Phases {
@@ -246,13 +273,12 @@ impl Phases {
 pub(super) fn interfaces(scenario: &Scenario) -> Vec<schema::Interface> {
     let mut all = scenario.interfaces.clone();
     let mortar = &scenario.materials[0].name;
-    let groups = scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
-    for name in groups.filter_map(|group| group.material.as_ref()) {
+    for name in scenario.materials_of_aggregates() {
         if all.iter().any(|one| one.joins(name, name)) {
             continue;
         }
         if let Some(around) = scenario.interfaces.iter().find(|one| one.joins(mortar, name)) {
-            all.push(schema::Interface { between: [name.clone(), name.clone()], ..around.clone() });
+            all.push(schema::Interface { between: [name.to_owned(), name.to_owned()], ..around.clone() });
         }
     }
     all

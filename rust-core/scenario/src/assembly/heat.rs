@@ -189,7 +189,7 @@ fn network_of(scenario: &Scenario, heat: &Heat, state: &State) -> Result<Network
 
 /// The planes that bound the body: of the shape of the packing if it is a cylinder or a box, otherwise of the bounding box of the
 /// spheres.
-fn planes(scenario: &Scenario, model: HeatNetwork, particles: &Particles) -> Vec<Plane> {
+pub(super) fn planes(scenario: &Scenario, model: HeatNetwork, particles: &Particles) -> Vec<Plane> {
     let largest = particles.radius.iter().copied().fold(0.0, f64::max);
     // Centers may lie on the surface up to rounding.
     let outward = |point: Vec3, normal: Vec3, face: u32| Plane {

@@ -10,6 +10,7 @@ pub mod checked_hdf5;
 mod cuts;
 mod doubts;
 mod error;
+mod fibers;
 pub mod flat_hdf5;
 pub mod hdf5_groups;
 pub mod hdf5_text;
@@ -29,6 +30,7 @@ pub mod samples;
 pub mod seal;
 mod selection;
 pub mod sphere_pack;
+mod surface;
 mod time_step;
 mod walled;
 mod walls;
@@ -36,15 +38,17 @@ mod walls;
 use std::path::Path;
 
 use cuts::Cuts;
+use fibers::Links;
 
 use crate::schedule::{Bonding, Histories, Moment, Schedule, Stop};
-use crate::schema::{Problem, Quantity, Scenario};
+use crate::schema::{LawName, Problem, Quantity, Scenario};
 use concordem_contact::law::cpm::Cpm;
 use concordem_contact::math::Vec3;
 use concordem_packing::TIE;
 use concordem_packing::bonding::{self, BondCount};
 use concordem_solver::collision::Collision;
 use concordem_solver::coupling::Convergence;
+use concordem_solver::forces::EvaluatedContacts;
 pub use concordem_solver::laws;
 use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
 use concordem_solver::state::{Particles, State};
@@ -56,8 +60,10 @@ pub use bodies::apply_loads;
 pub use cache::PackingCache;
 pub use doubts::most_steps;
 pub use error::{AssemblyError, unfit};
+pub use fibers::{FiberFacts, FiberPhase};
 pub use model::deformable;
 pub use place::{Cooking, Placed, Walled, place, place_cached, solid};
+pub use surface::half_spaces;
 pub use time_step::settles;
 
 /// A built scenario.
@@ -86,7 +92,9 @@ pub struct Summary {
     pub bulk: Option<(f64, f64)>,
     /// Aggregates and pores, if the scenario has some.
     pub phases: Option<Phases>,
-    /// With aggregates: numbers of bonds within the mortar, within aggregates, between mortar and aggregates, and between two
+    /// Fibers, if the scenario has some.
+    pub fibers: Option<FiberFacts>,
+    /// With aggregates: numbers of bonds (but those of fibers) within the mortar, within aggregates, between mortar and aggregates, and between two
     /// aggregates.
     pub bonds_by_phase: Option<[usize; 4]>,
     /// Solid volume divided by the volume of the packing, if it has one.
@@ -165,6 +173,30 @@ pub fn assemble_without_hdf5(
     assemble_placed(scenario, folder, &placed, progress)
 }
 
+/// The particles of a scenario in the order of their ids, with materials and aggregates, if anything divides them: aggregates, given
+/// phases, fibers, or sets with a material. Particles that cuts and pores remove are left out. `None` if they all have one material.
+///
+/// # Errors
+/// The scenario does not fit the packing.
+pub fn divided(
+    scenario: &Scenario,
+    folder: &Path,
+    placed: &Placed,
+    progress: Progress<'_>,
+) -> Result<Option<Particles>, AssemblyError> {
+    let by_sets = scenario.sets.iter().any(|set| set.material.is_some());
+    if !(by_sets || scenario.aggregates.is_some() || scenario.phases.is_some() || scenario.fibers.is_some()) {
+        return Ok(None);
+    }
+    let cuts = Cuts::new(scenario, folder, placed.packing.cell.as_ref())?;
+    let aggregates = aggregates::build(scenario, folder, placed, progress)?;
+    let chains = fibers::build(scenario, folder, placed, aggregates.as_ref(), progress)?;
+    let particles = particles::build(scenario, placed, &cuts, aggregates.as_ref(), chains.as_ref())?.state.particles;
+    let mut order: Vec<u32> = (0..particles.len() as u32).collect();
+    order.sort_unstable_by_key(|&p| particles.id[p as usize]);
+    Ok(Some(particles.permuted(&order)))
+}
+
 /// Builds a scenario on a packing made earlier for this scenario, or for one with the same `packing` and `dimension`.
 ///
 /// # Errors
@@ -195,7 +227,9 @@ pub fn assemble_with(
     memory::check_particles(scenario, placed)?;
     let mut cuts = Cuts::new(scenario, folder, placed.packing.cell.as_ref())?;
     let aggregates = aggregates::build(scenario, folder, placed, progress)?;
-    let (mut state, members, phases) = particles::build(scenario, placed, &cuts, aggregates.as_ref())?;
+    let chains = fibers::build(scenario, folder, placed, aggregates.as_ref(), progress)?;
+    let built = particles::build(scenario, placed, &cuts, aggregates.as_ref(), chains.as_ref())?;
+    let particles::Built { mut state, members, phases, links } = built;
     if state.particles.is_empty() {
         let message = "has no particles: check the file, the shape, and the units".to_owned();
         return Err(unfit("packing", message));
@@ -205,7 +239,7 @@ pub fn assemble_with(
     bodies::add_clumps(scenario, &members, &mut state)?;
     let mut model = model::build(scenario);
     let mut warnings = phases.as_ref().map_or_else(Vec::new, |phases| phases.doubtful(scenario));
-    let bonded = add_bonds(scenario, placed, &mut cuts, &mut state, &mut warnings, progress)?;
+    let bonded = add_bonds(scenario, (placed, links), &mut cuts, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
     replace(&mut state, &model);
     walls::add(scenario, folder, &mut state)?;
@@ -231,8 +265,9 @@ pub fn assemble_with(
         bonds: bonded.bonds,
         coordination: if particles > 0 { 2.0 * bonded.bonds as f64 / particles as f64 } else { 0.0 },
         bulk: bonded.bulk,
-        bonds_by_phase: phases.is_some().then_some(bonded.by_phase),
+        bonds_by_phase: (phases.is_some() || scenario.phases.is_some()).then_some(bonded.by_phase),
         phases,
+        fibers: bonded.fibers,
         packing_fraction: placed.packing_fraction,
         specimen: schedule.loading.dimensions(),
         bounds: step.bounds,
@@ -280,14 +315,23 @@ struct Bonded {
     bulk: Option<(f64, f64)>,
     /// See [`Summary::bonds_by_phase`].
     by_phase: [usize; 4],
+    /// See [`Summary::fibers`].
+    fibers: Option<FiberFacts>,
     /// Pair coefficients.
     rows: PairCoefficients,
+}
+
+impl Bonded {
+    /// No bonds at the start.
+    fn none(interaction_ratio: f64, rows: PairCoefficients) -> Self {
+        Self { bonds: 0, interaction_ratio, bulk: None, by_phase: [0; 4], fibers: None, rows }
+    }
 }
 
 /// Adds bonds between particles.
 fn add_bonds(
     scenario: &Scenario,
-    placed: &Placed,
+    (placed, links): (&Placed, Option<Links>),
     cuts: &mut Cuts,
     state: &mut State,
     warnings: &mut Vec<Problem>,
@@ -298,10 +342,10 @@ fn add_bonds(
             plane::check_reach(&placed.packing, 1.0)?;
         }
         let rows = PairCoefficients::default();
-        return Ok(Bonded { bonds: 0, interaction_ratio: 1.0, bulk: None, by_phase: [0; 4], rows });
+        return Ok(Bonded::none(1.0, rows));
     };
     progress("bonding", 0.0);
-    let (mut block, rows) = laws::block(section.law, &scenario.materials, &aggregates::interfaces(scenario))?;
+    let (mut block, mut rows) = laws::block(section.law, &scenario.materials, &aggregates::interfaces(scenario))?;
     let mut interaction_ratio = section.interaction_ratio.si();
     if !section.at_start {
         let ratio = scenario.bondings.iter().map(|bonding| bonding.interaction_ratio.si()).fold(1.0, f64::max);
@@ -309,7 +353,7 @@ fn add_bonds(
             plane::check_reach(&placed.packing, ratio * (1.0 + TIE))?;
         }
         state.bonds.push(block);
-        return Ok(Bonded { bonds: 0, interaction_ratio: ratio, bulk: None, by_phase: [0; 4], rows });
+        return Ok(Bonded::none(ratio, rows));
     }
     let mut bulk = None;
     if let Some(coordination) = section.coordination {
@@ -324,27 +368,78 @@ fn add_bonds(
         interaction_ratio = ratio;
         bulk = Some((reached, ratio));
     }
-    let (particles, cell) = (&state.particles, state.cell.as_ref());
+    let cell = state.cell;
+    let cell = cell.as_ref();
     if scenario.dimension == 2 {
         plane::check_reach(&placed.packing, interaction_ratio * (1.0 + TIE))?;
     }
+    let links = links.as_ref();
+    let along = links.map_or(Ok(None), |links| bond_fibers(scenario, links, cuts, state, &mut block, &mut rows))?;
+    let particles = &state.particles;
+    let mean_radius =
+        bonding::mean(&links.map_or_else(|| particles.radius.clone(), |links| links.radii(particles, false)));
     let network = placed.walled.as_ref().and_then(|walled| walled.network.as_ref());
     let severed = &mut |p: &Vec3, q: &Vec3| cuts.sever(p, q);
     let count = if let Some(links) = network {
         let links = in_order_of_state(links, particles, placed.packing.spheres.len())?;
         interaction_ratio = bonding::longest(&links, particles);
-        bonding::bond_links(block.contacts_mut(), &rows, particles, &links, severed)
+        bonding::bond_links(block.contacts_mut(), &rows, particles, &links, mean_radius, severed)
     } else {
         memory::check_bonds(particles, cell, interaction_ratio)?;
-        bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, severed)?
+        bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, mean_radius, severed)?
     };
     warnings.extend(doubtful_bonds(scenario, &count, bulk));
     warnings.extend(cuts.without_effect(scenario));
     let ends = |k: usize| block.contacts().view(k).pair;
-    let numbers = |Pair { a, b }: Pair| [a, b].map(|p| state.particles.aggregate_of(p as usize));
-    let by_phase = aggregates::count_bonds((0..count.bonds).map(ends).map(numbers));
+    let numbers = |Pair { a, b }: Pair| [a, b].map(|p| particles.aggregate_of(p as usize));
+    let in_fiber = |p: u32| links.is_some_and(|links| links.has(particles.material[p as usize]));
+    let to_fiber = |pair: &Pair| in_fiber(pair.a) != in_fiber(pair.b);
+    let others = |pair: &Pair| !in_fiber(pair.a) && !in_fiber(pair.b);
+    let pairs = || (0..block.len()).map(ends);
+    let by_phase = aggregates::count_bonds(pairs().filter(others).map(numbers));
+    let held = pairs().filter(to_fiber).count();
+    let mut fibers = None;
+    let mut bonds = block.len();
     state.bonds.push(block);
-    Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk, by_phase, rows })
+    if let Some((links, (made, chains))) = links.zip(along) {
+        bonds += chains.as_ref().map_or(0, |chains| chains.len());
+        state.bonds.extend(chains);
+        let facts = FiberFacts { bonds: [made, held], ..links.facts.clone() };
+        warnings.extend(fibers::doubtful(scenario, &facts));
+        fibers = Some(facts);
+    }
+    Ok(Bonded { bonds, interaction_ratio, bulk, by_phase, fibers, rows })
+}
+
+/// Bonds along fibers: their number, and their block unless it is that of the other bonds.
+type ChainBonds = (usize, Option<Box<dyn EvaluatedContacts>>);
+
+/// Joins the particles of each fiber by beams: in the `block` of bonds if these are beams too, else in a block of their own. Afterwards
+/// `rows` have no coefficients between fibers.
+fn bond_fibers(
+    scenario: &Scenario,
+    links: &Links,
+    cuts: &mut Cuts,
+    state: &State,
+    block: &mut Box<dyn EvaluatedContacts>,
+    rows: &mut PairCoefficients,
+) -> Result<Option<ChainBonds>, AssemblyError> {
+    let particles = &state.particles;
+    let pairs = links.in_order_of_state(particles);
+    let mean_radius = bonding::mean(&links.radii(particles, true));
+    let severed = &mut |p: &Vec3, q: &Vec3| cuts.sever(p, q);
+    let law = LawName::CohesiveBeam;
+    let chains = if block.law() == law.key() {
+        (bonding::bond_links(block.contacts_mut(), rows, particles, &pairs, mean_radius, severed).bonds, None)
+    } else {
+        // Interfaces of the other bonds do not matter along a fiber; their own tables let fibers of two kinds differ.
+        let with_tables = scenario.interfaces.iter().filter(|one| one.cohesive_beam.is_some()).cloned();
+        let (mut own, rows) = laws::block(law, &scenario.materials, &with_tables.collect::<Vec<_>>())?;
+        let made = bonding::bond_links(own.contacts_mut(), &rows, particles, &pairs, mean_radius, severed);
+        (made.bonds, Some(own))
+    };
+    links.part(rows);
+    Ok(Some(chains))
 }
 
 /// Pairs of spheres of the packing as pairs of particles, the lower index first; `spheres`: number of spheres of the packing.

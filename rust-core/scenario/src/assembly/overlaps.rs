@@ -97,15 +97,16 @@ fn key_of_wall(scenario: &Scenario, number: usize) -> String {
     "loading".to_owned()
 }
 
-/// Checks overlaps of unbonded particles from a file or from added spheres of clumps, and returns a warning if there are
-/// any. (Listed spheres are checked with the text; random packings overlap by design.)
+/// Checks overlaps of unbonded particles from a file, from added spheres of clumps, or with fibers, and returns a warning if there are
+/// any. (Listed spheres are checked with the text; random packings overlap by design, and so do fibers with what they are bonded to.)
 ///
 /// # Errors
-/// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius.
+/// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius; any overlap of a fiber with a particle that it is not bonded to.
 pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<Problem>, AssemblyError> {
     let given = matches!(scenario.packing, Packing::File { .. });
     let added = scenario.clumps.iter().any(|clump| clump.spheres.is_some());
-    if !(given || added) || scenario.contacts.law.law().is_none() {
+    let fibers = super::fibers::materials(scenario);
+    if (!(given || added) && fibers.is_empty()) || scenario.contacts.law.law().is_none() {
         return Ok(None);
     }
     let particles = &state.particles;
@@ -118,12 +119,17 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
         if particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b] {
             continue;
         }
+        let of_fiber = [a, b].iter().any(|&p| fibers.contains(&particles.material[p]));
+        let is_bonded = bonded.contains(&[pair.a, pair.b]);
+        if if of_fiber { is_bonded } else { !(given || added) } {
+            continue;
+        }
         let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
         let distance = (particles.position[b] + shift - particles.position[a]).norm();
         let smaller = particles.radius[a].min(particles.radius[b]);
         let depth = (particles.radius[a] + particles.radius[b] - distance) / smaller;
         // Bonds are unstrained at the start, but spheres inside each other are a mistake in a file.
-        let allowed = if bonded.contains(&[pair.a, pair.b]) { OVERLAP_BONDED } else { OVERLAP_UNBONDED };
+        let allowed = if is_bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED };
         if depth > allowed {
             count += 1;
             if deepest.is_none_or(|(other, _)| depth > other) {
@@ -137,10 +143,18 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
         "particles {a} and {b} overlap by {depth:.3} of the smaller radius before the first step; {count} pairs \
          overlap by more than {OVERLAP_UNBONDED} without a bond, or {OVERLAP_BONDED} with one"
     );
-    let help =
-        "their elastic energy is released at the start; check positions, radii, and units, or join them in a [[clump]]";
-    let key = if given { "packing" } else { "clump" };
-    if depth > OVERLAP_BONDED {
+    let of_fiber = pair.iter().any(|&p| fibers.contains(&particles.material[p as usize]));
+    let help = if of_fiber {
+        "their elastic energy is released at the start; write clearing = 1 in [fibers], which removes particles that overlap fibers"
+    } else {
+        "their elastic energy is released at the start; check positions, radii, and units, or join them in a [[clump]]"
+    };
+    let key = match (of_fiber, given) {
+        (true, _) => "fibers.clearing",
+        (false, true) => "packing",
+        (false, false) => "clump",
+    };
+    if depth > OVERLAP_BONDED || of_fiber {
         return Err(unfit(key, format!("{message}; {help}")));
     }
     Ok(Some(scenario.warning(key, message, help)))

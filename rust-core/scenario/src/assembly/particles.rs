@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use super::aggregates::{Division, Phases, Places};
+use super::aggregates::{Division, Phases, Places, given};
 use super::cuts::Cuts;
+use super::fibers::{Chains, Links};
 use super::selection::select;
 use super::{AssemblyError, Placed, material_index, set_index, unfit};
 use crate::schema::Scenario;
@@ -18,29 +19,46 @@ const MOST_SETS: usize = 64;
 /// Members of every clump, as indices of the state.
 pub(super) type ClumpMembers = Vec<Vec<u32>>;
 
-/// Builds a state with the particles and the cell of a scenario; also returns the members of its clumps, and its phases if it has
-/// aggregates.
+/// The particles of a scenario.
+pub(super) struct Built {
+    /// The state with particles and cell.
+    pub(super) state: State,
+    pub(super) members: ClumpMembers,
+    /// Phases, if the scenario has aggregates.
+    pub(super) phases: Option<Phases>,
+    /// Pairs along fibers, if it has fibers.
+    pub(super) links: Option<Links>,
+}
+
+/// Builds a state with the particles and the cell of a scenario.
 pub(super) fn build(
     scenario: &Scenario,
     placed: &Placed,
     cuts: &Cuts,
     aggregates: Option<&Places<'_>>,
-) -> Result<(State, ClumpMembers, Option<Phases>), AssemblyError> {
+    chains: Option<&Chains>,
+) -> Result<Built, AssemblyError> {
+    let cell = placed.packing.cell.as_ref();
     let mut packed = cuts.remaining(scenario, &placed.packing.spheres);
-    let division = aggregates.map(|aggregates| aggregates.divide(scenario, &mut packed));
+    let (mut division, phases) = aggregates.map(|aggregates| aggregates.divide(scenario, &mut packed)).unzip();
+    let remains = |sphere: &Sphere| !cuts.remaining(scenario, std::slice::from_ref(sphere)).is_empty();
+    division = given(scenario, &placed.packing.spheres, &remains)?.or(division);
+    let links = chains
+        .map(|chains| chains.add(scenario, cuts, cell, &mut packed, division.get_or_insert_default()))
+        .transpose()?;
     let (spheres, added) = with_clumps(scenario, packed);
     let mut materials = vec![0u16; spheres.len()];
     let mut aggregate = Vec::new();
-    let phases = division.map(|Division { number, material, phases }| {
+    if let Some(Division { number, material, of_matrix }) = division {
+        materials[..of_matrix.len()].copy_from_slice(&of_matrix);
         for (material_of, &number) in materials.iter_mut().zip(&number) {
             let of_aggregate = number.checked_sub(1).and_then(|body| material[body as usize]);
             *material_of = of_aggregate.unwrap_or(*material_of);
         }
         aggregate = number;
         aggregate.resize(spheres.len(), 0);
-        phases
-    });
-    let tags = sets(scenario, &spheres, &mut materials, &mut aggregate)?;
+    }
+    let tags = sets(scenario, &spheres, &mut materials, &mut aggregate, links.as_ref())?;
     for (clump, added) in scenario.clumps.iter().zip(&added) {
         if let Some(name) = &clump.material {
             materials[added.clone()].fill(material_index(scenario, name));
@@ -51,7 +69,7 @@ pub(super) fn build(
     particles.aggregate = aggregate;
     join_clumps(&members, &mut particles)?;
     // Particles are ordered along a space-filling curve; `id` keeps their numbers in the scenario.
-    let order = spatial_order(&particles.position, placed.packing.cell.as_ref());
+    let order = spatial_order(&particles.position, cell);
     let particles = particles.permuted(&order);
     let mut index_of = vec![0u32; order.len()];
     for (new, &old) in order.iter().enumerate() {
@@ -63,7 +81,8 @@ pub(super) fn build(
         members
     };
     let members = members.into_iter().map(reindex).collect();
-    Ok((State { particles, cell: placed.packing.cell, ..State::default() }, members, phases))
+    let state = State { particles, cell: placed.packing.cell, ..State::default() };
+    Ok(Built { state, members, phases, links })
 }
 
 /// The spheres that remain of the packing, followed by those that clumps add, and the range of added spheres of every clump.
@@ -87,6 +106,7 @@ fn sets(
     spheres: &[Sphere],
     materials: &mut [u16],
     aggregate: &mut [u32],
+    fibers: Option<&Links>,
 ) -> Result<Vec<u64>, AssemblyError> {
     if scenario.sets.len() > MOST_SETS {
         let message = format!("{} sets are given; at most {MOST_SETS} are possible", scenario.sets.len());
@@ -95,7 +115,12 @@ fn sets(
     let mut tags = vec![0u64; spheres.len()];
     for (k, set) in scenario.sets.iter().enumerate() {
         let material = set.material.as_deref().map(|name| material_index(scenario, name));
-        for p in select(&set.selection, spheres, k, &set.name)? {
+        let members = select(&set.selection, spheres, k, &set.name)?;
+        if let (Some(_), Some(fibers)) = (material, fibers) {
+            let members: Vec<u32> = members.iter().map(|&p| p as u32).collect();
+            fibers.refuse_material(scenario, k, &members)?;
+        }
+        for p in members {
             tags[p] |= 1 << k;
             if let Some(material) = material {
                 materials[p] = material;

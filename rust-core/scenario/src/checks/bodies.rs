@@ -232,8 +232,11 @@ impl Checker<'_> {
         match &set.selection {
             Selection::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
             Selection::Ids { ids } => {
-                // The number of spheres of other packings is unknown until they are made.
+                // The number of spheres of other packings, and with fibers, is unknown until they are made.
                 let Packing::Spheres { spheres, .. } = &scenario.packing else { return };
+                if scenario.fibers.is_some() {
+                    return;
+                }
                 let of_clumps: usize =
                     scenario.clumps.iter().filter_map(|clump| clump.spheres.as_ref()).map(Vec::len).sum();
                 let count = spheres.len() + of_clumps;

@@ -5,12 +5,16 @@ use super::structure::wording::listing;
 use crate::schema::{DeformableUpdate, Interface, LawName, Loading, ProblemKind, Scenario};
 use concordem_contact::law::{FaultKind, LawTable};
 
-/// Names of the materials that particles may have.
+/// Names of the materials that particles may have, but those of fibers, whose bonds have other rules.
 fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
     let mut names = vec![scenario.materials[0].name.as_str()];
     names.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
-    let groups = scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
-    names.extend(groups.filter_map(|group| group.material.as_deref()));
+    names.extend(scenario.materials_of_aggregates());
+    let given = scenario.phases.iter().flat_map(|phases| &phases.materials);
+    let mut given: Vec<u16> = given.copied().collect();
+    given.sort_unstable();
+    given.dedup();
+    names.extend(given.iter().filter_map(|&at| Some(&scenario.materials.get(usize::from(at))?.name[..])));
     names.extend(scenario.clumps.iter().filter_map(|clump| clump.material.as_deref()));
     names
 }
@@ -18,6 +22,7 @@ fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
 /// Names of the materials that particles or walls may have.
 pub(super) fn materials_of_contacts(scenario: &Scenario) -> Vec<&str> {
     let mut names = materials_of_particles(scenario);
+    names.extend(scenario.fibers.iter().flat_map(|fibers| &fibers.groups).map(|group| group.material.as_str()));
     names.extend(scenario.walls.iter().map(|wall| wall.material.as_str()));
     if let Loading::Platens { material, .. } = &scenario.loading {
         names.push(material);
@@ -90,8 +95,7 @@ impl Checker<'_> {
             self.known_material(&format!("interface[{at}].between[{side}]"), name);
         }
         let key = format!("interface[{at}].between");
-        let groups = self.scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
-        if a == b && !groups.clone().any(|group| group.material.as_ref() == Some(a)) {
+        if a == b && !self.scenario.materials_of_aggregates().contains(&a.as_str()) {
             let help =
                 "give the parameters in the material itself; only aggregates have an interface with their own material";
             self.conflict(&key, "the interface joins a material with itself", help);

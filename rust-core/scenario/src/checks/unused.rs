@@ -68,10 +68,18 @@ impl Checker<'_> {
         let tables = materials
             .map(|(at, material)| (format!("material[{at}]"), material.tables()))
             .chain(interfaces.map(|(at, interface)| (format!("interface[{at}]"), interface.tables())));
+        let fibers: Vec<String> = (0..scenario.materials.len())
+            .filter(|&at| scenario.fibers_of(&scenario.materials[at].name).next().is_some())
+            .map(|at| format!("material[{at}]"))
+            .collect();
+        let in_fibers = |owner: &String, law: LawName| {
+            let of_fiber = fibers.contains(owner) || owner.starts_with("interface") && !fibers.is_empty();
+            law == LawName::CohesiveBeam && of_fiber
+        };
         for (owner, tables) in tables {
             for (law, table) in tables {
                 let path = format!("{owner}.{}", law.key());
-                if bonds == Some(law) {
+                if bonds == Some(law) || in_fibers(&owner, law) {
                     continue;
                 }
                 if contacts != Some(law) {
@@ -97,7 +105,8 @@ impl Checker<'_> {
         let in_use = super::laws::materials_of_contacts(scenario);
         for (at, material) in scenario.materials.iter().enumerate() {
             if !in_use.contains(&material.name.as_str()) {
-                let help = "name it in a [[set]], [[clump]], [[wall]], or group of [aggregates], or remove it";
+                let help =
+                    "name it in a [[set]], [[clump]], [[wall]], or group of [aggregates] or [fibers], or remove it";
                 self.warn(&format!("material[{at}].name"), "no particle and no wall has this material", help);
             }
         }

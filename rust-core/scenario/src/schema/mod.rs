@@ -31,6 +31,7 @@ mod bonding;
 mod cut;
 mod document;
 mod error;
+mod fibers;
 mod heat;
 mod history;
 mod material;
@@ -38,6 +39,7 @@ mod membrane;
 mod motion;
 mod opening;
 mod packing;
+mod phases;
 pub mod quantity;
 mod sample;
 mod setting;
@@ -57,6 +59,7 @@ pub use bonding::Bonding;
 pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
+pub use fibers::{FiberGroup, Fibers};
 pub use heat::{
     Convection, Heat, HeatBoundary, HeatContact, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot,
     Radiation,
@@ -70,6 +73,7 @@ pub use membrane::Membrane;
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use opening::OpeningControl;
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
+pub use phases::Phases;
 pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use setting::{Given, Setting};
@@ -110,6 +114,10 @@ pub struct Scenario {
     pub bondings: Vec<Bonding>,
     /// Aggregates and pores, which divide the particles of the packing; default: none.
     pub aggregates: Option<Aggregates>,
+    /// Materials and aggregates of given particles, instead of `aggregates`; default: none.
+    pub phases: Option<Phases>,
+    /// Fibers in the packing; default: none.
+    pub fibers: Option<Fibers>,
     /// Notches, holes, and cracks that exist from the start; default: none.
     #[serde(default, rename = "cut")]
     pub cuts: Vec<Cut>,
@@ -219,6 +227,26 @@ impl Scenario {
             }
         }
         files
+    }
+
+    /// Names of the materials of aggregates.
+    pub fn materials_of_aggregates(&self) -> Vec<&str> {
+        let groups = self.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
+        let mut names: Vec<&str> = groups.filter_map(|group| group.material.as_deref()).collect();
+        if let Some(phases) = &self.phases {
+            let of = phases.aggregates.iter().zip(&phases.materials).filter(|(aggregate, _)| **aggregate > 0);
+            let mut materials: Vec<u16> = of.map(|(_, material)| *material).collect();
+            materials.sort_unstable();
+            materials.dedup();
+            names.extend(materials.iter().filter_map(|&at| Some(&self.materials.get(usize::from(at))?.name[..])));
+        }
+        names
+    }
+
+    /// Numbers of the groups of fibers that have a material.
+    pub fn fibers_of<'a>(&'a self, material: &'a str) -> impl Iterator<Item = usize> + 'a {
+        let groups = self.fibers.iter().flat_map(|fibers| &fibers.groups).enumerate();
+        groups.filter(move |(_, group)| group.material == material).map(|(at, _)| at)
     }
 
     /// Folder of the scenario, to which the paths in it are relative.

@@ -1,6 +1,7 @@
 //! Exports of results for ParaView and OVITO: particles and bonds at every snapshot.
 
 mod bonds;
+mod cracks;
 mod lammps;
 mod vtk;
 
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 use super::error::OutputError;
 use super::frames::Frames;
 use super::result::ResultFile;
+pub use cracks::{Cracks, write as write_cracks};
 pub use lammps::write as write_lammps;
 pub use vtk::write as write_vtk;
 
