@@ -6,6 +6,7 @@ short run. Rounds alternate between the cases, so that a busy machine slows them
 component of Open MPI counts the bytes sent on 8 processors in a periodic box, again as the difference of two runs.
   liggghts-bridge/compare_speed.py [--rounds 15]   measures, writes validation/results/liggghts-speed.json, prints the blocks for
                                                    docs/book/reference/liggghts.md
+  liggghts-bridge/compare_speed.py --memory        measures the memory alone, and replaces those figures in the results file
   liggghts-bridge/compare_speed.py --docs          prints the blocks from the results file
   liggghts-bridge/compare_speed.py --check         fails if the blocks in docs/book/reference/liggghts.md are not up to date
 """
@@ -121,6 +122,17 @@ def memory(folder, script):
     return statistics.median(samples[-max(1, len(samples) // 3):]), most
 
 
+def memory_of_bonds(folder):
+    """Memory per bond (bytes) by law: during the computation, and the maximum."""
+    held = {}
+    for law, text in LAWS.items():
+        script = BONDS.format(law=text)
+        pairs = zip(memory(folder, script), memory(folder, script.replace("bond distance 1.5", "bond none")))
+        # Nine bonds per sphere.
+        held[law] = [(with_ - without) / (9 * 40**3) for with_, without in pairs]
+    return held
+
+
 def of_step(folder, script, processors, steps):
     """CPU time per step (s), percentage of communication in LIGGGHTS' breakdown, number of bonds."""
     short = run(folder, script, processors, 20)[1]
@@ -189,12 +201,7 @@ def measure(rounds):
         load = os.getloadavg()
         print("communication per processor, eight processors, periodic box:")
         result = {"communication": communication(folder)}
-        held = {}
-        for law, text in LAWS.items():
-            script = BONDS.format(law=text)
-            pairs = zip(memory(folder, script), memory(folder, script.replace("bond distance 1.5", "bond none")))
-            # Nine bonds per sphere.
-            held[law] = [(with_ - without) / (9 * 40**3) for with_, without in pairs]
+        held = memory_of_bonds(folder)
         packing(folder)
         times, bonded = {}, {}
         for k in range(rounds):
@@ -311,10 +318,22 @@ def blocks(result):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--memory", action="store_true")
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
-    if not arguments.docs and not arguments.check:
+    if arguments.memory:
+        with open(RESULTS) as file:
+            result = json.load(file)
+        with tempfile.TemporaryDirectory() as folder:
+            held = memory_of_bonds(folder)
+        for figure in result["bonds"]:
+            if figure["processors"] == 1:
+                figure["bytes_per_bond"], figure["bytes_per_bond_at_most"] = held[figure["law"]]
+        with open(RESULTS, "w") as out:
+            json.dump(result, out, indent=1)
+            out.write("\n")
+    elif not arguments.docs and not arguments.check:
         result = measure(arguments.rounds)
         with open(RESULTS, "w") as out:
             json.dump(result, out, indent=1)

@@ -73,7 +73,7 @@ void FixConcordemBond::init()
 double FixConcordemBond::longest_given()
 {
   // Ghosts may not exist yet, so ask for the positions of partners on other processors.
-  std::vector<int32_t> asked;
+  std::vector<int64_t> asked;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
       if (atom->bond_type[i][m] <= 0) continue;
@@ -86,7 +86,8 @@ double FixConcordemBond::longest_given()
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
       if (atom->bond_type[i][m] <= 0) continue;
-      const int partner = atom->bond_atom[i][m], j = atom->map(partner);
+      const tagint partner = atom->bond_atom[i][m];
+      const int j = atom->map(partner);
       const double *x = j >= 0 && j < atom->nlocal ? atom->x[j] : places[next].x;
       if ((j < 0 || j >= atom->nlocal) && places[next++].owner < 0)
         error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded to atom {}, which does not exist; remove the bond", id,
@@ -201,13 +202,14 @@ void FixConcordemBond::unpack_forward_comm(int n, int first_atom, double *buf)
 // Remove broken bonds from the atoms' lists.
 void FixConcordemBond::remove_broken_from_lists()
 {
-  const int32_t(*pairs)[2];
+  const int64_t(*pairs)[2];
   const int64_t count = concordem_network_broken_now(network_, &pairs);
   for (int64_t k = 0; k < count; k++)
     for (int end = 0; end < 2; end++) {
       const int i = atom->map(pairs[k][end]);
       if (i < 0 || i >= atom->nlocal) continue;
-      const int partner = pairs[k][1 - end], last = atom->num_bond[i] - 1;
+      const tagint partner = pairs[k][1 - end];
+      const int last = atom->num_bond[i] - 1;
       for (int m = 0; m <= last; m++) {
         if (atom->bond_atom[i][m] != partner) continue;
         atom->bond_atom[i][m] = atom->bond_atom[i][last];
@@ -222,7 +224,7 @@ void FixConcordemBond::remove_broken_from_lists()
   std::set<std::array<tagint, 2>> broken;
   std::vector<char> has_broken(atom->nlocal + atom->nghost, 0);
   for (int64_t k = 0; k < count; k++) {
-    broken.insert({pairs[k][0], pairs[k][1]});
+    broken.insert({static_cast<tagint>(pairs[k][0]), static_cast<tagint>(pairs[k][1])});
     for (int end = 0; end < 2; end++)
       for (int i = atom->map(pairs[k][end]); i >= 0; i = atom->sametag[i]) has_broken[i] = 1;
   }
@@ -236,7 +238,7 @@ void FixConcordemBond::remove_broken_from_lists()
 
 // A pair whose bond broke interacts through the pair style again: remove it from the special lists of its atoms, and clear its bits in the
 // neighbor lists.
-void FixConcordemBond::free_broken_pairs(const int32_t (*pairs)[2], int64_t count)
+void FixConcordemBond::free_broken_pairs(const int64_t (*pairs)[2], int64_t count)
 {
   for (int64_t k = 0; k < count; k++)
     for (int end = 0; end < 2; end++) {
@@ -293,7 +295,7 @@ void FixConcordemBond::check_pair_style()
     lists.neighbors = pair->list->firstneigh;
     for (int k = 0; k < 4; k++) lists.weights[k] = k ? force->special_lj[k] : 1.0;
     ConcordemAtoms atoms = arrays();
-    int first[2];
+    int64_t first[2];
     if (concordem_network_own_pairs(network_, &atoms, &lists, nullptr, 0, first) == 0) continue;
     const std::string both = fmt::format("atoms {} and {}: both pair_style {} and this fix compute the forces between them. ", first[0],
                                          first[1], force->pair_style);
@@ -333,9 +335,9 @@ void FixBondBase::print(double bonds)
 namespace {
 
 // The listed bonds of owned atoms: owned atom, partner, bond type.
-std::vector<std::array<int32_t, 3>> listed_ends(const Atom *atom)
+std::vector<std::array<int64_t, 3>> listed_ends(const Atom *atom)
 {
-  std::vector<std::array<int32_t, 3>> ends;
+  std::vector<std::array<int64_t, 3>> ends;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++)
       if (atom->bond_type[i][m] > 0) ends.push_back({atom->tag[i], atom->bond_atom[i][m], atom->bond_type[i][m]});
@@ -347,13 +349,13 @@ std::vector<std::array<int32_t, 3>> listed_ends(const Atom *atom)
 void FixBondBase::queue_bonds_of_lists()
 {
   const auto ends = listed_ends(atom);
-  concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[3]>(ends.data()), ends.size());
+  concordem_network_make_given(network_, reinterpret_cast<const int64_t(*)[3]>(ends.data()), ends.size());
 }
 
 void FixBondBase::follow_lists()
 {
   const auto ends = listed_ends(atom);
-  concordem_network_follow(network_, reinterpret_cast<const int32_t(*)[3]>(ends.data()), ends.size());
+  concordem_network_follow(network_, reinterpret_cast<const int64_t(*)[3]>(ends.data()), ends.size());
 }
 
 std::string FixBondBase::changer_of_box() const

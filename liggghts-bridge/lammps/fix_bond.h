@@ -43,7 +43,7 @@ class FixConcordemBond : public FixBondBase {
 
   double longest_given();
   void remove_broken_from_lists();
-  void free_broken_pairs(const int32_t (*pairs)[2], int64_t count);
+  void free_broken_pairs(const int64_t (*pairs)[2], int64_t count);
   void check_special_bonds();
   void check_pair_style();
   void make_added();

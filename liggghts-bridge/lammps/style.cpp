@@ -33,6 +33,12 @@ void ConcordemStyle::add_fix(const std::string &bonds, bool lists, const std::ve
   for (std::string &word : words) arguments.push_back(&word[0]);
   fix_ = dynamic_cast<FixConcordemBond *>(modify->add_fix(static_cast<int>(arguments.size()), arguments.data()));
   fix_->serve(this, lists);
+  // The state has been read. A restart file contains the settings, and a later state.
+  for (size_t k = 0; k + 1 < settings.size(); k += 2)
+    if (settings[k] == "state") {
+      settings.erase(settings.begin() + k, settings.begin() + k + 2);
+      break;
+    }
 }
 
 FixConcordemBond *ConcordemStyle::present_fix() const

@@ -53,6 +53,10 @@ struct ConcordemFacts {
   int32_t creation;
   /// Whether to sum stored energies at every step.
   int32_t sample_every_step;
+  /// Reals in the record of a bond or contact.
+  int32_t record_reals;
+  /// Length of the name of the data file to continue with, bytes; 0: none.
+  int32_t state_length;
   /// Name of the contact law, padded with zeros.
   char contacts[32];
   /// Step at which bonds are created; negative: the first step.
@@ -80,7 +84,10 @@ struct ConcordemAtoms {
   int32_t group;
   /// Reals of `memory` per atom.
   int32_t memory_width;
-  const int32_t *tag;
+  /// Bytes of an id: 4 or 8.
+  int32_t tag_bytes;
+  /// Ids.
+  const void *tag;
   const int32_t *kind;
   const int32_t *mask;
   const double *position;
@@ -99,7 +106,7 @@ struct ConcordemAtoms {
 
 /// A bond of the user's list.
 struct ConcordemBondOfList {
-  int32_t ids[2];
+  int64_t ids[2];
   /// Reference length, m; 0: the current distance.
   double length;
 };
@@ -220,6 +227,9 @@ ConcordemNetwork *concordem_network_new(const char *const *words,
                                         ConcordemFacts *facts,
                                         const ConcordemMessage *message);
 
+/// Write the name of the data file to continue with to `name`, [`Facts::state_length`] bytes.
+void concordem_network_state_file(const ConcordemNetwork *network, char *name);
+
 /// Delete a network.
 void concordem_network_delete(ConcordemNetwork *network);
 
@@ -242,19 +252,19 @@ int64_t concordem_network_listed(const ConcordemNetwork *network, ConcordemBondO
 void concordem_network_make_listed(ConcordemNetwork *network, const ConcordemBondOfList *bonds, int64_t count);
 
 /// Queue `count` bonds for the next rebuild: two ids and the bond type.
-void concordem_network_make_given(ConcordemNetwork *network, const int32_t (*bonds)[3], int64_t count);
+void concordem_network_make_given(ConcordemNetwork *network, const int64_t (*bonds)[3], int64_t count);
 
 /// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms: owned atom, partner,
 /// bond type.
 void concordem_network_follow(ConcordemNetwork *network,
-                              const int32_t (*ends)[3],
+                              const int64_t (*ends)[3],
                               int64_t count);
 
 /// Queue the bonds that another command added to the atoms' lists for the next rebuild. Returns their number.
 int64_t concordem_network_make_added(ConcordemNetwork *network);
 
 /// Number of atoms with a queued bond. Writes their ids in ascending order to `ids` unless it is null.
-int64_t concordem_network_queued_atoms(const ConcordemNetwork *network, int32_t *ids);
+int64_t concordem_network_queued_atoms(const ConcordemNetwork *network, int64_t *ids);
 
 /// A number that increases whenever the bonds or the numbers of atoms change.
 int64_t concordem_network_generation(const ConcordemNetwork *network);
@@ -267,10 +277,10 @@ int64_t concordem_network_own_pairs(ConcordemNetwork *network,
                                     const ConcordemPairLists *lists,
                                     uint8_t *marks,
                                     int64_t capacity,
-                                    int32_t *first);
+                                    int64_t *first);
 
 /// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
-int64_t concordem_network_broken_now(const ConcordemNetwork *network, const int32_t (**pairs)[2]);
+int64_t concordem_network_broken_now(const ConcordemNetwork *network, const int64_t (**pairs)[2]);
 
 /// Queue bonds by distance (`bond distance FACTOR`). Returns the number of bonds that this processor counts, or −1 and a message.
 int64_t concordem_network_make_near(ConcordemNetwork *network, const ConcordemMessage *message);
@@ -293,14 +303,14 @@ int64_t concordem_network_largest_pack(ConcordemNetwork *network);
 /// Number of reals in the records of atom `tag`. Writes them to `buffer` if it is not null and `capacity` is large enough. `leaves`:
 /// the atom leaves this processor.
 int64_t concordem_network_pack(ConcordemNetwork *network,
-                               int32_t tag,
+                               int64_t tag,
                                int32_t leaves,
                                double *buffer,
                                int64_t capacity);
 
 /// Read the records that [`concordem_network_pack`] wrote. Returns 0, or −1 and a message.
 int64_t concordem_network_unpack(ConcordemNetwork *network,
-                                 int32_t tag,
+                                 int64_t tag,
                                  const double *buffer,
                                  int64_t count,
                                  const ConcordemMessage *message);
@@ -413,30 +423,33 @@ static_assert(offsetof(ConcordemAtoms, owned) == 0 && sizeof(ConcordemAtoms::own
 static_assert(offsetof(ConcordemAtoms, count) == 4 && sizeof(ConcordemAtoms::count) == 4, "ConcordemAtoms::count");
 static_assert(offsetof(ConcordemAtoms, group) == 8 && sizeof(ConcordemAtoms::group) == 4, "ConcordemAtoms::group");
 static_assert(offsetof(ConcordemAtoms, memory_width) == 12 && sizeof(ConcordemAtoms::memory_width) == 4, "ConcordemAtoms::memory_width");
-static_assert(offsetof(ConcordemAtoms, tag) == 16 && sizeof(ConcordemAtoms::tag) == 8, "ConcordemAtoms::tag");
-static_assert(offsetof(ConcordemAtoms, kind) == 24 && sizeof(ConcordemAtoms::kind) == 8, "ConcordemAtoms::kind");
-static_assert(offsetof(ConcordemAtoms, mask) == 32 && sizeof(ConcordemAtoms::mask) == 8, "ConcordemAtoms::mask");
-static_assert(offsetof(ConcordemAtoms, position) == 40 && sizeof(ConcordemAtoms::position) == 8, "ConcordemAtoms::position");
-static_assert(offsetof(ConcordemAtoms, velocity) == 48 && sizeof(ConcordemAtoms::velocity) == 8, "ConcordemAtoms::velocity");
-static_assert(offsetof(ConcordemAtoms, angular_velocity) == 56 && sizeof(ConcordemAtoms::angular_velocity) == 8, "ConcordemAtoms::angular_velocity");
-static_assert(offsetof(ConcordemAtoms, radius) == 64 && sizeof(ConcordemAtoms::radius) == 8, "ConcordemAtoms::radius");
-static_assert(offsetof(ConcordemAtoms, mass) == 72 && sizeof(ConcordemAtoms::mass) == 8, "ConcordemAtoms::mass");
-static_assert(offsetof(ConcordemAtoms, force) == 80 && sizeof(ConcordemAtoms::force) == 8, "ConcordemAtoms::force");
-static_assert(offsetof(ConcordemAtoms, torque) == 88 && sizeof(ConcordemAtoms::torque) == 8, "ConcordemAtoms::torque");
-static_assert(offsetof(ConcordemAtoms, memory) == 96 && sizeof(ConcordemAtoms::memory) == 8, "ConcordemAtoms::memory");
-static_assert(offsetof(ConcordemAtoms, edge) == 104 && sizeof(ConcordemAtoms::edge) == 24, "ConcordemAtoms::edge");
-static_assert(offsetof(ConcordemAtoms, dt) == 128 && sizeof(ConcordemAtoms::dt) == 8, "ConcordemAtoms::dt");
-static_assert(offsetof(ConcordemAtoms, step) == 136 && sizeof(ConcordemAtoms::step) == 8, "ConcordemAtoms::step");
-static_assert(sizeof(ConcordemAtoms) == 144 && alignof(ConcordemAtoms) == 8, "ConcordemAtoms");
+static_assert(offsetof(ConcordemAtoms, tag_bytes) == 16 && sizeof(ConcordemAtoms::tag_bytes) == 4, "ConcordemAtoms::tag_bytes");
+static_assert(offsetof(ConcordemAtoms, tag) == 24 && sizeof(ConcordemAtoms::tag) == 8, "ConcordemAtoms::tag");
+static_assert(offsetof(ConcordemAtoms, kind) == 32 && sizeof(ConcordemAtoms::kind) == 8, "ConcordemAtoms::kind");
+static_assert(offsetof(ConcordemAtoms, mask) == 40 && sizeof(ConcordemAtoms::mask) == 8, "ConcordemAtoms::mask");
+static_assert(offsetof(ConcordemAtoms, position) == 48 && sizeof(ConcordemAtoms::position) == 8, "ConcordemAtoms::position");
+static_assert(offsetof(ConcordemAtoms, velocity) == 56 && sizeof(ConcordemAtoms::velocity) == 8, "ConcordemAtoms::velocity");
+static_assert(offsetof(ConcordemAtoms, angular_velocity) == 64 && sizeof(ConcordemAtoms::angular_velocity) == 8, "ConcordemAtoms::angular_velocity");
+static_assert(offsetof(ConcordemAtoms, radius) == 72 && sizeof(ConcordemAtoms::radius) == 8, "ConcordemAtoms::radius");
+static_assert(offsetof(ConcordemAtoms, mass) == 80 && sizeof(ConcordemAtoms::mass) == 8, "ConcordemAtoms::mass");
+static_assert(offsetof(ConcordemAtoms, force) == 88 && sizeof(ConcordemAtoms::force) == 8, "ConcordemAtoms::force");
+static_assert(offsetof(ConcordemAtoms, torque) == 96 && sizeof(ConcordemAtoms::torque) == 8, "ConcordemAtoms::torque");
+static_assert(offsetof(ConcordemAtoms, memory) == 104 && sizeof(ConcordemAtoms::memory) == 8, "ConcordemAtoms::memory");
+static_assert(offsetof(ConcordemAtoms, edge) == 112 && sizeof(ConcordemAtoms::edge) == 24, "ConcordemAtoms::edge");
+static_assert(offsetof(ConcordemAtoms, dt) == 136 && sizeof(ConcordemAtoms::dt) == 8, "ConcordemAtoms::dt");
+static_assert(offsetof(ConcordemAtoms, step) == 144 && sizeof(ConcordemAtoms::step) == 8, "ConcordemAtoms::step");
+static_assert(sizeof(ConcordemAtoms) == 152 && alignof(ConcordemAtoms) == 8, "ConcordemAtoms");
 static_assert(offsetof(ConcordemFacts, atom_width) == 0 && sizeof(ConcordemFacts::atom_width) == 4, "ConcordemFacts::atom_width");
 static_assert(offsetof(ConcordemFacts, communicated) == 4 && sizeof(ConcordemFacts::communicated) == 4, "ConcordemFacts::communicated");
 static_assert(offsetof(ConcordemFacts, creation) == 8 && sizeof(ConcordemFacts::creation) == 4, "ConcordemFacts::creation");
 static_assert(offsetof(ConcordemFacts, sample_every_step) == 12 && sizeof(ConcordemFacts::sample_every_step) == 4, "ConcordemFacts::sample_every_step");
-static_assert(offsetof(ConcordemFacts, contacts) == 16 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
-static_assert(offsetof(ConcordemFacts, at) == 48 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
-static_assert(offsetof(ConcordemFacts, factor) == 56 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
-static_assert(offsetof(ConcordemFacts, reach) == 64 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
-static_assert(sizeof(ConcordemFacts) == 72 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemFacts, record_reals) == 16 && sizeof(ConcordemFacts::record_reals) == 4, "ConcordemFacts::record_reals");
+static_assert(offsetof(ConcordemFacts, state_length) == 20 && sizeof(ConcordemFacts::state_length) == 4, "ConcordemFacts::state_length");
+static_assert(offsetof(ConcordemFacts, contacts) == 24 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
+static_assert(offsetof(ConcordemFacts, at) == 56 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
+static_assert(offsetof(ConcordemFacts, factor) == 64 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
+static_assert(offsetof(ConcordemFacts, reach) == 72 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
+static_assert(sizeof(ConcordemFacts) == 80 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
 static_assert(offsetof(ConcordemPairLists, atoms) == 0 && sizeof(ConcordemPairLists::atoms) == 4, "ConcordemPairLists::atoms");
 static_assert(offsetof(ConcordemPairLists, index_bits) == 4 && sizeof(ConcordemPairLists::index_bits) == 4, "ConcordemPairLists::index_bits");
 static_assert(offsetof(ConcordemPairLists, list) == 8 && sizeof(ConcordemPairLists::list) == 8, "ConcordemPairLists::list");
@@ -444,9 +457,9 @@ static_assert(offsetof(ConcordemPairLists, numbers) == 16 && sizeof(ConcordemPai
 static_assert(offsetof(ConcordemPairLists, neighbors) == 24 && sizeof(ConcordemPairLists::neighbors) == 8, "ConcordemPairLists::neighbors");
 static_assert(offsetof(ConcordemPairLists, weights) == 32 && sizeof(ConcordemPairLists::weights) == 32, "ConcordemPairLists::weights");
 static_assert(sizeof(ConcordemPairLists) == 64 && alignof(ConcordemPairLists) == 8, "ConcordemPairLists");
-static_assert(offsetof(ConcordemBondOfList, ids) == 0 && sizeof(ConcordemBondOfList::ids) == 8, "ConcordemBondOfList::ids");
-static_assert(offsetof(ConcordemBondOfList, length) == 8 && sizeof(ConcordemBondOfList::length) == 8, "ConcordemBondOfList::length");
-static_assert(sizeof(ConcordemBondOfList) == 16 && alignof(ConcordemBondOfList) == 8, "ConcordemBondOfList");
+static_assert(offsetof(ConcordemBondOfList, ids) == 0 && sizeof(ConcordemBondOfList::ids) == 16, "ConcordemBondOfList::ids");
+static_assert(offsetof(ConcordemBondOfList, length) == 16 && sizeof(ConcordemBondOfList::length) == 8, "ConcordemBondOfList::length");
+static_assert(sizeof(ConcordemBondOfList) == 24 && alignof(ConcordemBondOfList) == 8, "ConcordemBondOfList");
 static_assert(offsetof(ConcordemPairForce, i) == 0 && sizeof(ConcordemPairForce::i) == 4, "ConcordemPairForce::i");
 static_assert(offsetof(ConcordemPairForce, j) == 4 && sizeof(ConcordemPairForce::j) == 4, "ConcordemPairForce::j");
 static_assert(offsetof(ConcordemPairForce, force) == 8 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
@@ -504,4 +517,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x3d337fe0b61733ad)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xe7f4227f3ed5ad15)

@@ -40,8 +40,8 @@ std::vector<T> concordem_send(const std::vector<std::vector<T> > &to, MPI_Comm w
 }
 
 struct ConcordemPlace {
-  int32_t tag;
-  int32_t owner;   // processor, −1 if there is no such atom
+  int64_t tag;
+  int64_t owner;   // processor, −1 if there is no such atom
   double x[3];
 };
 
@@ -52,7 +52,7 @@ inline bool operator<(const ConcordemPlace &a, const ConcordemPlace &b)
 
 // Places of the atoms `wanted` (ids, in any order) among the owned atoms of all processors in the group; in the order of `wanted`.
 // Processor `id mod processors` keeps the place of an atom. Collective.
-inline std::vector<ConcordemPlace> concordem_places(const std::vector<int32_t> &wanted, const Atom *atom, int groupbit, MPI_Comm world)
+inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &wanted, const Atom *atom, int groupbit, MPI_Comm world)
 {
   int me, processors;
   MPI_Comm_rank(world, &me);
@@ -60,15 +60,15 @@ inline std::vector<ConcordemPlace> concordem_places(const std::vector<int32_t> &
   std::vector<std::vector<ConcordemPlace> > known(processors);
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit)) continue;
-    const ConcordemPlace place = {static_cast<int32_t>(atom->tag[i]), me, {atom->x[i][0], atom->x[i][1], atom->x[i][2]}};
+    const ConcordemPlace place = {static_cast<int64_t>(atom->tag[i]), me, {atom->x[i][0], atom->x[i][1], atom->x[i][2]}};
     known[place.tag % processors].push_back(place);
   }
   std::vector<ConcordemPlace> kept = concordem_send(known, world);
   std::sort(kept.begin(), kept.end());
-  std::vector<std::vector<int32_t> > questions(processors);
+  std::vector<std::vector<int64_t> > questions(processors);
   for (size_t k = 0; k < wanted.size(); k++) questions[wanted[k] % processors].push_back(wanted[k]);
   std::vector<int> from;
-  const std::vector<int32_t> asked = concordem_send(questions, world, &from);
+  const std::vector<int64_t> asked = concordem_send(questions, world, &from);
   std::vector<std::vector<ConcordemPlace> > answers(processors);
   size_t at = 0;
   for (int p = 0; p < processors; p++)

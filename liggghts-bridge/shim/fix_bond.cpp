@@ -117,7 +117,7 @@ void FixConcordemBond::find_forces_and_virial(bool setup, int vflag)
   if (vflag) find_virial(setup, virial, vflag_atom ? vatom : NULL);
 }
 
-int64_t FixConcordemBond::own_pairs(NeighList *list, unsigned char *marks, int64_t capacity, int *first)
+int64_t FixConcordemBond::own_pairs(NeighList *list, unsigned char *marks, int64_t capacity, int64_t *first)
 {
   ConcordemPairLists lists;
   lists.atoms = list->inum;
@@ -132,7 +132,7 @@ int64_t FixConcordemBond::own_pairs(NeighList *list, unsigned char *marks, int64
 
 void FixConcordemBond::mark_pairs(NeighList *list, std::vector<unsigned char> &marks)
 {
-  int first[2];
+  int64_t first[2];
   own_pairs(list, marks.data(), marks.size(), first);
 }
 
@@ -141,14 +141,14 @@ void FixConcordemBond::check_pair_style()
 {
   PairGran *pair = dynamic_cast<PairGran *>(force->pair);
   if (!pair || !pair->list || concordem_is_our_model(pair)) return;
-  int first[2];
+  int64_t first[2];
   if (own_pairs(pair->list, NULL, 0, first) == 0) return;
   const std::string group_name = group->names[igroup];
   sprintf(text_,
-          "atoms %d and %d: both pair_style gran and this fix compute the forces between them. Use a model of ConcorDEM, which leaves "
+          "atoms %lld and %lld: both pair_style gran and this fix compute the forces between them. Use a model of ConcorDEM, which leaves "
           "out these pairs: `pair_style gran model concordem/hertz ...` instead of `model hertz ...`. Or take them out of the neighbor "
           "lists: `neigh_modify exclude group %s %s`",
-          first[0], first[1], group_name.c_str(), group_name.c_str());
+          static_cast<long long>(first[0]), static_cast<long long>(first[1]), group_name.c_str(), group_name.c_str());
   fail_on_this_processor();
 }
 

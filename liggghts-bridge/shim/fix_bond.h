@@ -35,7 +35,7 @@ class FixConcordemBond : public FixBondBase {
 
  private:
   void find_forces_and_virial(bool setup, int vflag);
-  int64_t own_pairs(class NeighList *, unsigned char *marks, int64_t capacity, int *first);
+  int64_t own_pairs(class NeighList *, unsigned char *marks, int64_t capacity, int64_t *first);
   void check_pair_style();
 };
 

@@ -66,6 +66,7 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
 
   restart_global = 1;
   restart_peratom = 1;
+  wd_section = 3;
   create_attribute = 1;
   scalar_flag = 1;
   vector_flag = 1;
@@ -81,6 +82,11 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   atom->add_callback(0);   // growing arrays
   atom->add_callback(1);   // restart
   for (int i = 0; i < atom->nlocal; i++) FixBondBase::set_arrays(i);
+  if (facts_.state_length > 0) {
+    state_.resize(facts_.state_length);
+    concordem_network_state_file(network_, &state_[0]);
+    read_state(state_);
+  }
 }
 
 FixBondBase::~FixBondBase()
@@ -217,7 +223,8 @@ void FixBondBase::find_forces(bool setup, bool energies, bool virial_wanted)
   ConcordemAtoms atoms = arrays();
   const bool output_is_due = setup || update->ntimestep == output->next;
   const bool sample = output_is_due || energies || facts_.sample_every_step;
-  const bool record = output_is_due || virial_wanted || concordem_compute_is_due(modify, update);
+  // Recorded forces take almost as much memory as the bonds. At output, computes may ask for them only afterwards.
+  const bool record = virial_wanted || (output_is_due && concordem_forces_are_read(modify)) || concordem_compute_is_due(modify, update);
   if (concordem_network_forces(network_, &atoms, setup, sample, record, &message_) < 0) fail_on_this_processor();
   if (sample) sampled_at_ = update->ntimestep;
 }
@@ -230,7 +237,7 @@ bool FixBondBase::creation_is_due() const
 // Longest bond of the list at the current positions. Fails if a listed atom does not exist.
 double FixBondBase::longest_listed()
 {
-  int missing;
+  int64_t missing;
   const double longest = concordem_longest_listed(network_, atom, domain, groupbit, world, &missing);
   if (missing)
     fail("the list of bonds contains atom " + std::to_string(missing) + ", which is not in group " + group->names[igroup] +
@@ -289,15 +296,21 @@ int FixBondBase::unpack_exchange(int nlocal, double *buf)
 
 /* --------------------------------------------------------------------------------------------------------- restart */
 
-void FixBondBase::write_restart(FILE *fp)
+ConcordemRestartHead FixBondBase::head()
 {
   ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
   for (int axis = 0; axis < 3; axis++) head.edge[axis] = edge_[axis];
   head.mean_radius = mean_radius_;
   head.virial_at = virial_at_;
+  MPI_Allreduce(virial_, head.virial, 6, MPI_DOUBLE, MPI_SUM, world);
+  return head;
+}
+
+void FixBondBase::write_restart(FILE *fp)
+{
+  const ConcordemRestartHead head = this->head();
   int mine = static_cast<int>(concordem_network_largest_pack(network_));
   MPI_Allreduce(&mine, &largest_pack_, 1, MPI_INT, MPI_MAX, world);
-  MPI_Allreduce(virial_, head.virial, 6, MPI_DOUBLE, MPI_SUM, world);
   if (comm->me == 0) {
     const int size = sizeof(head);
     fwrite(&size, sizeof(int), 1, fp);
@@ -309,10 +322,15 @@ void FixBondBase::restart(char *buf)
 {
   ConcordemRestartHead head;
   if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of ConcorDEM; use that one");
-  if (law_ != head.law)
-    fail(std::string("the restart file contains bonds of law ") + head.law + ", not " + law_ + "; give the same law");
+  if (!state_.empty()) fail("the restart file has the bonds, and so has " + state_ + "; remove `state`");
+  resume(head, "the restart file");
+}
+
+void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &file)
+{
+  if (law_ != head.law) fail(file + " contains bonds of law " + head.law + ", not " + law_ + "; give the same law");
   if (strcmp(head.contacts, facts_.contacts) != 0)
-    fail(std::string("the restart file contains contacts of law ") + head.contacts + ", not " + facts_.contacts + "; give the same `contact LAW`");
+    fail(file + " contains contacts of law " + head.contacts + ", not " + facts_.contacts + "; give the same `contact LAW`");
   made_ = head.made;
   mean_radius_ = head.mean_radius;
   for (int axis = 0; axis < 3; axis++) edge_[axis] = head.edge[axis];

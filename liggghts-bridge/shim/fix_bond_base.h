@@ -8,8 +8,9 @@
 #include "fix.h"
 
 #include <string>
+#include <vector>
 
-#include "abi.h"
+#include "host.h"
 
 namespace LAMMPS_NS {
 
@@ -30,6 +31,11 @@ class FixBondBase : public Fix {
   void unpack_restart(int, int) override;
   int size_restart(int) override;
   int maxsize_restart() override;
+
+  void write_data_section_size(int, int &, int &) override;
+  void write_data_section_pack(int, double **) override;
+  void write_data_section_keyword(int, FILE *) override;
+  void write_data_section(int, FILE *, int, double **, int) override;
 
   double compute_scalar() override;
   double compute_vector(int) override;
@@ -88,8 +94,15 @@ class FixBondBase : public Fix {
  private:
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
+  std::string state_;             // data file that the script continues from, empty if there is none
+  ConcordemRestartHead head_of_data_;        // while a data file is written, as the next two
+  std::vector<double> records_of_data_;
+  long long rows_of_data_[2];                // atoms and records on all processors
 
   void check_other_fixes();
+  ConcordemRestartHead head();    // collective
+  void resume(const ConcordemRestartHead &, const std::string &file);
+  void read_state(const std::string &file);
   double longest_listed();
   void queue_bonds_of_lists();    // empty for LIGGGHTS
   void follow_lists();            // empty for LIGGGHTS

@@ -50,6 +50,7 @@ inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, c
   atoms.count = count;
   atoms.group = groupbit;
   atoms.memory_width = width;
+  atoms.tag_bytes = sizeof(*atom->tag);
   atoms.tag = atom->tag;
   atoms.kind = atom->type;
   atoms.mask = atom->mask;
@@ -102,6 +103,21 @@ inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
   return false;
 }
 
+// Whether a program uses this library, and may read the forces of contacts after a run.
+inline bool &concordem_is_a_library()
+{
+  static bool is = false;
+  return is;
+}
+
+// Whether the script or a program reads the forces of contacts.
+inline bool concordem_forces_are_read(const Modify *modify)
+{
+  for (int k = 0; k < modify->ncompute; k++)
+    if (strncmp(modify->compute[k]->style, "concordem/", 10) == 0) return true;
+  return concordem_is_a_library();
+}
+
 // The bonds of the user's list that this processor keeps, and the places of their atoms: two per bond. Collective.
 struct ConcordemListed {
   std::vector<ConcordemBondOfList> bonds;
@@ -113,7 +129,7 @@ inline ConcordemListed concordem_listed(const ConcordemNetwork *network, const A
   ConcordemListed listed;
   listed.bonds.resize(concordem_network_listed(network, NULL));
   concordem_network_listed(network, listed.bonds.data());
-  std::vector<int32_t> ends;
+  std::vector<int64_t> ends;
   for (size_t k = 0; k < listed.bonds.size(); k++) ends.insert(ends.end(), listed.bonds[k].ids, listed.bonds[k].ids + 2);
   listed.places = concordem_places(ends, atom, groupbit, world);
   return listed;
@@ -122,10 +138,10 @@ inline ConcordemListed concordem_listed(const ConcordemNetwork *network, const A
 // Longest bond of the user's list that this processor keeps, at the current positions. `missing`: the lowest listed id that is not in the
 // group on any processor, or 0. Collective.
 inline double concordem_longest_listed(const ConcordemNetwork *network, const Atom *atom, Domain *domain, int groupbit, MPI_Comm world,
-                                       int *missing)
+                                       int64_t *missing)
 {
   const ConcordemListed listed = concordem_listed(network, atom, groupbit, world);
-  int lowest = INT32_MAX;
+  int64_t lowest = INT64_MAX;
   double longest = 0.0;
   for (size_t k = 0; k < listed.bonds.size(); k++) {
     const ConcordemPlace *ends = &listed.places[2 * k];
@@ -139,8 +155,8 @@ inline double concordem_longest_listed(const ConcordemNetwork *network, const At
     }
     longest = std::max(longest, std::max(sqrt(squared), listed.bonds[k].length));
   }
-  MPI_Allreduce(&lowest, missing, 1, MPI_INT, MPI_MIN, world);
-  if (*missing == INT32_MAX) *missing = 0;
+  MPI_Allreduce(&lowest, missing, 1, MPI_INT64_T, MPI_MIN, world);
+  if (*missing == INT64_MAX) *missing = 0;
   return longest;
 }
 
@@ -188,11 +204,11 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
 // distribution of atoms over processors.
 inline double concordem_mean_radius(const ConcordemNetwork *network, const Atom *atom, int groupbit, MPI_Comm world)
 {
-  std::vector<int32_t> queued(concordem_network_queued_atoms(network, NULL));
+  std::vector<int64_t> queued(concordem_network_queued_atoms(network, NULL));
   concordem_network_queued_atoms(network, queued.data());
   std::vector<int> bonded;
   for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & groupbit && std::binary_search(queued.begin(), queued.end(), atom->tag[i])) bonded.push_back(i);
+    if (atom->mask[i] & groupbit && std::binary_search(queued.begin(), queued.end(), static_cast<int64_t>(atom->tag[i]))) bonded.push_back(i);
   double mine = 0.0, largest = 0.0;
   for (size_t k = 0; k < bonded.size(); k++) mine = std::max(mine, atom->radius[bonded[k]]);
   MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, world);

@@ -9,6 +9,7 @@
 #include "modify.h"
 
 #include "fix_bond.h"
+#include "host.h"
 
 using namespace LAMMPS_NS;
 
@@ -67,9 +68,10 @@ void concordem_liggghts_abort(void *liggghts)
   MPI_Abort(static_cast<LAMMPS *>(liggghts)->world, 1);
 }
 
-// Whether MPI is running; if `finish`, finalize it. lammps_open_no_mpi initializes MPI if necessary but never finalizes it.
+// Called when a program opens LIGGGHTS. Whether MPI is running; if `finish`, finalize it. lammps_open_no_mpi initializes MPI if necessary but never finalizes it.
 int concordem_liggghts_mpi(int finish)
 {
+  concordem_is_a_library() = true;
   int started = 0, ended = 0;
   MPI_Initialized(&started);
   MPI_Finalized(&ended);

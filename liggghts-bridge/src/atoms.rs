@@ -2,12 +2,56 @@
 
 use concordem_contact::math::Vec3;
 
+/// Id of an atom. LAMMPS has ids of 32 or 64 bits (`bigbig`), LIGGGHTS of 32.
+pub type Tag = i64;
+
+/// The largest id: records hold ids as reals.
+pub const LARGEST_TAG: Tag = 1 << 53;
+
+/// Ids of atoms, as wide as those of the host.
+#[derive(Debug, Clone, Copy)]
+pub enum Tags<'a> {
+    /// 32 bits.
+    Narrow(&'a [i32]),
+    /// 64 bits.
+    Wide(&'a [i64]),
+}
+
+impl<'a> Tags<'a> {
+    /// Number of atoms.
+    pub fn len(self) -> usize {
+        match self {
+            Self::Narrow(tags) => tags.len(),
+            Self::Wide(tags) => tags.len(),
+        }
+    }
+
+    /// Whether there are no atoms.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// Id of atom `i`.
+    #[inline(always)]
+    pub fn get(self, i: usize) -> Tag {
+        match self {
+            Self::Narrow(tags) => Tag::from(tags[i]),
+            Self::Wide(tags) => tags[i],
+        }
+    }
+
+    /// All ids.
+    pub fn iter(self) -> impl Iterator<Item = Tag> + 'a {
+        (0..self.len()).map(move |i| self.get(i))
+    }
+}
+
 /// Atoms as slices; a vector is three consecutive reals.
 pub struct Atoms<'a> {
     /// Number of owned atoms.
     pub owned: usize,
     /// Id. Like all slices unless stated otherwise, it covers owned atoms and ghosts.
-    pub tag: &'a [i32],
+    pub tag: Tags<'a>,
     /// Type, from 1.
     pub kind: &'a [i32],
     /// Bit mask of the atom's groups.

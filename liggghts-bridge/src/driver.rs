@@ -25,6 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_NOW};
 
+use crate::atoms::Tag;
 use crate::records::{Record, width_of};
 
 /// Why a call failed. The message gives the remedy.
@@ -75,7 +76,7 @@ pub enum DriverError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bond {
     /// Ids of A and B.
-    pub ids: [i32; 2],
+    pub ids: [Tag; 2],
     /// Force on A, N.
     pub force: [f64; 3],
     /// Moment on A about the contact point, N·m.
@@ -400,7 +401,7 @@ impl Liggghts {
         };
         let vector = |row: &[f64], k: usize| [row[k], row[k + 1], row[k + 2]];
         let bond = |row: &[f64]| Bond {
-            ids: [row[0] as i32, row[1] as i32],
+            ids: [row[0] as Tag, row[1] as Tag],
             force: vector(row, 2),
             moment: vector(row, 5),
             point: vector(row, 8),

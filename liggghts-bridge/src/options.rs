@@ -12,6 +12,8 @@ use serde::Deserialize;
 use serde::de::value::{Error as ValueError, StrDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
 
+use crate::atoms::{LARGEST_TAG, Tag};
+
 /// Why the arguments are rejected. The message names the argument and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -72,6 +74,12 @@ pub enum OptionError {
         names(LawName::bonds())
     )]
     NoBondLaw,
+    /// Bonds from a data file and new ones.
+    #[error("`{key}` creates bonds, but `state FILE` has the bonds of a data file; remove `{key}`, or `state`")]
+    StateAndBonds {
+        /// The option that creates bonds.
+        key: &'static str,
+    },
     /// Parameters by bond type where bonds have no type.
     #[error("parameters by bond type need the bonds of a bond style of LAMMPS; remove the number before the key")]
     NoBondTypes,
@@ -111,7 +119,7 @@ fn names(laws: impl Iterator<Item = LawName>) -> String {
 }
 
 /// A bond of a list: ids in ascending order, and the reference length (m) if given.
-pub type Listed = ([i32; 2], Option<f64>);
+pub type Listed = ([Tag; 2], Option<f64>);
 
 /// How bonds are created.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,6 +145,8 @@ pub struct Options {
     pub creation: Creation,
     /// Step at which bonds are created; `None` for the first step of the run.
     pub at: Option<i64>,
+    /// Data file with the bonds, contacts, and histories to continue with.
+    pub state: Option<String>,
     /// Minimum reach given by the user, m; 0 if none.
     pub reach: f64,
     /// Whether stored energies are summed at every step instead of only when output is due.
@@ -198,7 +208,8 @@ pub fn read_list(path: &Path, [processor, processors]: [usize; 2]) -> Result<Vec
                 number + 1
             ))
         };
-        let [a, b] = [0, 1].map(|k| words.get(k).and_then(|w| w.parse::<i32>().ok()).filter(|&tag| tag > 0));
+        let [a, b] = [0, 1]
+            .map(|k| words.get(k).and_then(|w| w.parse::<Tag>().ok()).filter(|&tag| tag > 0 && tag <= LARGEST_TAG));
         let (Some(a), Some(b)) = (a, b) else { return Err(wrong()) };
         let length = words.get(2).map(|w| w.parse::<f64>().ok().filter(|l| *l > 0.0 && l.is_finite()));
         if words.len() > 3 || a == b || length == Some(None) {
@@ -229,6 +240,7 @@ struct Arguments {
     sample_every_step: Option<bool>,
     deformable: Option<Condition>,
     materials_file: Option<String>,
+    state: Option<String>,
     /// Parameters of bonds, contacts, and deformation.
     tables: [toml::Table; 3],
     /// Parameters of bonds by bond type.
@@ -328,6 +340,7 @@ impl Arguments {
                 |word| ["output", "every"].iter().position(|known| *known == word).map(|k| k == 1),
             ),
             "deformable" => words.fill(&mut self.deformable, "solid, plane-strain, or plane-stress", named),
+            "state" => words.fill(&mut self.state, "a file that write_data wrote", |word| Some(word.to_owned())),
             "materials" => {
                 words.fill(&mut self.materials_file, "a file with [[material]] tables", |word| Some(word.to_owned()))
             }
@@ -388,6 +401,12 @@ impl Options {
                 return Err(OptionError::NoBondLaw);
             }
         }
+        if arguments.state.is_some() {
+            let creates = !matches!(arguments.creation.get_or_insert(Creation::None), Creation::None);
+            if let Some(key) = creates.then_some("bond").or_else(|| arguments.at.map(|_| "at")) {
+                return Err(OptionError::StateAndBonds { key });
+            }
+        }
         let (materials, interfaces) = match arguments.materials_file {
             Some(path) => {
                 if let Some(key) = arguments.first_parameter {
@@ -416,6 +435,7 @@ impl Options {
             mode: arguments.mode.unwrap_or_default(),
             creation: arguments.creation.ok_or(OptionError::NoBonds)?,
             at: arguments.at,
+            state: arguments.state,
             reach: arguments.reach.unwrap_or(0.0),
             sample_every_step: arguments.sample_every_step.unwrap_or(false),
             materials,

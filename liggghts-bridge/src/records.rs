@@ -3,7 +3,8 @@
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::{Field, LawName, Reference};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::contacts::ContactFlags;
+
+use crate::atoms::Tag;
 
 /// Number of reals in a history with these fields.
 const fn reals(fields: &[Field]) -> usize {
@@ -50,14 +51,14 @@ pub enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record {
     /// Ids of A and B.
-    pub tags: [i32; 2],
+    pub tags: [Tag; 2],
     /// Bond or contact.
     pub kind: Kind,
-    /// Contact flags without [`ContactFlags::NOT_OWNED`].
+    /// [`ContactFlags`](concordem_solver::state::contacts::ContactFlags) without `NOT_OWNED`.
     pub flags: u8,
     /// Row of the pair coefficients; that of a bond counts if parameters belong to bond types.
     pub row: u16,
-    /// Reference length and area; length 0 means that a new bond takes its current length.
+    /// Reference length and area.
     pub reference: Reference,
     /// Previous geometry.
     pub frame: PreviousGeometry,
@@ -73,26 +74,8 @@ pub const fn width_of(length: usize) -> usize {
 }
 
 impl Record {
-    /// A new bond, measured at the next rebuild; `length` is its reference length (m), `None` for the current distance.
-    pub fn fresh(tags: [i32; 2], length: Option<f64>) -> Self {
-        Self {
-            tags,
-            kind: Kind::Bond,
-            flags: ContactFlags::BONDED | ContactFlags::ACTIVE,
-            row: 0,
-            reference: Reference { length: length.unwrap_or(0.0), area: 0.0 },
-            frame: PreviousGeometry::default(),
-            history: [0.0; HISTORY],
-        }
-    }
-
-    /// Whether the bond is new and not measured yet.
-    pub fn is_fresh(&self) -> bool {
-        self.frame.length == 0.0
-    }
-
     /// Sort key; it identifies the contact.
-    pub fn key(&self) -> (Kind, [i32; 2]) {
+    pub fn key(&self) -> (Kind, [Tag; 2]) {
         (self.kind, self.tags)
     }
 
@@ -108,8 +91,9 @@ impl Record {
             Kind::Contact => 256.0,
         };
         buffer.extend([
-            f64::from(self.tags[0]),
-            f64::from(self.tags[1]),
+            // Exact up to LARGEST_TAG.
+            self.tags[0] as f64,
+            self.tags[1] as f64,
             f64::from(self.flags) + kind + 512.0 * f64::from(self.row),
             self.reference.length,
             self.reference.area,
@@ -130,7 +114,7 @@ impl Record {
         let mut history = [0.0; HISTORY];
         history[..width].copy_from_slice(&reals[HEAD..HEAD + width]);
         Some(Self {
-            tags: [reals[0] as i32, reals[1] as i32],
+            tags: [reals[0] as Tag, reals[1] as Tag],
             kind: if code & 256 == 0 { Kind::Bond } else { Kind::Contact },
             flags: (code & 255) as u8,
             row: (code >> 9) as u16,
@@ -143,7 +127,10 @@ impl Record {
 
 #[cfg(test)]
 mod tests {
+    use concordem_solver::state::contacts::ContactFlags;
+
     use super::*;
+    use crate::atoms::LARGEST_TAG;
 
     #[test]
     fn history_fields_lists_name_size_and_unit() {
@@ -156,11 +143,16 @@ mod tests {
 
     #[test]
     fn a_record_survives_writing_and_reading() {
-        let mut record = Record::fresh([3, 2_000_000_011], Some(0.5));
-        record.kind = Kind::Contact;
-        record.flags = ContactFlags::KEPT_REFERENCE | ContactFlags::ACTIVE;
-        record.row = 65535;
-        record.frame = PreviousGeometry { normal: Vec3::new(0.1, -0.2, 0.3), length: 7.0 };
+        let mut record = Record {
+            // Ids of more than 32 bits.
+            tags: [3, LARGEST_TAG],
+            kind: Kind::Contact,
+            flags: ContactFlags::KEPT_REFERENCE | ContactFlags::ACTIVE,
+            row: 65535,
+            reference: Reference { length: 0.5, area: 0.0 },
+            frame: PreviousGeometry { normal: Vec3::new(0.1, -0.2, 0.3), length: 7.0 },
+            history: [0.0; HISTORY],
+        };
         record.history[..7].copy_from_slice(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, -7.0]);
         let mut buffer = Vec::new();
         record.write(7, &mut buffer);

@@ -154,7 +154,7 @@ fn scenario(host: &mut Liggghts) {
         let mut sums = vec![Vec3::zeros(); owned];
         for bond in &bonds {
             for (id, sign) in bond.ids.iter().zip([1.0, -1.0]) {
-                sums[ids.iter().position(|i| i == id).unwrap()] += Vec3::from(bond.force) * sign;
+                sums[ids.iter().position(|i| i64::from(*i) == *id).unwrap()] += Vec3::from(bond.force) * sign;
             }
         }
         let largest = sums.iter().map(Vec3::norm).fold(0.0, f64::max);

@@ -12,43 +12,14 @@ use concordem_solver::laws::contact_block;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver};
 use harness::{
-    Atom, Dice, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, set_restart_version, tables, text,
-    thermo,
+    Atom, Dice, FACTOR, Host, attempt_in, bar, data_file_for, dump_for, frames, head_for, run_in, set_restart_version,
+    tables, text, thermo,
 };
 
 const DT: f64 = 5e-7;
-const FACTOR: f64 = 1.5;
 const LAW: &str = "cpm young 30e9 shear_ratio 0.2 cohesion 4.5e6 friction_coefficient 0.8 crack_onset_strain 1.5e-4 \
                    relative_ductility 4 omega_threshold 0.99";
 const BEAM: &str = "cohesive_beam young 5e9 poisson 0.2 radius_ratio 0.6 tensile_strength 5e6";
-
-/// A perturbed bar of 5 × 5 × 16 spheres that is torn apart along z, and its bonds (ids from 1).
-fn bar() -> (Vec<Atom>, Vec<[usize; 2]>) {
-    let mut dice = Dice(11);
-    let mut atoms: Vec<Atom> = (0..5 * 5 * 16_usize)
-        .map(|k| {
-            let place = Vec3::new((k % 5) as f64, (k / 5 % 5) as f64, (k / 25) as f64) * 0.0098;
-            let mut atom = Atom::resting(place + dice.vector() * 3e-4, 0.005);
-            atom.velocity = Vec3::new(0.0, 0.0, 120.0 * (place.z - 0.0735)) + dice.vector() * 0.05;
-            atom.spin = dice.vector() * 5.0;
-            atom
-        })
-        .collect();
-    // Shuffle ids, so that they are unrelated to positions.
-    for k in 0..atoms.len() {
-        let other = (dice.roll() * atoms.len() as f64) as usize;
-        atoms.swap(k, other);
-    }
-    let mut bonds = Vec::new();
-    for b in 0..atoms.len() {
-        for a in 0..b {
-            if (atoms[a].position - atoms[b].position).norm() < FACTOR * 0.01 {
-                bonds.push([a + 1, b + 1]);
-            }
-        }
-    }
-    (atoms, bonds)
-}
 
 fn write_bar(folder: &Path) -> usize {
     let (atoms, bonds) = bar();

@@ -3,9 +3,11 @@
 // Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
+use std::ffi::c_void;
+
 use concordem_c_abi::{slice, slice_mut};
 
-use crate::atoms::Atoms;
+use crate::atoms::{Atoms, Tags};
 
 /// Atom arrays of the host: `owned` atoms of this processor, `count` with ghosts. Vectors are three reals. See `Atoms` in
 /// `src/atoms.rs`.
@@ -19,7 +21,10 @@ pub struct AtomArrays {
     group: i32,
     /// Reals of `memory` per atom.
     memory_width: i32,
-    tag: *const i32,
+    /// Bytes of an id: 4 or 8.
+    tag_bytes: i32,
+    /// Ids.
+    tag: *const c_void,
     kind: *const i32,
     mask: *const i32,
     position: *const f64,
@@ -43,7 +48,11 @@ impl AtomArrays {
         unsafe {
             Atoms {
                 owned,
-                tag: slice(self.tag, count),
+                tag: if self.tag_bytes == 8 {
+                    Tags::Wide(slice(self.tag.cast(), count))
+                } else {
+                    Tags::Narrow(slice(self.tag.cast(), count))
+                },
                 kind: slice(self.kind, count),
                 mask: slice(self.mask, count),
                 group: self.group,

@@ -25,6 +25,10 @@ pub struct Facts {
     creation: i32,
     /// Whether to sum stored energies at every step.
     sample_every_step: i32,
+    /// Reals in the record of a bond or contact.
+    record_reals: i32,
+    /// Length of the name of the data file to continue with, bytes; 0: none.
+    state_length: i32,
     /// Name of the contact law, padded with zeros.
     contacts: [c_char; 32],
     /// Step at which bonds are created; negative: the first step.
@@ -71,6 +75,8 @@ pub unsafe extern "C" fn concordem_network_new(
                 communicated: network.communicated() as i32,
                 creation,
                 sample_every_step: i32::from(options.sample_every_step),
+                record_reals: network.record_reals() as i32,
+                state_length: options.state.as_ref().map_or(0, |name| name.len() as i32),
                 contacts: law_names::padded(options.contact.key()),
                 at: options.at.unwrap_or(-1),
                 factor,
@@ -81,6 +87,16 @@ pub unsafe extern "C" fn concordem_network_new(
         });
     }
     made
+}
+
+/// Write the name of the data file to continue with to `name`, [`Facts::state_length`] bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_state_file(network: *const Network, name: *mut c_char) {
+    // SAFETY: `name` has that length.
+    unsafe {
+        let Some(file) = &(*network).options().state else { return };
+        std::ptr::copy_nonoverlapping(file.as_ptr(), name.cast(), file.len());
+    }
 }
 
 /// Delete a network.
@@ -119,7 +135,7 @@ pub unsafe extern "C" fn concordem_network_rebuild(
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct BondOfList {
-    ids: [i32; 2],
+    ids: [i64; 2],
     /// Reference length, m; 0: the current distance.
     length: f64,
 }
@@ -149,7 +165,7 @@ pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network, bo
 
 /// Queue `count` bonds for the next rebuild: two ids and the bond type.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, bonds: *const [i32; 3], count: i64) {
+pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, bonds: *const [i64; 3], count: i64) {
     // SAFETY: `count` bonds.
     unsafe { (*network).make_given(slice(bonds, count as usize)) }
 }
@@ -157,7 +173,7 @@ pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, bon
 /// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms: owned atom, partner,
 /// bond type.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_follow(network: *mut Network, ends: *const [i32; 3], count: i64) {
+pub unsafe extern "C" fn concordem_network_follow(network: *mut Network, ends: *const [i64; 3], count: i64) {
     // SAFETY: `count` ends.
     unsafe { (*network).follow(slice(ends, count as usize)) }
 }
@@ -171,7 +187,7 @@ pub unsafe extern "C" fn concordem_network_make_added(network: *mut Network) -> 
 
 /// Number of atoms with a queued bond. Writes their ids in ascending order to `ids` unless it is null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_queued_atoms(network: *const Network, ids: *mut i32) -> i64 {
+pub unsafe extern "C" fn concordem_network_queued_atoms(network: *const Network, ids: *mut i64) -> i64 {
     // SAFETY: `ids` has the size that an earlier call returned.
     unsafe {
         let queued = (*network).queued_atoms();
@@ -214,7 +230,7 @@ pub unsafe extern "C" fn concordem_network_own_pairs(
     lists: *const PairLists,
     marks: *mut u8,
     capacity: i64,
-    first: *mut i32,
+    first: *mut i64,
 ) -> i64 {
     // SAFETY: the host's neighbor lists; `capacity` marks; two ids.
     unsafe {
@@ -233,7 +249,7 @@ pub unsafe extern "C" fn concordem_network_own_pairs(
 
 /// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, pairs: *mut *const [i32; 2]) -> i64 {
+pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, pairs: *mut *const [i64; 2]) -> i64 {
     // SAFETY: valid pointers from the shim.
     unsafe {
         let broken = (*network).broken_now();
@@ -285,7 +301,7 @@ pub unsafe extern "C" fn concordem_network_largest_pack(network: *mut Network) -
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_pack(
     network: *mut Network,
-    tag: i32,
+    tag: i64,
     leaves: i32,
     buffer: *mut f64,
     capacity: i64,
@@ -305,7 +321,7 @@ pub unsafe extern "C" fn concordem_network_pack(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_unpack(
     network: *mut Network,
-    tag: i32,
+    tag: i64,
     buffer: *const f64,
     count: i64,
     message: *const Message,

@@ -5,6 +5,8 @@ use concordem_solver::SolverError;
 use concordem_solver::laws::LawError;
 use concordem_solver::neighbor::NeighborError;
 
+use crate::atoms::Tag;
+
 /// An error of the network. The message gives the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -40,9 +42,9 @@ pub enum NetworkError {
     )]
     NoRow {
         /// Atom.
-        a: i32,
+        a: Tag,
         /// Atom.
-        b: i32,
+        b: Tag,
         /// Law.
         law: &'static str,
         /// Their types.
@@ -56,9 +58,9 @@ pub enum NetworkError {
     )]
     OutOfSight {
         /// The atom on this processor.
-        tag: i32,
+        tag: Tag,
         /// The missing atom.
-        partner: i32,
+        partner: Tag,
         /// Distance up to which ghosts are communicated, m.
         cutoff: f64,
     },
@@ -81,9 +83,9 @@ pub enum NetworkError {
     )]
     CopiesDiffer {
         /// Atom.
-        a: i32,
+        a: Tag,
         /// Atom.
-        b: i32,
+        b: Tag,
     },
     /// A force is not finite.
     #[error(
@@ -93,7 +95,7 @@ pub enum NetworkError {
         /// Step.
         step: i64,
         /// Atom.
-        tag: i32,
+        tag: Tag,
     },
     /// An atom has another id than at the last rebuild.
     #[error(
@@ -102,17 +104,17 @@ pub enum NetworkError {
     )]
     Renumbered {
         /// Its id.
-        tag: i32,
+        tag: Tag,
         /// Its id at the last rebuild.
         before: i64,
     },
     /// An atom id is not positive or not unique.
     #[error(
-        "atom ids must be positive and unique, but {tag} is not; use the defaults of `atom_modify`, or `reset_ids`"
+        "atom ids must be positive, unique, and at most 2^53, but {tag} is not; use the defaults of `atom_modify`, or `reset_ids`"
     )]
     BadTag {
         /// The id.
-        tag: i32,
+        tag: Tag,
     },
     /// Invalid record from another processor or a restart file.
     #[error(
@@ -120,6 +122,6 @@ pub enum NetworkError {
     )]
     BadRecord {
         /// The atom.
-        tag: i32,
+        tag: Tag,
     },
 }

@@ -6,17 +6,39 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::{ContactFlags, Pair};
 
 use super::{Network, NetworkError, blocks};
+use crate::atoms::Tag;
 use crate::records::{HISTORY, Kind, Record};
 
 /// Contacts per particle in compressed rows: the start of each particle's contacts, then the contacts.
-pub(super) type Adjacency = (Vec<u32>, Vec<(Kind, u32)>);
+pub(super) type Adjacency = (Vec<u32>, Vec<Link>);
+
+/// A contact: its block, and its index there.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Link(u32);
+
+impl Link {
+    /// Set for unbonded contacts.
+    const CONTACT: u32 = 1 << 31;
+
+    fn new(kind: Kind, k: u32) -> Self {
+        Self(if kind == Kind::Contact { k | Self::CONTACT } else { k })
+    }
+
+    pub(super) fn kind(self) -> Kind {
+        if self.0 & Self::CONTACT == 0 { Kind::Bond } else { Kind::Contact }
+    }
+
+    pub(super) fn index(self) -> usize {
+        (self.0 & !Self::CONTACT) as usize
+    }
+}
 
 impl Network {
     /// Read the records of atom `tag` that [`Self::pack`] wrote on another processor or to a restart file.
     ///
     /// # Errors
     /// The reals are not records of this atom.
-    pub fn unpack(&mut self, tag: i32, reals: &[f64]) -> Result<(), NetworkError> {
+    pub fn unpack(&mut self, tag: Tag, reals: &[f64]) -> Result<(), NetworkError> {
         let length = Record::reals(self.width);
         let mut records = Vec::with_capacity(reals.len() / length);
         for chunk in reals.chunks(length) {
@@ -28,7 +50,7 @@ impl Network {
     }
 
     /// Append the records of all bonds and contacts of atom `tag` to `buffer`. `leaves`: the atom leaves this processor.
-    pub fn pack(&mut self, tag: i32, leaves: bool, buffer: &mut Vec<f64>) {
+    pub fn pack(&mut self, tag: Tag, leaves: bool, buffer: &mut Vec<f64>) {
         let width = self.width;
         if let Some(records) = self.incoming.get(&tag) {
             for record in records {
@@ -41,8 +63,8 @@ impl Network {
         }
         if let Ok(particle) = self.tags.binary_search(&tag) {
             let (start, contacts) = self.adjacency.get_or_insert_with(|| adjacency(&self.state));
-            for &(kind, k) in &contacts[start[particle] as usize..start[particle + 1] as usize] {
-                if let Some(record) = record_of(&self.state, &self.tags, kind, k as usize) {
+            for link in &contacts[start[particle] as usize..start[particle + 1] as usize] {
+                if let Some(record) = record_of(&self.state, &self.tags, link.kind(), link.index()) {
                     record.write(width, buffer);
                 }
             }
@@ -61,21 +83,17 @@ impl Network {
         (most.max(arriving) + self.dormant.len()) * Record::reals(self.width)
     }
 
-    /// All records of this processor and of arriving atoms, without duplicates, sorted by [`Record::key`].
+    /// Take the records of arriving atoms and the dormant ones, without duplicates, sorted by [`Record::key`].
     ///
     /// # Errors
     /// Different records of the same bond.
-    pub(super) fn records(&mut self) -> Result<Vec<Record>, NetworkError> {
-        // Exact capacity and deduplication in place, because the records of all bonds determine the peak memory.
-        let held: usize = blocks(&self.state).map(|(_, block)| block.len()).sum();
+    pub(super) fn arriving(&mut self) -> Result<Vec<Record>, NetworkError> {
         let arriving: usize = self.incoming.values().map(Vec::len).sum();
-        let mut all = Vec::with_capacity(self.dormant.len() + self.fresh.len() + held + arriving);
-        all.append(&mut std::mem::take(&mut self.dormant));
-        all.append(&mut std::mem::take(&mut self.fresh));
-        for (kind, block) in blocks(&self.state) {
-            all.extend((0..block.len()).filter_map(|k| record_of(&self.state, &self.tags, kind, k)));
+        let mut all = std::mem::take(&mut self.dormant);
+        all.reserve_exact(arriving);
+        for (_, records) in std::mem::take(&mut self.incoming) {
+            all.extend(records);
         }
-        all.extend(self.incoming.drain().flat_map(|(_, records)| records));
         // Unstable sorting suffices: records with the same key must be equal.
         all.sort_unstable_by_key(Record::key);
         let differ = |pair: &&[Record]| pair[0].key() == pair[1].key() && pair[0] != pair[1];
@@ -89,7 +107,7 @@ impl Network {
 }
 
 /// Contact `k` of a block as a record; `None` if it has no history to keep.
-pub(super) fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record> {
+pub(super) fn record_of(state: &State, tags: &[Tag], kind: Kind, k: usize) -> Option<Record> {
     let block = match kind {
         Kind::Bond => state.bonds[0].contacts(),
         Kind::Contact => state.contacts.as_ref()?.contacts(),
@@ -143,10 +161,10 @@ pub(super) fn adjacency(state: &State) -> Adjacency {
         start[p] += start[p - 1];
     }
     let mut next = start.clone();
-    let mut contacts = vec![(Kind::Bond, 0); *start.last().unwrap_or(&0) as usize];
+    let mut contacts = vec![Link::default(); *start.last().unwrap_or(&0) as usize];
     each(&mut |pair, kind, k| {
         for p in [pair.a, pair.b] {
-            contacts[next[p as usize] as usize] = (kind, k);
+            contacts[next[p as usize] as usize] = Link::new(kind, k);
             next[p as usize] += 1;
         }
     });

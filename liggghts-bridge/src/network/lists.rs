@@ -2,11 +2,13 @@
 //! must not compute forces that the network computes.
 
 use concordem_contact::law::ContactLawName;
+use concordem_solver::state::contacts::Pair;
 
 use super::Network;
+use super::create::Fresh;
 use super::exchange::adjacency;
 use super::rebuild::ABSENT;
-use crate::atoms::Atoms;
+use crate::atoms::{Atoms, Tag};
 use crate::records::{Kind, Record};
 
 /// Neighbor lists of a pair style of the host.
@@ -20,8 +22,8 @@ pub struct NeighborLists<'a> {
 }
 
 /// One end of a bond as a number, such that sums over different sets of ends differ (the finalizer of splitmix64).
-fn scrambled([tag, partner]: [i32; 2]) -> u64 {
-    let mut z = (u64::from(tag as u32) << 32 | u64::from(partner as u32)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+fn scrambled([tag, partner]: [Tag; 2]) -> u64 {
+    let mut z = (tag as u64).rotate_left(32).wrapping_add(partner as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
@@ -30,42 +32,63 @@ fn scrambled([tag, partner]: [i32; 2]) -> u64 {
 impl Network {
     /// Compare the bonds with the host's lists at the next rebuild. `ends`: the listed bonds of owned atoms: owned atom, partner, bond
     /// type.
-    pub fn follow(&mut self, ends: &[[i32; 3]]) {
+    pub fn follow(&mut self, ends: &[[Tag; 3]]) {
         self.listed = Some(ends.to_vec());
     }
 
-    /// Remove bonds that are no longer in the host's lists from `records`, and remember those that are new. Particles must be placed;
-    /// `ends` are those of the records. Returns whether records were removed.
-    pub(super) fn follow_lists(&mut self, records: &mut Vec<Record>, ends: &[[u32; 2]]) -> bool {
-        let Some(of_atoms) = self.listed.take() else { return false };
-        let owns = |p: u32| p != ABSENT && self.owned[p as usize];
+    /// Remove bonds that are no longer in the host's lists, and remember those that are new. Particles must be placed. `before`: ids of
+    /// the particles that the blocks refer to, `number`: their present numbers; `arriving` and `fresh` are sorted.
+    pub(super) fn follow_lists(
+        &mut self,
+        before: &[Tag],
+        number: &[u32],
+        arriving: &mut Vec<Record>,
+        fresh: &mut Vec<Fresh>,
+    ) {
+        let Some(of_atoms) = self.listed.take() else { return };
+        let (tags, owned) = (&self.tags, &self.owned);
+        let owns = |tag: Tag| tags.binary_search(&tag).is_ok_and(|p| owned[p]);
+        let owns_old = |p: u32| number[p as usize] != ABSENT && owned[number[p as usize] as usize];
+        let bonds = self.state.bonds[0].contacts_mut();
         // Usually nothing has changed. Sums decide that without sorting.
         let mut difference = of_atoms.iter().fold(0, |sum: u64, &[a, b, _]| sum.wrapping_add(scrambled([a, b])));
-        for (record, particles) in records.iter().zip(ends).filter(|(record, _)| record.kind == Kind::Bond) {
-            let [a, b] = record.tags;
-            for (end, _) in [[a, b], [b, a]].into_iter().zip(particles).filter(|(_, p)| owns(**p)) {
+        for pair in bonds.pairs() {
+            let [a, b] = [pair.a, pair.b].map(|p| before[p as usize]);
+            for (end, _) in [([a, b], pair.a), ([b, a], pair.b)].iter().filter(|(_, p)| owns_old(*p)) {
+                difference = difference.wrapping_sub(scrambled(*end));
+            }
+        }
+        // An arriving bond may be held already, because its other atom is here.
+        let held = |pairs: &[Pair], tags: [Tag; 2]| {
+            pairs.binary_search_by_key(&tags, |pair| [pair.a, pair.b].map(|p| before[p as usize])).is_ok()
+        };
+        let new_here = arriving.iter().filter(|record| record.kind == Kind::Bond && !held(bonds.pairs(), record.tags));
+        for [a, b] in new_here.map(|record| record.tags).chain(fresh.iter().map(|bond| bond.tags)) {
+            for end in [[a, b], [b, a]].into_iter().filter(|end| owns(end[0])) {
                 difference = difference.wrapping_sub(scrambled(end));
             }
         }
         if difference == 0 {
-            return false;
+            return;
         }
-        let before = records.len();
-        let mut of_record = ends.iter();
-        let mut listed: Vec<[i32; 3]> = of_atoms.iter().map(|&[a, b, kind]| [a.min(b), a.max(b), kind]).collect();
+        let mut listed: Vec<[Tag; 3]> = of_atoms.iter().map(|&[a, b, kind]| [a.min(b), a.max(b), kind]).collect();
         listed.sort_unstable();
         listed.dedup();
-        records.retain(|record| {
-            let is_owned = of_record.next().is_some_and(|particles| particles.iter().any(|&p| owns(p)));
-            record.kind != Kind::Bond
-                || !is_owned
-                || listed.binary_search_by_key(&record.tags, |l| [l[0], l[1]]).is_ok()
+        let is_listed = |tags: [Tag; 2]| listed.binary_search_by_key(&tags, |l| [l[0], l[1]]).is_ok();
+        bonds.retain_pairs(&|pair, _| {
+            let is_owned = [pair.a, pair.b].into_iter().any(owns_old);
+            !is_owned || is_listed([pair.a, pair.b].map(|p| before[p as usize]))
         });
-        // Bonds come first in the records, sorted by ids.
-        let bonds = records.partition_point(|record| record.kind == Kind::Bond);
-        let is_new = |l: &[i32; 3]| records[..bonds].binary_search_by_key(&[l[0], l[1]], |record| record.tags).is_err();
-        self.added = listed.into_iter().filter(is_new).collect();
-        records.len() < before
+        let stays = |tags: [Tag; 2]| !tags.into_iter().any(owns) || is_listed(tags);
+        arriving.retain(|record| record.kind != Kind::Bond || stays(record.tags));
+        fresh.retain(|bond| stays(bond.tags));
+        let is_new = |l: &[Tag; 3]| {
+            let tags = [l[0], l[1]];
+            !held(bonds.pairs(), tags)
+                && arriving.binary_search_by_key(&(Kind::Bond, tags), Record::key).is_err()
+                && fresh.binary_search_by_key(&tags, |bond| bond.tags).is_err()
+        };
+        self.added = listed.iter().filter(|l| is_new(l)).copied().collect();
     }
 
     /// Queue the bonds that another command added to the host's lists for the next rebuild. Returns their number.
@@ -82,9 +105,9 @@ impl Network {
 
     /// Find the pairs of a pair style whose forces the network computes: with a contact law all pairs of the group, else the bonded
     /// ones. Sets `marks` (one per entry, in order) to 1 for them unless it is empty. Returns their number and the ids of the first one.
-    pub fn own_pairs(&mut self, atoms: &Atoms<'_>, lists: &NeighborLists<'_>, marks: &mut [u8]) -> (usize, [i32; 2]) {
+    pub fn own_pairs(&mut self, atoms: &Atoms<'_>, lists: &NeighborLists<'_>, marks: &mut [u8]) -> (usize, [Tag; 2]) {
         if self.particle_of.len() != atoms.tag.len() {
-            let particle = |(&tag, mask): (&i32, &i32)| {
+            let particle = |(tag, mask): (Tag, &i32)| {
                 let found = (mask & atoms.group != 0).then(|| self.tags.binary_search(&tag).ok()).flatten();
                 found.map_or(ABSENT, |p| p as u32)
             };
@@ -99,9 +122,9 @@ impl Network {
         for &(i, neighbors) in &lists.lists {
             let p = self.particle_of[i];
             if p != ABSENT && !all {
-                for &(kind, k) in &contacts[start[p as usize] as usize..start[p as usize + 1] as usize] {
-                    if kind == Kind::Bond {
-                        let pair = bonds.view(k as usize).pair;
+                for link in &contacts[start[p as usize] as usize..start[p as usize + 1] as usize] {
+                    if link.kind() == Kind::Bond {
+                        let pair = bonds.view(link.index()).pair;
                         bonded_to[(if pair.a == p { pair.b } else { pair.a }) as usize] = p;
                     }
                 }
@@ -112,7 +135,7 @@ impl Network {
                 let acts = lists.weights[(neighbor >> 30 & 3) as usize] != 0.0;
                 if acts && p != ABSENT && q != ABSENT && (all || bonded_to[q as usize] == p) {
                     if count == 0 {
-                        first = [atoms.tag[i], atoms.tag[j]];
+                        first = [atoms.tag.get(i), atoms.tag.get(j)];
                     }
                     count += 1;
                     if let Some(mark) = marks.get_mut(entry) {
@@ -123,13 +146,5 @@ impl Network {
             }
         }
         (count, first)
-    }
-
-    /// Ids of atoms with a queued bond, sorted.
-    pub fn queued_atoms(&self) -> Vec<i32> {
-        let mut tags: Vec<i32> = self.fresh.iter().flat_map(|record| record.tags).collect();
-        tags.sort_unstable();
-        tags.dedup();
-        tags
     }
 }

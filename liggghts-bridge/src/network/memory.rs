@@ -64,8 +64,8 @@ impl Network {
     /// # Errors
     /// An atom with another id.
     pub(super) fn check_ids(&self, atoms: &mut Atoms<'_>) -> Result<(), NetworkError> {
-        for (&tag, memory) in atoms.tag[..atoms.owned].iter().zip(atoms.memory.chunks_mut(self.layout.width)) {
-            let id = f64::from(tag);
+        for (tag, memory) in atoms.tag.iter().take(atoms.owned).zip(atoms.memory.chunks_mut(self.layout.width)) {
+            let id = tag as f64;
             if memory[ID] != 0.0 && memory[ID] != id {
                 return Err(NetworkError::Renumbered { tag, before: memory[ID] as i64 });
             }

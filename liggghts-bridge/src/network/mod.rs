@@ -7,12 +7,14 @@
 //!
 //! | module | contains |
 //! |---|---|
+//! | `create` | new bonds |
 //! | `lists` | bonds of the host's lists; pairs of the host's neighbor lists that belong to the network |
 //! | `memory` | data stored per atom in the host's arrays |
 //! | `exchange` | records of bonds and contacts for migration and restart |
 //! | `rebuild` | the state after migration |
 //! | `results` | counts, energies, virial, stress |
 
+mod create;
 mod error;
 mod exchange;
 mod lists;
@@ -32,13 +34,14 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::{Contacts, Pair};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
+use create::Fresh;
 pub use error::NetworkError;
 use exchange::Adjacency;
 pub use lists::NeighborLists;
 use memory::Layout;
 pub use results::{Sums, TOTALS};
 
-use crate::atoms::Atoms;
+use crate::atoms::{Atoms, Tag};
 use crate::options::Options;
 use crate::records::{Kind, Record};
 
@@ -54,21 +57,21 @@ pub struct Network {
     state: State,
     solver: Option<Solver>,
     /// Id of each particle of the state.
-    tags: Vec<i32>,
+    tags: Vec<Tag>,
     /// Index of its atom in the host's arrays.
     atom: Vec<u32>,
     /// Whether this processor owns it.
     owned: Vec<bool>,
     /// Records that arrived with atoms since the last rebuild, by atom id.
-    incoming: HashMap<i32, Vec<Record>>,
+    incoming: HashMap<Tag, Vec<Record>>,
     /// Bonds to create at the next rebuild, which drops those without an owned atom.
-    fresh: Vec<Record>,
+    fresh: Vec<Fresh>,
     /// Contacts with the history of a broken bond whose other atom is out of range.
     dormant: Vec<Record>,
     /// Bond ends in the host's lists: owned atom, partner, bond type; compared with the bonds at the next rebuild.
-    listed: Option<Vec<[i32; 3]>>,
+    listed: Option<Vec<[Tag; 3]>>,
     /// Bonds that another command added to the host's lists, until they are created.
-    added: Vec<[i32; 3]>,
+    added: Vec<[Tag; 3]>,
     /// Particle of each of the host's atoms, `u32::MAX` for atoms outside the group; computed on demand.
     particle_of: Vec<u32>,
     /// Increases whenever the bonds or the numbers of atoms change.
@@ -85,7 +88,7 @@ pub struct Network {
     /// Step of the net forces stored with the atoms.
     found_at: Option<i64>,
     /// Atom ids of the bonds that broke in the last force computation, including bonds that another processor counts.
-    broken_now: Vec<[i32; 2]>,
+    broken_now: Vec<[Tag; 2]>,
 }
 
 impl Network {
@@ -184,9 +187,13 @@ impl Network {
         let evaluated = setup && self.found_at == Some(atoms.step);
         if record {
             // The forces of this step are known, dashpots included, if a run ended with it.
+            self.recorded = ContactForces::default();
             let forces = if evaluated { solver.last_forces(&self.state) } else { solver.record(&mut self.state)? };
             self.recorded = forces.contacts;
             self.recorded_at = Some(atoms.step);
+        } else if self.recorded_at.take().is_some() {
+            // They take almost as much memory as the bonds.
+            self.recorded = ContactForces::default();
         }
         if evaluated {
             self.add_stored_forces(atoms);
@@ -207,6 +214,23 @@ impl Network {
         self.generation += i64::from(!self.broken_now.is_empty());
         self.write_atoms(atoms)
     }
+
+    /// The block of bonds or contacts, if there is one.
+    fn block(&self, kind: Kind) -> Option<&dyn Contacts> {
+        match kind {
+            Kind::Bond => self.state.bonds.first(),
+            Kind::Contact => self.state.contacts.as_ref(),
+        }
+        .map(|block| block.contacts())
+    }
+
+    fn block_mut(&mut self, kind: Kind) -> Option<&mut dyn Contacts> {
+        match kind {
+            Kind::Bond => self.state.bonds.first_mut(),
+            Kind::Contact => self.state.contacts.as_mut(),
+        }
+        .map(|block| block.contacts_mut())
+    }
 }
 
 /// The contact blocks of a state with their kinds; bonds come first.
@@ -214,3 +238,6 @@ fn blocks(state: &State) -> impl Iterator<Item = (Kind, &dyn Contacts)> {
     let bonds = state.bonds.iter().map(|block| (Kind::Bond, block.contacts()));
     bonds.chain(state.contacts.iter().map(|block| (Kind::Contact, block.contacts())))
 }
+
+#[cfg(test)]
+mod tests;

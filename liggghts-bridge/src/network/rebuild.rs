@@ -1,44 +1,33 @@
-//! Builds the solver's state from the atoms and records of a processor after migration.
+//! Builds the solver's state from the atoms and bonds of a processor after migration. Bonds and contacts that stay keep their place in
+//! memory, because copies of all of them would double it; only those that arrive or are new are added.
 
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::Solver;
-use concordem_solver::neighbor::candidate_pairs;
-use concordem_solver::state::contacts::{ContactFlags, Pair};
+use concordem_solver::state::contacts::{ContactFlags, ContactView, Contacts, Pair};
 use concordem_solver::state::{Cell, Particles, Sphere, State};
 
-use super::{Network, NetworkError};
-use crate::atoms::{Atoms, vector};
-use crate::options::{Creation, Listed};
-use crate::records::{Kind, Record};
+use super::create::Fresh;
+use super::exchange::record_of;
+use super::{Network, NetworkError, blocks};
+use crate::atoms::{Atoms, LARGEST_TAG, Tag, vector};
+use crate::records::{HISTORY, Kind, Record};
 
 /// Stands for the particle of an atom that is neither owned nor a ghost.
 pub(super) const ABSENT: u32 = u32::MAX;
 
+/// What happens to a bond or contact when atoms have migrated.
+enum Fate {
+    /// Its atoms left.
+    Leaves,
+    /// One atom is owned; the other one is unknown.
+    Alone,
+    /// It stays between these particles.
+    Stays([usize; 2]),
+}
+
 impl Network {
-    /// Queue bonds of the user's list for the next rebuild, and forget those that this processor kept. Every processor must call this.
-    pub fn make_listed(&mut self, bonds: impl Iterator<Item = Listed>) {
-        self.fresh.extend(bonds.map(|(tags, length)| Record::fresh(tags, length)));
-        if let Creation::List(kept) = &mut self.options.creation {
-            *kept = Vec::new();
-        }
-    }
-
-    /// Queue bonds from the host's lists (two ids and the bond type) for the next rebuild. A bond may be given on any processor, also on
-    /// several.
-    pub fn make_given(&mut self, bonds: &[[i32; 3]]) {
-        for &[a, b, bond_type] in bonds {
-            let mut record = Record::fresh([a.min(b), a.max(b)], None);
-            if !self.options.bond_types.is_empty() {
-                let kind = (bond_type - 1) as u16;
-                // A type without parameters does not exist: the bond style requires them for all.
-                record.row = self.bond_coefficients.get(kind, kind).unwrap_or_default();
-            }
-            self.fresh.push(record);
-        }
-    }
-
     /// Rebuild the state for the current distribution of atoms. `skin` (m): skin of the host's neighbor lists. `cutoff` (m): distance
     /// up to which ghosts exist. `mean_radius` (m): mean radius of the bonded atoms; only new bonds need it.
     ///
@@ -52,40 +41,36 @@ impl Network {
         mean_radius: f64,
     ) -> Result<(), NetworkError> {
         self.check_ids(atoms)?;
-        let mut records = self.records()?;
+        let mut arriving = self.arriving()?;
+        let mut fresh = self.take_fresh(&arriving)?;
+        for block in self.state.bonds.iter_mut().chain(&mut self.state.contacts) {
+            // Bonds that broke, and contacts without history, which the solver finds again.
+            let remembers = ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE;
+            block.contacts_mut().retain_where(&|flags| flags.bits & remembers != 0 && !flags.has(ContactFlags::BROKEN));
+        }
+        let before = std::mem::take(&mut self.tags);
         self.place_particles(atoms)?;
+        let number = renumbering(&before, &self.tags);
         self.adjacency = None;
         self.particle_of.clear();
         self.generation += 1;
-        let mut ends = self.ends_of(&records);
-        if self.follow_lists(&mut records, &ends) {
-            ends = self.ends_of(&records);
-        }
+        self.follow_lists(&before, &number, &mut arriving, &mut fresh);
         let largest = self.state.particles.radius.iter().copied().fold(0.0, f64::max);
         let smallest = self.state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
         // Same range as the host's lists.
         self.model.skin = if smallest.is_finite() { skin / smallest } else { 0.0 };
         let mut longest = if self.state.contacts.is_some() { 2.0 * largest + skin } else { 0.0 };
-        for block in self.state.bonds.iter_mut().chain(&mut self.state.contacts) {
-            block.contacts_mut().retain_where(&|_| false);
+        longest = longest.max(self.check_held(&before, &number, cutoff)?);
+        self.relink(&number, &atoms.edge);
+        // Those that are sorted; what follows is added behind them.
+        let held = [Kind::Bond, Kind::Contact].map(|kind| self.block(kind).map_or(0, Contacts::len));
+        longest = longest.max(self.place_arriving(arriving, held, &atoms.edge, cutoff)?);
+        longest = longest.max(self.place_fresh(&fresh, held[0], [cutoff, mean_radius], &atoms.edge)?);
+        // The solver sorts bonds, but takes contacts as sorted.
+        if let Some(contacts) = self.block_mut(Kind::Contact) {
+            contacts.sort();
         }
-        for (record, ends) in records.into_iter().zip(ends) {
-            let ends = ends.map(|p| (p != ABSENT).then_some(p as usize));
-            if !ends.iter().flatten().any(|&p| self.owned[p]) {
-                continue;
-            }
-            match ends {
-                [Some(a), Some(b)] => {
-                    longest = longest.max(self.place_record(record, [a, b], &atoms.edge, mean_radius)?);
-                }
-                [a, _] if record.kind == Kind::Bond => {
-                    let (tag, partner) = if a.is_some() { (0, 1) } else { (1, 0) };
-                    let [tag, partner] = [record.tags[tag], record.tags[partner]];
-                    return Err(NetworkError::OutOfSight { tag, partner, cutoff });
-                }
-                _ => self.dormant.push(record),
-            }
-        }
+        drop(fresh);
         for (axis, edge) in ['x', 'y', 'z'].into_iter().zip(atoms.edge) {
             if edge > 0.0 && edge < 2.0 * longest {
                 return Err(NetworkError::BoxTooSmall { axis, edge, longest });
@@ -96,65 +81,188 @@ impl Network {
         Ok(())
     }
 
-    /// Particles of both ends of each record, [`ABSENT`] if this processor does not know the atom.
-    fn ends_of(&self, records: &[Record]) -> Vec<[u32; 2]> {
-        let particle = |tag: i32| self.tags.binary_search(&tag).map_or(ABSENT, |p| p as u32);
-        records.iter().map(|record| record.tags.map(particle)).collect()
+    /// What happens to a bond or contact between particles `ends`, which may be [`ABSENT`].
+    fn fate(owned: &[bool], ends: [u32; 2]) -> Fate {
+        if !ends.iter().any(|&p| p != ABSENT && owned[p as usize]) {
+            return Fate::Leaves;
+        }
+        if ends.contains(&ABSENT) { Fate::Alone } else { Fate::Stays(ends.map(|p| p as usize)) }
     }
 
-    /// Append the bond or contact of `record` between particles `a` and `b` to its block; returns the larger of its reference and
-    /// current length (m).
-    fn place_record(
-        &mut self,
-        mut record: Record,
-        [a, b]: [usize; 2],
-        edge: &[f64; 3],
-        mean_radius: f64,
-    ) -> Result<f64, NetworkError> {
-        let State { particles, bonds, contacts, cell, .. } = &mut self.state;
-        let bonds = bonds[0].contacts_mut();
-        let between = particles.position[b] - particles.position[a];
-        let image = image_of(&between, edge);
-        let is_bond = record.kind == Kind::Bond;
-        let coefficients = if is_bond { &self.bond_coefficients } else { &self.model.contact_rows };
-        let by_bond_type = is_bond && !self.options.bond_types.is_empty();
-        let by_atoms = || coefficients.get(particles.material[a], particles.material[b]);
-        let Some(row) = (if by_bond_type { Some(record.row) } else { by_atoms() }) else {
-            let types = [a, b].map(|p| i32::from(particles.material[p]) + 1);
-            let law = if is_bond { self.options.law } else { self.options.contact.law() };
-            return Err(NetworkError::NoRow {
-                a: record.tags[0],
-                b: record.tags[1],
+    /// The bond of `tags` cannot stay alone.
+    fn out_of_sight(&self, tags: [Tag; 2], cutoff: f64) -> NetworkError {
+        let knows_first = self.tags.binary_search(&tags[0]).is_ok();
+        let [tag, partner] = if knows_first { tags } else { [tags[1], tags[0]] };
+        NetworkError::OutOfSight { tag, partner, cutoff }
+    }
+
+    /// Particles of two atoms.
+    fn ends_of(&self, tags: [Tag; 2]) -> [u32; 2] {
+        tags.map(|tag| self.tags.binary_search(&tag).map_or(ABSENT, |p| p as u32))
+    }
+
+    /// Row of the pair coefficients between particles `a` and `b`; `row` is that of a bond whose parameters belong to its type.
+    fn row_of(&self, kind: Kind, [a, b]: [usize; 2], row: u16) -> Result<u16, NetworkError> {
+        let coefficients = if kind == Kind::Bond { &self.bond_coefficients } else { &self.model.contact_rows };
+        let particles = &self.state.particles;
+        if kind == Kind::Bond && !self.options.bond_types.is_empty() {
+            return Ok(row);
+        }
+        coefficients.get(particles.material[a], particles.material[b]).ok_or_else(|| {
+            let law = if kind == Kind::Bond { self.options.law } else { self.options.contact.law() };
+            NetworkError::NoRow {
+                a: self.tags[a],
+                b: self.tags[b],
                 law: law.map_or("none", LawName::key),
-                types,
+                types: [a, b].map(|p| i32::from(particles.material[p]) + 1),
+            }
+        })
+    }
+
+    /// Check that held bonds and contacts can stay or leave, and set contacts aside whose other atom is unknown. Returns the longest
+    /// length of those that stay (m).
+    fn check_held(&mut self, before: &[Tag], number: &[u32], cutoff: f64) -> Result<f64, NetworkError> {
+        let (mut longest, mut alone) = (0.0f64, Vec::new());
+        for (kind, block) in blocks(&self.state) {
+            for k in 0..block.len() {
+                let view = block.view(k);
+                match Self::fate(&self.owned, [view.pair.a, view.pair.b].map(|p| number[p as usize])) {
+                    Fate::Leaves => {}
+                    Fate::Alone if kind == Kind::Bond => {
+                        return Err(self.out_of_sight([view.pair.a, view.pair.b].map(|p| before[p as usize]), cutoff));
+                    }
+                    Fate::Alone => alone.extend(record_of(&self.state, before, kind, k)),
+                    Fate::Stays(ends) => {
+                        self.row_of(kind, ends, view.flags.row)?;
+                        longest = longest.max(length_of(&view));
+                    }
+                }
+            }
+        }
+        self.dormant = alone;
+        Ok(longest)
+    }
+
+    /// Give the contacts that stay their new particles, and remove the others. Ids are in ascending order before and after, so the
+    /// contacts stay sorted.
+    fn relink(&mut self, number: &[u32], edge: &[f64; 3]) {
+        let by_bond_type = !self.options.bond_types.is_empty();
+        let State { particles, bonds, contacts, .. } = &mut self.state;
+        let (position, material, owned) = (&particles.position, &particles.material, &self.owned);
+        let with_rows = bonds.iter_mut().map(|block| (block, &self.bond_coefficients, by_bond_type));
+        for (block, rows, keeps_row) in
+            with_rows.chain(contacts.iter_mut().map(|block| (block, &self.model.contact_rows, false)))
+        {
+            block.contacts_mut().relink(&|pair, mut flags| {
+                let Fate::Stays([a, b]) = Self::fate(owned, [pair.a, pair.b].map(|p| number[p as usize])) else {
+                    return None;
+                };
+                if !keeps_row {
+                    flags.row = rows.get(material[a], material[b]).unwrap_or(flags.row);
+                }
+                flags.image = image_of(&(position[b] - position[a]), edge);
+                flags.bits = ownership(flags.bits, owned[a]);
+                Some((Pair { a: a as u32, b: b as u32 }, flags))
             });
-        };
-        if record.is_fresh() {
-            let shift = cell.map_or_else(Vec3::zeros, |cell: Cell| cell.shift(image));
-            record.frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-            let length = record.reference.length;
-            record.reference = Reference {
-                length: if length > 0.0 { length } else { record.frame.length },
-                area: bonds.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius),
+        }
+    }
+
+    /// Add the sorted records that arrived with atoms, except those of contacts that are held already, which must be equal. `held`: number
+    /// of held bonds and contacts. Returns the longest length (m).
+    fn place_arriving(
+        &mut self,
+        arriving: Vec<Record>,
+        held: [usize; 2],
+        edge: &[f64; 3],
+        cutoff: f64,
+    ) -> Result<f64, NetworkError> {
+        let mut longest = 0.0f64;
+        let count = |kind| arriving.iter().filter(|record| record.kind == kind).count();
+        for kind in [Kind::Bond, Kind::Contact] {
+            let count = count(kind);
+            if let Some(block) = self.block_mut(kind) {
+                block.reserve(count);
+            }
+        }
+        for mut record in arriving {
+            let [a, b] = match Self::fate(&self.owned, self.ends_of(record.tags)) {
+                Fate::Leaves => continue,
+                Fate::Alone if record.kind == Kind::Bond => return Err(self.out_of_sight(record.tags, cutoff)),
+                Fate::Alone => {
+                    self.dormant.push(record);
+                    continue;
+                }
+                Fate::Stays(ends) => ends,
             };
+            record.row = self.row_of(record.kind, [a, b], record.row)?;
+            let pair = Pair { a: a as u32, b: b as u32 };
+            let Some(block) = self.block(record.kind) else { continue };
+            if let Ok(k) = block.pairs()[..held[record.kind as usize]].binary_search(&pair) {
+                if record_of(&self.state, &self.tags, record.kind, k) != Some(record) {
+                    let [a, b] = record.tags;
+                    return Err(NetworkError::CopiesDiffer { a, b });
+                }
+                continue;
+            }
+            let position = &self.state.particles.position;
+            let flags = ContactFlags {
+                row: record.row,
+                bits: ownership(record.flags, self.owned[a]),
+                image: image_of(&(position[b] - position[a]), edge),
+                padding: 0,
+            };
+            let view = ContactView { pair, flags, reference: record.reference, previous: record.frame };
+            longest = longest.max(length_of(&view));
+            if let Some(block) = self.block_mut(record.kind) {
+                block.push_with_history(pair, flags, record.reference, record.frame, &record.history);
+            }
         }
-        let mut length = record.reference.length;
-        if record.flags & ContactFlags::ACTIVE != 0 {
-            length = length.max(record.frame.length);
+        Ok(longest)
+    }
+
+    /// Measure and add new bonds, sorted by ids; the first `held` bonds are older. Returns the longest length (m).
+    fn place_fresh(
+        &mut self,
+        fresh: &[Fresh],
+        held: usize,
+        [cutoff, mean_radius]: [f64; 2],
+        edge: &[f64; 3],
+    ) -> Result<f64, NetworkError> {
+        let mut longest = 0.0f64;
+        self.state.bonds[0].contacts_mut().reserve(fresh.len());
+        for bond in fresh {
+            let [a, b] = match Self::fate(&self.owned, self.ends_of(bond.tags)) {
+                Fate::Leaves => continue,
+                Fate::Alone => return Err(self.out_of_sight(bond.tags, cutoff)),
+                Fate::Stays(ends) => ends,
+            };
+            let row = self.row_of(Kind::Bond, [a, b], bond.row)?;
+            let State { particles, bonds, cell, .. } = &mut self.state;
+            let block = bonds[0].contacts_mut();
+            let pair = Pair { a: a as u32, b: b as u32 };
+            // take_fresh has compared those that arrived.
+            if block.pairs()[..held].binary_search(&pair).is_ok() {
+                let [a, b] = bond.tags;
+                return Err(NetworkError::CopiesDiffer { a, b });
+            }
+            let image = image_of(&(particles.position[b] - particles.position[a]), edge);
+            let shift = cell.map_or_else(Vec3::zeros, |cell: Cell| cell.shift(image));
+            let previous = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+            let reference = Reference {
+                length: if bond.length > 0.0 { bond.length } else { previous.length },
+                area: block.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius),
+            };
+            let bits = ownership(ContactFlags::BONDED | ContactFlags::ACTIVE, self.owned[a]);
+            let flags = ContactFlags { row, bits, image, padding: 0 };
+            longest = longest.max(length_of(&ContactView { pair, flags, reference, previous }));
+            block.push_with_history(pair, flags, reference, previous, &[0.0; HISTORY]);
         }
-        let not_owned = if self.owned[a] { 0 } else { ContactFlags::NOT_OWNED };
-        let flags = ContactFlags { row, bits: record.flags | not_owned, image, padding: 0 };
-        let pair = Pair { a: a as u32, b: b as u32 };
-        let block = if is_bond { Some(bonds) } else { contacts.as_mut().map(|block| block.contacts_mut()) };
-        if let Some(block) = block {
-            block.push_with_history(pair, flags, record.reference, record.frame, &record.history);
-        }
-        Ok(length)
+        Ok(longest)
     }
 
     /// Create one particle per atom of the group, ordered by id. An owned atom has priority over its ghosts.
     fn place_particles(&mut self, atoms: &Atoms<'_>) -> Result<(), NetworkError> {
-        let mut order: Vec<(i32, u32)> = Vec::with_capacity(atoms.tag.len());
+        let mut order: Vec<(Tag, u32)> = Vec::with_capacity(atoms.tag.len());
         order.extend(
             atoms
                 .tag
@@ -162,13 +270,14 @@ impl Network {
                 .zip(atoms.mask)
                 .enumerate()
                 .filter(|(_, (_, mask))| *mask & atoms.group != 0)
-                .map(|(i, (&tag, _))| (tag, i as u32)),
+                .map(|(i, (tag, _))| (tag, i as u32)),
         );
         order.sort_unstable();
-        if let Some(&(tag, _)) = order.first().filter(|first| first.0 <= 0) {
+        let ends = order.first().into_iter().chain(order.last());
+        if let Some(&(tag, _)) = ends.into_iter().find(|end| !(1..=LARGEST_TAG).contains(&end.0)) {
             return Err(NetworkError::BadTag { tag });
         }
-        let both_owned = |w: &&[(i32, u32)]| w[0].0 == w[1].0 && (w[1].1 as usize) < atoms.owned;
+        let both_owned = |w: &&[(Tag, u32)]| w[0].0 == w[1].0 && (w[1].1 as usize) < atoms.owned;
         if let Some(twice) = order.windows(2).find(both_owned) {
             return Err(NetworkError::BadTag { tag: twice[0].0 });
         }
@@ -198,42 +307,29 @@ impl Network {
         });
         Ok(())
     }
+}
 
-    /// Queue bonds between all unbonded pairs of the group that are closer than the user's factor times the sum of their radii. Call
-    /// [`Self::rebuild`] afterwards. Returns the number of bonds that this processor counts.
-    ///
-    /// # Errors
-    /// The neighbor search fails.
-    pub fn make_near(&mut self) -> Result<usize, NetworkError> {
-        let Creation::Distance(factor) = self.options.creation else { return Ok(0) };
-        let particles = &self.state.particles;
-        // Search slightly farther: rounding in the search depends on the other atoms of this processor and must not affect the result.
-        let reach: Vec<f64> = particles.radius.iter().map(|r| r * factor * (1.0 + 1e-9)).collect();
-        let present: std::collections::HashSet<[i32; 2]> = {
-            let bonds = self.state.bonds[0].contacts();
-            (0..bonds.len()).map(|k| self.tags_of(bonds.view(k).pair)).collect()
-        };
-        let mut made = 0;
-        for pair in candidate_pairs(&particles.position, &reach, self.state.cell.as_ref())? {
-            let (a, b) = (pair.a as usize, pair.b as usize);
-            let tags = [self.tags[a], self.tags[b]];
-            let coefficients = &self.bond_coefficients;
-            let shift = self.state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
-            let distance = initial_geometry(&particles.position[a], &particles.position[b], &shift).length;
-            if distance >= factor * (particles.radius[a] + particles.radius[b]) {
-                continue;
-            }
-            if !(self.owned[a] || self.owned[b])
-                || coefficients.get(particles.material[a], particles.material[b]).is_none()
-                || present.contains(&tags)
-            {
-                continue;
-            }
-            made += usize::from(self.owned[a]);
-            self.fresh.push(Record::fresh(tags, None));
+/// The larger of the reference and, if it carries a force, current length of a contact (m).
+fn length_of(view: &ContactView) -> f64 {
+    let current = if view.flags.has(ContactFlags::ACTIVE) { view.previous.length } else { 0.0 };
+    view.reference.length.max(current)
+}
+
+/// Flags of a contact whose A this processor owns or not.
+fn ownership(bits: u8, owned: bool) -> u8 {
+    if owned { bits & !ContactFlags::NOT_OWNED } else { bits | ContactFlags::NOT_OWNED }
+}
+
+/// Number in `after` of each of the ids `before`, [`ABSENT`] if it is not there. Both are sorted.
+fn renumbering(before: &[Tag], after: &[Tag]) -> Vec<u32> {
+    let mut at = 0;
+    let number = |tag: &Tag| {
+        while after.get(at).is_some_and(|other| other < tag) {
+            at += 1;
         }
-        Ok(made)
-    }
+        if after.get(at) == Some(tag) { at as u32 } else { ABSENT }
+    };
+    before.iter().map(number).collect()
 }
 
 /// Periodic image of B closest to A; `between` is the position of B minus that of A. 0 along axes that are not periodic.

@@ -9,6 +9,7 @@ use concordem_solver::state::contacts::{ContactFlags, Pair};
 
 use super::exchange::record_of;
 use super::{Network, NetworkError, blocks};
+use crate::atoms::Tag;
 use crate::records::{Kind, Record};
 
 /// Sums over the bonds and contacts that a processor counts.
@@ -34,7 +35,7 @@ pub struct Sums {
 pub const TOTALS: usize = 9;
 
 impl Network {
-    pub(super) fn tags_of(&self, pair: Pair) -> [i32; 2] {
+    pub(super) fn tags_of(&self, pair: Pair) -> [Tag; 2] {
         [self.tags[pair.a as usize], self.tags[pair.b as usize]]
     }
 
@@ -57,9 +58,10 @@ impl Network {
             };
             (0..block.len()).filter(counts).count()
         });
-        for record in self.incoming.values().flatten().chain(&self.fresh).filter(|record| record.kind == Kind::Bond) {
+        for record in self.incoming.values().flatten().filter(|record| record.kind == Kind::Bond) {
             longest = longest.max(record.frame.length).max(record.reference.length);
         }
+        longest = self.fresh.iter().map(|bond| bond.length).fold(longest, f64::max);
         let (s, d) = (&self.stored, &self.dissipated);
         Sums {
             bonds: count,
@@ -128,7 +130,7 @@ impl Network {
     }
 
     /// Atom ids of the bonds with an atom on this processor that broke in the last force computation.
-    pub fn broken_now(&self) -> &[[i32; 2]] {
+    pub fn broken_now(&self) -> &[[Tag; 2]] {
         &self.broken_now
     }
 
@@ -266,7 +268,7 @@ impl Network {
                     } else {
                         (0.0, 1.0, 0.0)
                     };
-                    rows.extend([f64::from(ta), f64::from(tb)]);
+                    rows.extend([ta as f64, tb as f64]);
                     rows.extend(r.force[row].iter());
                     rows.extend(r.moment[row].iter());
                     rows.extend(r.point[row].iter());

@@ -32,6 +32,12 @@ fn without_a_bond_law_the_parameters_belong_to_contacts() {
 }
 
 #[test]
+fn a_state_needs_no_bonds() {
+    let options = parse("linear_bond normal_stiffness 1 shear_stiffness 1 state half.data").unwrap();
+    assert_eq!((options.state.as_deref(), options.creation), (Some("half.data"), Creation::None));
+}
+
+#[test]
 fn errors_name_the_argument_and_the_remedy() {
     for (text, wanted) in [
         ("", "unknown bond law ``"),
@@ -58,6 +64,9 @@ fn errors_name_the_argument_and_the_remedy() {
             "cohesive_beam young 1e9 radius_ratio 1 tensile_strength 1e6 hydrostatic_strength 1e6 bond none",
             "failure of whole particles is not available",
         ),
+        ("linear_bond bond none state", "`state` needs a value: a file that write_data wrote"),
+        ("linear_bond state a.data bond distance 1.2", "`bond` creates bonds, but `state FILE` has the bonds"),
+        ("linear_bond state a.data at 10", "`at` creates bonds, but `state FILE` has the bonds"),
         ("linear_bond contact glue bond none", "unknown contact law `glue`"),
         ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
         ("linear_bond deformable much bond none", "solid, plane-strain, or plane-stress"),

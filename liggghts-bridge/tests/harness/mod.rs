@@ -276,3 +276,34 @@ impl Dice {
         Vec3::from_fn(|_, _| 2.0 * self.roll() - 1.0)
     }
 }
+
+/// Atoms of [`bar`] are bonded if they are closer than this times the sum of their radii.
+pub const FACTOR: f64 = 1.5;
+
+/// A perturbed bar of 5 × 5 × 16 spheres that is torn apart along z, and its bonds (ids from 1).
+pub fn bar() -> (Vec<Atom>, Vec<[usize; 2]>) {
+    let mut dice = Dice(11);
+    let mut atoms: Vec<Atom> = (0..5 * 5 * 16_usize)
+        .map(|k| {
+            let place = Vec3::new((k % 5) as f64, (k / 5 % 5) as f64, (k / 25) as f64) * 0.0098;
+            let mut atom = Atom::resting(place + dice.vector() * 3e-4, 0.005);
+            atom.velocity = Vec3::new(0.0, 0.0, 120.0 * (place.z - 0.0735)) + dice.vector() * 0.05;
+            atom.spin = dice.vector() * 5.0;
+            atom
+        })
+        .collect();
+    // Shuffle ids, so that they are unrelated to positions.
+    for k in 0..atoms.len() {
+        let other = (dice.roll() * atoms.len() as f64) as usize;
+        atoms.swap(k, other);
+    }
+    let mut bonds = Vec::new();
+    for b in 0..atoms.len() {
+        for a in 0..b {
+            if (atoms[a].position - atoms[b].position).norm() < FACTOR * 0.01 {
+                bonds.push([a + 1, b + 1]);
+            }
+        }
+    }
+    (atoms, bonds)
+}

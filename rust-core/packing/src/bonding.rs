@@ -1,6 +1,7 @@
 //! Bonds between neighboring particles at the start of a run.
 
 use crate::TIE;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
@@ -33,12 +34,11 @@ pub fn bond(
     cell: Option<&Cell>,
     interaction_ratio: f64,
 ) -> Result<BondCount, NeighborError> {
-    let mean_radius = mean(&particles.radius);
-    bond_unless(block, rows, particles, cell, interaction_ratio, mean_radius, &mut |_, _| false)
+    bond_unless(block, rows, particles, cell, interaction_ratio, &|_| true, &mut |_, _| false)
 }
 
-/// As [`bond`], but in a block that may hold other bonds, with the mean radius (m) to which sections refer, and without the bonds for
-/// which `severed` is true; its arguments are the two centers, m.
+/// As [`bond`], but in a block that may hold other bonds, and without the bonds for which `severed` is true; its arguments are the two
+/// centers, m. `counts`: particles whose radii count in the mean radius to which sections refer.
 ///
 /// # Errors
 /// Those of [`bond`].
@@ -48,13 +48,13 @@ pub fn bond_unless(
     particles: &Particles,
     cell: Option<&Cell>,
     interaction_ratio: f64,
-    mean_radius: f64,
+    counts: &dyn Fn(usize) -> bool,
     severed: &mut dyn FnMut(&Vec3, &Vec3) -> bool,
 ) -> Result<BondCount, NeighborError> {
     let before = block.len();
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
     let mut ties = 0;
-    let mut bonder = Bonder { block, rows, particles, severed, mean_radius };
+    let mut bonder = Bonder::new(rows, particles, severed);
     for candidate in candidate_pairs(&particles.position, &reach, cell)? {
         let (a, b) = (candidate.a as usize, candidate.b as usize);
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
@@ -63,7 +63,7 @@ pub fn bond_unless(
             ties += usize::from(length >= interaction_ratio * sum * (1.0 - TIE));
         }
     }
-    block.sort();
+    bonder.finish(block, counts);
     Ok(BondCount { bonds: block.len() - before, ties })
 }
 
@@ -81,7 +81,7 @@ pub fn bond_more(
 ) -> Result<Vec<(Pair, [i8; 3])>, NeighborError> {
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
     let never = &mut |_: &Vec3, _: &Vec3| false;
-    let mut bonder = Bonder { block, rows, particles, severed: never, mean_radius: mean(&particles.radius) };
+    let mut bonder = Bonder::new(rows, particles, never);
     let mut made = Vec::new();
     for candidate in candidate_pairs(&particles.position, &reach, cell)? {
         let (pair, image) = (Pair { a: candidate.a, b: candidate.b }, candidate.image);
@@ -90,26 +90,26 @@ pub fn bond_more(
             made.push((pair, image));
         }
     }
-    block.sort();
+    bonder.finish(block, &|_| true);
     made.sort_unstable();
     Ok(made)
 }
 
-/// As [`bond_unless`], but for given pairs, the lower index first, none of them across the border of a periodic cell.
+/// As [`bond_unless`], but for given pairs, the lower index first, without a periodic cell.
 pub fn bond_links(
     block: &mut dyn Contacts,
     rows: &PairCoefficients,
     particles: &Particles,
     links: &[[u32; 2]],
-    mean_radius: f64,
+    counts: &dyn Fn(usize) -> bool,
     severed: &mut dyn FnMut(&Vec3, &Vec3) -> bool,
 ) -> BondCount {
     let before = block.len();
-    let mut bonder = Bonder { block, rows, particles, severed, mean_radius };
+    let mut bonder = Bonder::new(rows, particles, severed);
     for &[a, b] in links {
         bonder.bond(Pair { a, b }, [0; 3], &Vec3::zeros());
     }
-    block.sort();
+    bonder.finish(block, counts);
     BondCount { bonds: block.len() - before, ties: 0 }
 }
 
@@ -122,21 +122,23 @@ pub fn longest(links: &[[u32; 2]], particles: &Particles) -> f64 {
     links.iter().map(ratio).fold(1.0, f64::max)
 }
 
-/// Mean radius, m, to which the sections of beams refer; 0 without particles.
-pub fn mean(radii: &[f64]) -> f64 {
-    radii.iter().sum::<f64>() / radii.len().max(1) as f64
-}
-
-/// Makes bonds one by one.
+/// Collects bonds. Their cross-sections may depend on the mean radius of the bonded particles, which is known at the end.
 struct Bonder<'a> {
-    block: &'a mut dyn Contacts,
     rows: &'a PairCoefficients,
     particles: &'a Particles,
     severed: &'a mut dyn FnMut(&Vec3, &Vec3) -> bool,
-    mean_radius: f64,
+    found: Vec<(Pair, ContactFlags, PreviousGeometry)>,
 }
 
-impl Bonder<'_> {
+impl<'a> Bonder<'a> {
+    fn new(
+        rows: &'a PairCoefficients,
+        particles: &'a Particles,
+        severed: &'a mut dyn FnMut(&Vec3, &Vec3) -> bool,
+    ) -> Self {
+        Self { rows, particles, severed, found: Vec::new() }
+    }
+
     /// Bonds a pair; returns its length, m, or `None` if it must not be bonded.
     fn bond(&mut self, pair: Pair, image: [i8; 3], shift: &Vec3) -> Option<f64> {
         let particles = self.particles;
@@ -151,9 +153,33 @@ impl Bonder<'_> {
         }
         let geometry = initial_geometry(&particles.position[a], &particles.position[b], shift);
         let flags = ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image, padding: 0 };
-        let area = self.block.bonded_area(row, particles.radius[a], particles.radius[b], self.mean_radius);
-        self.block.push(pair, flags, Reference { length: geometry.length, area }, geometry);
+        self.found.push((pair, flags, geometry));
         Some(geometry.length)
+    }
+
+    /// Adds the bonds to a block and sorts it.
+    fn finish(self, block: &mut dyn Contacts, counts: &dyn Fn(usize) -> bool) {
+        let radius = &self.particles.radius;
+        let mean_radius = self.mean_radius(counts);
+        block.reserve(self.found.len());
+        for (pair, flags, geometry) in self.found {
+            let area = block.bonded_area(flags.row, radius[pair.a as usize], radius[pair.b as usize], mean_radius);
+            block.push(pair, flags, Reference { length: geometry.length, area }, geometry);
+        }
+        block.sort();
+    }
+
+    /// Mean radius of the particles that get bonds, m; 0 without bonds. As in LIGGGHTS and LAMMPS, particles without bonds do not
+    /// count, nor do those without `counts`.
+    fn mean_radius(&self, counts: &dyn Fn(usize) -> bool) -> f64 {
+        let mut bonded = vec![false; self.particles.len()];
+        for (pair, ..) in &self.found {
+            bonded[pair.a as usize] = true;
+            bonded[pair.b as usize] = true;
+        }
+        let counted = (0..bonded.len()).filter(|&p| bonded[p] && counts(p));
+        let (count, sum) = counted.fold((0, 0.0), |(count, sum), p| (count + 1, sum + self.particles.radius[p]));
+        sum / f64::from(count.max(1))
     }
 }
 
@@ -224,7 +250,7 @@ pub fn ratio_inside(
 mod tests {
     use super::*;
     use crate::lattice::Lattice;
-    use concordem_contact::law::LinearBond;
+    use concordem_contact::law::{CohesiveBeam, LinearBond, Section};
     use concordem_solver::state::Sphere;
     use concordem_solver::state::contacts::ContactBlock;
 
@@ -274,6 +300,29 @@ mod tests {
         let (within, reached) = ratio(10.0).unwrap();
         assert!((within - 2f64.sqrt()).abs() < 1e-12 && reached == 18.0, "{within} {reached}");
         assert_eq!(ratio(1000.0), None);
+    }
+
+    /// A large sphere far away does not thicken beams whose radius is relative to the mean one.
+    #[test]
+    fn particles_without_bonds_do_not_count_in_the_mean_radius() {
+        let beam = CohesiveBeam::new(1e9, 0.2, Section::Ratio(0.5)).unwrap();
+        let mut rows = PairCoefficients::new(1);
+        rows.set(0, 0, 0);
+        let area = |far: Option<f64>| {
+            let mut particles = Particles::default();
+            for (k, radius) in [1.0, 2.0, 3.0].into_iter().enumerate() {
+                particles.push(Sphere { position: Vec3::x() * 3.0 * k as f64, radius }, 0, 1.0, 1.0);
+            }
+            if let Some(radius) = far {
+                particles.push(Sphere { position: Vec3::y() * 100.0, radius }, 0, 1.0, 1.0);
+            }
+            let mut block = ContactBlock::new(vec![beam]);
+            assert_eq!(bond(&mut block, &rows, &particles, None, 1.0).unwrap().bonds, 2);
+            block.reference[0].area
+        };
+        // Exact sums of few digits.
+        assert_eq!(area(None), std::f64::consts::PI);
+        assert_eq!(area(Some(50.0)), area(None));
     }
 
     /// Members of a rigid body are not bonded to each other, only to others.

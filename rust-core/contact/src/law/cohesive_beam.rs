@@ -94,7 +94,7 @@ pub enum BendingTerm {
 /// Radius of the section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Section {
-    /// Radius over the mean radius of all particles, r̃; every bond gets the same radius ([2.22] ff.).
+    /// Radius over the mean radius of the bonded particles, r̃; every bond gets the same radius ([2.22] ff.).
     Ratio(f64),
     /// Radius, m.
     Radius(f64),
@@ -469,7 +469,7 @@ pub struct CohesiveBeamTable {
     #[serde(default = "beam_poisson")]
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub poisson: Number,
-    /// Radius of the beam divided by the mean radius of all particles; or give `radius`.
+    /// Radius of the beam divided by the mean radius of the bonded particles; or give `radius`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_ratio: Option<Number>,
     /// Radius of the beam, m; or give `radius_ratio`.
@@ -521,7 +521,7 @@ fn beam_poisson() -> Number {
 impl LawTable for CohesiveBeamTable {
     fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let help = "give `radius_ratio` (relative to the mean radius of the particles) or `radius`";
+        let help = "give `radius_ratio` (relative to the mean radius of the bonded particles) or `radius`";
         match (self.radius_ratio.is_some(), self.radius.is_some()) {
             (true, true) => faults.push(Fault::conflict("radius", "the radius of the beam is given twice", help)),
             (false, false) => faults.push(Fault::missing("", "the radius of the beam is missing", help)),

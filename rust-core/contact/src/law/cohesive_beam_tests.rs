@@ -319,7 +319,7 @@ fn bad_parameters_are_named() {
     assert!(CohesiveBeam { model: BeamModel::DualSpring { ratio: -0.1 }, ..beam() }.validate().is_err());
 }
 
-/// A section is that of the mean radius of all particles, or a given one, whatever the two particles are; the axial force is `ES` times
+/// A section is that of the mean radius of the bonded particles, or a given one, whatever the two particles are; the axial force is `ES` times
 /// the strain; and the faces of a crack touch where they parted.
 #[test]
 fn sections_belong_to_the_specimen() {

@@ -275,12 +275,6 @@ impl Links {
         self.materials.contains(&material)
     }
 
-    /// Radii of the particles in fibers (`true`), or of all others.
-    pub(super) fn radii(&self, particles: &Particles, in_fibers: bool) -> Vec<f64> {
-        let of = particles.radius.iter().zip(&particles.material);
-        of.filter(|(_, material)| self.has(**material) == in_fibers).map(|(radius, _)| *radius).collect()
-    }
-
     /// Takes away the coefficients between two fibers, whose particles have no bonds but those along a fiber.
     pub(super) fn part(&self, rows: &mut PairCoefficients) {
         for &a in &self.materials {

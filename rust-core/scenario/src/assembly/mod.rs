@@ -376,17 +376,17 @@ fn add_bonds(
     let links = links.as_ref();
     let along = links.map_or(Ok(None), |links| bond_fibers(scenario, links, cuts, state, &mut block, &mut rows))?;
     let particles = &state.particles;
-    let mean_radius =
-        bonding::mean(&links.map_or_else(|| particles.radius.clone(), |links| links.radii(particles, false)));
+    // Sections refer to the mean radius of the packing, without fibers.
+    let counts = &|p: usize| links.is_none_or(|links| !links.has(particles.material[p]));
     let network = placed.walled.as_ref().and_then(|walled| walled.network.as_ref());
     let severed = &mut |p: &Vec3, q: &Vec3| cuts.sever(p, q);
     let count = if let Some(links) = network {
         let links = in_order_of_state(links, particles, placed.packing.spheres.len())?;
         interaction_ratio = bonding::longest(&links, particles);
-        bonding::bond_links(block.contacts_mut(), &rows, particles, &links, mean_radius, severed)
+        bonding::bond_links(block.contacts_mut(), &rows, particles, &links, counts, severed)
     } else {
         memory::check_bonds(particles, cell, interaction_ratio)?;
-        bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, mean_radius, severed)?
+        bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, counts, severed)?
     };
     warnings.extend(doubtful_bonds(scenario, &count, bulk));
     warnings.extend(cuts.without_effect(scenario));
@@ -426,16 +426,15 @@ fn bond_fibers(
 ) -> Result<Option<ChainBonds>, AssemblyError> {
     let particles = &state.particles;
     let pairs = links.in_order_of_state(particles);
-    let mean_radius = bonding::mean(&links.radii(particles, true));
     let severed = &mut |p: &Vec3, q: &Vec3| cuts.sever(p, q);
     let law = LawName::CohesiveBeam;
     let chains = if block.law() == law.key() {
-        (bonding::bond_links(block.contacts_mut(), rows, particles, &pairs, mean_radius, severed).bonds, None)
+        (bonding::bond_links(block.contacts_mut(), rows, particles, &pairs, &|_| true, severed).bonds, None)
     } else {
         // Interfaces of the other bonds do not matter along a fiber; their own tables let fibers of two kinds differ.
         let with_tables = scenario.interfaces.iter().filter(|one| one.cohesive_beam.is_some()).cloned();
         let (mut own, rows) = laws::block(law, &scenario.materials, &with_tables.collect::<Vec<_>>())?;
-        let made = bonding::bond_links(own.contacts_mut(), &rows, particles, &pairs, mean_radius, severed);
+        let made = bonding::bond_links(own.contacts_mut(), &rows, particles, &pairs, &|_| true, severed);
         (made.bonds, Some(own))
     };
     links.part(rows);

@@ -63,8 +63,15 @@ impl<L: LawLoops> EvaluatedContacts for ContactBlock<L> {
         L::evaluate_walls(self, context, walls, sums, None)
     }
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
-        let contacts: Vec<_> = (0..self.len()).into_par_iter().map(|k| L::record_contact(self, k, context)).collect();
-        out.extend(&contacts);
+        // In pieces, because the records of all contacts take as much memory as the contacts.
+        const PIECE: usize = 1 << 16;
+        out.reserve(self.len());
+        for start in (0..self.len()).step_by(PIECE) {
+            let piece = start..self.len().min(start + PIECE);
+            let contacts: Vec<_> = piece.into_par_iter().map(|k| L::record_contact(self, k, context)).collect();
+            out.extend(&contacts);
+        }
+        out.end_block();
     }
     fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces) {
         super::record::record_walls(self, context, walls, out);

@@ -51,7 +51,18 @@ impl ContactForces {
         )
     }
 
-    /// Append the contacts of a block.
+    /// Make room for `count` more contacts, and no more.
+    pub(super) fn reserve(&mut self, count: usize) {
+        self.pair.reserve_exact(count);
+        self.branch.reserve_exact(count);
+        self.point.reserve_exact(count);
+        self.force.reserve_exact(count);
+        self.moment.reserve_exact(count);
+        self.place.reserve_exact(count);
+        self.damage.reserve_exact(count);
+    }
+
+    /// Append contacts of a block.
     pub(super) fn extend(&mut self, contacts: &[ContactRecord]) {
         self.damage.extend(contacts.iter().map(|contact| contact.damage));
         for row in contacts.iter().filter_map(|contact| contact.force.as_ref()) {
@@ -62,6 +73,10 @@ impl ContactForces {
             self.moment.push(row.moment);
             self.place.push(row.place);
         }
+    }
+
+    /// End the rows of a block.
+    pub(super) fn end_block(&mut self) {
         self.block_end.push(self.pair.len());
     }
 }

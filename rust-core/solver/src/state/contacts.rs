@@ -287,6 +287,10 @@ pub trait Contacts: Send + Sync {
     fn flags(&self) -> &[ContactFlags];
     /// Replace the image of every contact by `image` of its particles and image.
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
+    /// Make room for `count` more contacts, and no more.
+    fn reserve(&mut self, count: usize);
+    /// Replace particles and flags of every contact by those of `relink`; remove the contacts for which it returns none.
+    fn relink(&mut self, relink: &dyn Fn(Pair, ContactFlags) -> Option<(Pair, ContactFlags)>);
     /// Keep only the contacts for whose flags `keep` holds.
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
     /// Keep the contacts of the pairs, with their images, for which `keep` holds.
@@ -463,6 +467,26 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn retain_pairs(&mut self, keep: &dyn Fn(Pair, [i8; 3]) -> bool) {
         for (pair, flags) in self.pair.iter().zip(&mut self.flags) {
             flags.padding = u16::from(!keep(*pair, flags.image));
+        }
+        self.retain(|flags| flags.padding == 0);
+    }
+    fn reserve(&mut self, count: usize) {
+        self.pair.reserve_exact(count);
+        self.flags.reserve_exact(count);
+        self.reference.reserve_exact(count);
+        self.previous.reserve_exact(count);
+        self.history.reserve_exact(count);
+        if !self.rest_length.is_empty() {
+            self.rest_length.reserve_exact(count);
+        }
+    }
+    fn relink(&mut self, relink: &dyn Fn(Pair, ContactFlags) -> Option<(Pair, ContactFlags)>) {
+        for (pair, flags) in self.pair.iter_mut().zip(&mut self.flags) {
+            if let Some((new_pair, new_flags)) = relink(*pair, *flags) {
+                (*pair, *flags) = (new_pair, ContactFlags { padding: 0, ..new_flags });
+            } else {
+                flags.padding = 1;
+            }
         }
         self.retain(|flags| flags.padding == 0);
     }

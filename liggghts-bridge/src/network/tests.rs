@@ -1,0 +1,165 @@
+//! Tests of the network with atoms in plain arrays, as a host has them.
+
+use super::*;
+use crate::atoms::{LARGEST_TAG, Tags};
+
+/// Arrays of a host with `owned` atoms and ghosts.
+struct Arrays {
+    narrow: Vec<i32>,
+    wide: Vec<i64>,
+    owned: usize,
+    kind: Vec<i32>,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    radius: Vec<f64>,
+    force: Vec<f64>,
+    torque: Vec<f64>,
+    memory: Vec<f64>,
+}
+
+impl Arrays {
+    /// Atoms of `chain` as numbers along a chain of overlapping spheres; `ids` gives their ids.
+    fn new(network: &Network, owned: &[usize], ghosts: &[usize], ids: impl Fn(usize) -> Tag, is_wide: bool) -> Self {
+        let all: Vec<usize> = owned.iter().chain(ghosts).copied().collect();
+        let count = all.len();
+        let tags: Vec<Tag> = all.iter().map(|&k| ids(k)).collect();
+        let mut memory = vec![0.0; count * network.atom_width()];
+        for of_atom in memory.chunks_mut(network.atom_width()) {
+            network.initial_memory(of_atom);
+        }
+        Self {
+            narrow: if is_wide { Vec::new() } else { tags.iter().map(|&tag| i32::try_from(tag).unwrap()).collect() },
+            wide: if is_wide { tags } else { Vec::new() },
+            owned: owned.len(),
+            kind: vec![1; count],
+            position: all.iter().flat_map(|&k| [0.01 * k as f64, 1e-4 * (k * k) as f64, 0.0]).collect(),
+            velocity: all.iter().flat_map(|&k| [0.1 * k as f64, 0.0, 0.3]).collect(),
+            radius: vec![0.005; count],
+            force: vec![0.0; 3 * owned.len()],
+            torque: vec![0.0; 3 * owned.len()],
+            memory,
+        }
+    }
+
+    fn atoms(&mut self) -> Atoms<'_> {
+        Atoms {
+            owned: self.owned,
+            tag: if self.wide.is_empty() { Tags::Narrow(&self.narrow) } else { Tags::Wide(&self.wide) },
+            kind: &self.kind,
+            mask: &self.kind,
+            group: 1,
+            position: &self.position,
+            velocity: &self.velocity,
+            angular_velocity: &self.velocity,
+            radius: &self.radius,
+            mass: &self.radius,
+            force: &mut self.force,
+            torque: &mut self.torque,
+            memory: &mut self.memory,
+            edge: [0.0; 3],
+            dt: 1e-6,
+            step: 1,
+        }
+    }
+}
+
+fn empty() -> Network {
+    let words = "linear_bond normal_stiffness 1e6 shear_stiffness 5e5 bond distance 1.2";
+    let words: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
+    Network::new(Options::parse(&words, 1).unwrap()).unwrap()
+}
+
+fn rebuild(network: &mut Network, arrays: &mut Arrays) -> Result<(), NetworkError> {
+    network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, 0.005)
+}
+
+/// Forces of a step in which an atom moved, after a bonded chain of five atoms whose last one is a ghost was built.
+fn forces(ids: impl Fn(usize) -> Tag + Copy, is_wide: bool) -> (Network, Vec<f64>) {
+    let mut network = empty();
+    let mut arrays = Arrays::new(&network, &[3, 0, 1, 2], &[4], ids, is_wide);
+    rebuild(&mut network, &mut arrays).unwrap();
+    network.make_near().unwrap();
+    assert_eq!(network.fresh.len(), 4);
+    rebuild(&mut network, &mut arrays).unwrap();
+    arrays.position[0] += 1e-5;
+    network.forces(&mut arrays.atoms(), false, true, true).unwrap();
+    (network, arrays.force)
+}
+
+#[test]
+fn ids_of_64_bits_give_the_same_forces() {
+    let wide = |k: usize| LARGEST_TAG - 10 + k as Tag;
+    let (mut network, of_wide) = forces(wide, true);
+    let (_, of_narrow) = forces(|k| 1 + k as Tag, false);
+    assert!(of_narrow.iter().any(|force| *force != 0.0));
+    assert_eq!(of_wide, of_narrow);
+    assert_eq!(network.rows()[..2], [wide(0) as f64, wide(1) as f64]);
+    // Records keep the ids on their way to another processor.
+    let mut buffer = Vec::new();
+    network.pack(wide(1), true, &mut buffer);
+    assert_eq!(buffer.len(), 2 * network.record_reals());
+    let mut other = empty();
+    other.unpack(wide(1), &buffer).unwrap();
+    let mut arrays = Arrays::new(&other, &[1], &[0, 2], wide, true);
+    rebuild(&mut other, &mut arrays).unwrap();
+    assert_eq!((other.sums().bonds, other.ends()), (1.0, [1.0, 1.0]));
+}
+
+#[test]
+fn ids_that_records_cannot_hold_are_refused() {
+    for id in [0, -3, LARGEST_TAG + 1] {
+        let mut network = empty();
+        let mut arrays = Arrays::new(&network, &[0], &[], |_| id, true);
+        let error = rebuild(&mut network, &mut arrays).unwrap_err().to_string();
+        assert!(error.contains(&format!("at most 2^53, but {id} is not")), "{error}");
+    }
+}
+
+/// Bonds that stay, leave, and arrive at a rebuild: the history of each goes with its ids.
+#[test]
+fn bonds_follow_their_atoms_through_rebuilds() {
+    let ids = |k: usize| 10 - k as Tag;
+    let (mut first, _) = forces(ids, false);
+    let history = |network: &mut Network, k: usize| {
+        let mut buffer = Vec::new();
+        network.pack(ids(k), false, &mut buffer);
+        let records: Vec<_> = buffer.chunks(network.record_reals()).map(<[f64]>::to_vec).collect();
+        records
+    };
+    let all: Vec<_> = (0..4).map(|k| history(&mut first, k)).collect();
+    assert!(all[3][0][9..].iter().any(|real| *real != 0.0), "there is a history");
+    // Atoms 0 and 1 leave; 2 and 3 stay; 1 becomes a ghost. The other processor gets what leaves.
+    let mut second = empty();
+    for k in [0, 1] {
+        let mut buffer = Vec::new();
+        first.pack(ids(k), true, &mut buffer);
+        second.unpack(ids(k), &buffer).unwrap();
+    }
+    let mut here = Arrays::new(&first, &[2, 3], &[1, 4], ids, false);
+    let mut there = Arrays::new(&second, &[0, 1], &[2], ids, false);
+    rebuild(&mut first, &mut here).unwrap();
+    rebuild(&mut second, &mut there).unwrap();
+    for (k, wanted) in all.iter().enumerate() {
+        let owner = if k < 2 { &mut second } else { &mut first };
+        let mut found = history(owner, k);
+        let mut wanted = wanted.clone();
+        found.sort_by(|a, b| a[..2].partial_cmp(&b[..2]).unwrap());
+        wanted.sort_by(|a, b| a[..2].partial_cmp(&b[..2]).unwrap());
+        assert_eq!(found, wanted, "atom {k}");
+    }
+    // The bond of the ghost counts elsewhere.
+    assert_eq!((first.sums().bonds, second.sums().bonds, first.ends()), (2.0, 1.0, [2.0, 2.0]));
+    // They return: the bond of atoms 1 and 2 arrives, although it is held here.
+    for k in [0, 1] {
+        let mut buffer = Vec::new();
+        second.pack(ids(k), true, &mut buffer);
+        first.unpack(ids(k), &buffer).unwrap();
+    }
+    let mut here = Arrays::new(&first, &[2, 3, 0, 1], &[4], ids, false);
+    rebuild(&mut first, &mut here).unwrap();
+    assert_eq!(first.ends(), [3.0, 4.0]);
+    // An atom that is gone, though its bond is here.
+    let mut less = Arrays::new(&first, &[2, 3], &[4], ids, false);
+    let error = rebuild(&mut first, &mut less).unwrap_err().to_string();
+    assert!(error.contains("bond of atoms 8 and 9"), "{error}");
+}
