@@ -2,6 +2,7 @@
 
 use super::Expression;
 use super::field::Field;
+use super::recorded::RecordedMotion;
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
 use concordem_solver::Solver;
 use concordem_solver::heat::supply::Factors;
@@ -313,6 +314,8 @@ pub struct Histories {
     pub constant_loads: Vec<Load>,
     /// Heat from outside, if heat flows.
     pub heat: Option<HeatHistories>,
+    /// Motions that files give step by step.
+    pub recorded: Vec<RecordedMotion>,
 }
 
 impl Histories {
@@ -364,6 +367,9 @@ impl Histories {
         }
         for turning in &self.turning {
             turning.set(state, between);
+        }
+        for motion in &self.recorded {
+            motion.apply(state, solver);
         }
         if self.motions.is_empty() {
             return;
