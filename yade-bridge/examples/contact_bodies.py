@@ -139,7 +139,8 @@ def two_bars(longer=1.0, bricks=40, speed=0.1):
         times.append(k * step)
         forces.append(contact.last[1].force[0])
     forces = np.array(forces)
-    during = np.nonzero(forces > 1e-3 * forces.max())[0]
+    # From half of the force at the front to half of it at the end; ripples of the bricks follow.
+    during = np.nonzero(forces > 0.25 * DENSITY * wave * AREA * speed)[0]
     lasted = (during[-1] - during[0]) * step
     means = [elements.momentum()[0] / elements.mass.sum() for elements in (first, second)]
     plateau = forces[during[len(during) // 3] : during[2 * len(during) // 3]].mean() / (0.5 * DENSITY * wave * AREA * speed)

@@ -14,13 +14,12 @@ STEP = 2e-5
 LAW = {"frictional": {"normal_stiffness": 2e3, "shear_stiffness": 1e3, "friction_coefficient": 0.4, "damping_ratio": 0.05}}
 
 
-def block(center, kind="Hex", size=0.1, cells=2, turned=0.0, step=STEP, **options):
-    """A cube of rubber, turned about (1, 1, 0)."""
+def block(center, kind="Hex", size=0.1, cells=2, turned=0.0, step=STEP, axis=(1, 1, 0), **options):
+    """A cube of rubber, turned about an axis."""
     fem = pytest.importorskip("skfem")
     line = np.linspace(-0.5 * size, 0.5 * size, cells + 1)
     mesh = getattr(fem, f"Mesh{kind}").init_tensor(line, line, line)
-    axis = np.array([1.0, 1.0, 0.0]) / np.sqrt(2)
-    cross = np.cross(np.eye(3), axis)
+    cross = np.cross(np.eye(3), np.array(axis) / np.linalg.norm(axis))
     rotation = np.eye(3) - np.sin(turned) * cross + (1 - np.cos(turned)) * cross @ cross
     mesh = type(mesh)((rotation @ mesh.p) + np.array(center)[:, None], mesh.t)
     return coupling.ScikitDynamics(mesh, coupling.Elastic(2e6, 0.2, 1000.0), step, **options)
@@ -36,14 +35,14 @@ def simulate(bodies, threads=1, particles=None, material=None, velocities=(), st
     } | tables)).simulation(threads=threads)
 
 
-def colliding(kind="Hex", radius=(0.01, 0.01), threads=1, turned=0.7, **more):
+def colliding(kind="Hex", radius=(0.015, 0.015), threads=1, turned=0.7, **more):
     """Two cubes that meet edge on face, spinning; a sphere comes between them."""
-    elements = [block([0, 0, 0], kind), block([0.02, 0.01, 0.142], kind, turned=turned)]
+    elements = [block([0, 0, 0], kind), block([0.02, 0.01, 0.151], kind, turned=turned)]
     elements[0].velocity[:] = np.cross([1.0, -2.0, 3.0], elements[0].nodes)
     elements[1].velocity[:] = [0.1, 0.2, -1.5]
-    bodies = [coupling.ContactBody(f"b{k}", e, LAW, r) for k, (e, r) in enumerate(zip(elements, radius))]
+    bodies = [coupling.ContactBody(f"b{k}", e, LAW, r, 0.8) for k, (e, r) in enumerate(zip(elements, radius))]
     material = {"density": 2500.0} | LAW
-    run = simulate(bodies, threads, [[-0.04, -0.03, 0.0801, 0.02]], material, [[0, 0, -0.5]], **more)
+    run = simulate(bodies, threads, [[-0.03, -0.03, 0.0705, 0.02]], material, [[0, 0, -2.0]], **more)
     return run, bodies
 
 
@@ -94,7 +93,7 @@ def test_spheres_cover_their_skin_and_pass_force_moment_and_power(kind):
 # ---- Conservation ----------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("kind", "radius"), [("Hex", (0.01, 0.01)), ("Tet", (0.01, 0.01)), ("Hex", (0.01, None))],
+@pytest.mark.parametrize(("kind", "radius"), [("Hex", (0.015, 0.015)), ("Tet", (0.015, 0.015)), ("Hex", (0.015, None))],
                          ids=["hex", "tet", "spheres on one body"])
 def test_momentum_and_energy_pass_between_bodies_without_loss(kind, radius):
     run, bodies = colliding(kind, radius)
@@ -106,12 +105,12 @@ def test_momentum_and_energy_pass_between_bodies_without_loss(kind, radius):
     moving = np.abs(bodies[1].elements.momentum()).max()
     held = run.state.masses[~free] @ (run.state.velocities[~free] ** 2).sum(axis=1)
     largest, pair = np.zeros(2), 0.0
-    for _ in range(1200):
+    for _ in range(500):
         contact.step()
         largest = np.maximum(largest, [np.abs(exchange.force).max() for exchange in contact.last])
         pair = max(pair, np.abs(contact.last[0].force + contact.last[1].force).max())
         for before, after in zip(start, momenta(bodies, run.state, free)):
-            # Rounding of up to 1,200 steps.
+            # Rounding of up to 500 steps.
             assert np.abs(after - before).max() < 1e-12 * moving
     assert (largest > 20).all()
     # The sphere takes a part of the momentum: the forces on the bodies are a pair only where it does not touch.
@@ -136,9 +135,9 @@ def test_a_rigid_motion_of_all_bodies_makes_no_force():
     elements = [block([0, 0, 0]), block([0, 0, 0.1105])]
     for e in elements:
         e.velocity[:] = [0.3, -0.1, 0.2]
-    bodies = [coupling.ContactBody(f"b{k}", e, LAW, 0.01) for k, e in enumerate(elements)]
+    bodies = [coupling.ContactBody(f"b{k}", e, LAW, 0.01, 0.8) for k, e in enumerate(elements)]
     contact = coupling.ContactCoupling(simulate(bodies), bodies)
-    contact.step(300)
+    contact.step(100)
     assert not contact.work.any() and not contact.impulse.any()
     # So does a body alone, whose spheres lie on its own mesh.
     alone = [coupling.ContactBody("b", block([0, 0, 0]), LAW, 0.02)]
@@ -149,21 +148,15 @@ def test_a_rigid_motion_of_all_bodies_makes_no_force():
 
 
 def test_edges_that_cross_do_not_pass_through_each_other():
-    # Two cubes on their edges, crosswise: no node of one comes near the other. They touch where the edges cross, and part again.
-    elements = [block([0, 0, 0], turned=np.pi / 4, cells=1), block([0, 0, 0], cells=1)]
-    # Both stand on an edge: the first along (1, 1, 0), the second along (1, -1, 0).
-    fem = pytest.importorskip("skfem")
-    nodes = elements[0].nodes.copy()
-    other = nodes[:, [1, 0, 2]] * [-1.0, 1.0, -1.0] + [0, 0, 0.165]
-    made = []
-    for places, speed in ((nodes, 0.5), (other, -0.5)):
-        mesh = fem.MeshHex(places.T, elements[0].mesh.t)
-        made.append(coupling.ScikitDynamics(mesh, coupling.Elastic(2e6, 0.2, 1000.0), STEP))
-        made[-1].velocity[:, 2] = speed
-    bodies = [coupling.ContactBody(f"b{k}", e, LAW, 0.012) for k, e in enumerate(made)]
+    # Two cubes, one standing on an edge along x, one with its upper edge along y: no node comes near the other cube.
+    height = 0.1 / np.sqrt(2) + 0.001
+    made = [block([0, 0, -height], turned=np.pi / 4, axis=(0, 1, 0), cells=1), block([0, 0, height + 0.011], turned=np.pi / 4, axis=(1, 0, 0), cells=1)]
+    for elements, speed in zip(made, (0.5, -0.5)):
+        elements.velocity[:, 2] = speed
+    bodies = [coupling.ContactBody(f"b{k}", e, LAW, 0.012, 0.8) for k, e in enumerate(made)]
     contact = coupling.ContactCoupling(simulate(bodies), bodies)
     least = np.inf
-    for _ in range(2000):
+    for _ in range(900):
         contact.step()
         top, bottom = bodies[0].vertices[:, 2].max(), bodies[1].vertices[:, 2].min()
         least = min(least, bottom - top)
@@ -176,7 +169,7 @@ def test_edges_that_cross_do_not_pass_through_each_other():
 def test_a_coupled_run_continues_bit_by_bit(tmp_path):
     run, bodies = colliding()
     contact = coupling.ContactCoupling(run, bodies)
-    contact.step(450)
+    contact.step(200)
     assert np.abs(contact.impulse).max() > 0
     run.save(tmp_path / "half.h5")
     saved = [body.elements.save() for body in bodies]
@@ -276,16 +269,17 @@ def test_contacts_that_fail_are_errors():
     soft = {"frictional": {"normal_stiffness": 1.0, "shear_stiffness": 0.0, "friction_coefficient": 0.0}}
     elements = [block([0, 0, 0]), block([0, 0, 0.1101])]
     elements[1].velocity[:, 2] = -2.0
-    bodies = [coupling.ContactBody(f"b{k}", e, soft, 0.01) for k, e in enumerate(elements)]
+    bodies = [coupling.ContactBody(f"b{k}", e, soft, 0.01, 0.9) for k, e in enumerate(elements)]
     with pytest.raises(concordem.CouplingError, match="use stiffer contacts, larger spheres"):
         coupling.ContactCoupling(simulate(bodies), bodies).step(400)
     # Stiff contacts: unstable.
-    stiff = {"frictional": {"normal_stiffness": 1e7, "shear_stiffness": 0.0, "friction_coefficient": 0.0}}
+    stiff = {"frictional": {"normal_stiffness": 2e7, "shear_stiffness": 0.0, "friction_coefficient": 0.0}}
     elements = [block([0, 0, 0]), block([0, 0, 0.1101])]
     elements[1].velocity[:, 2] = -2.0
-    bodies = [coupling.ContactBody(f"b{k}", e, stiff, 0.01) for k, e in enumerate(elements)]
+    bodies = [coupling.ContactBody(f"b{k}", e, stiff, 0.01, 0.9) for k, e in enumerate(elements)]
+    run = simulate(bodies, integration={"time_step": STEP, "allow_energy_error": True})
     with pytest.raises(concordem.CouplingError, match="use a smaller time step, softer contacts"):
-        coupling.ContactCoupling(simulate(bodies), bodies).step(400)
+        coupling.ContactCoupling(run, bodies).step(400)
     # A skin that stretches until its spheres leave gaps.
     stretched = [coupling.ContactBody("b", block([0, 0, 0]), LAW, 0.02, 0.9)]
     contact = coupling.ContactCoupling(simulate(stretched), stretched)
@@ -309,7 +303,7 @@ def test_excluded_materials_pass_through_each_other():
             "integration": {"time_step": STEP}, "stop": {"steps": 10},
         } | more))
 
-    with pytest.raises(concordem.AssemblyError, match="deep in the wall"):
+    with pytest.raises(concordem.ScenarioError, match="deep in the wall"):
         scene([["a", "b"]]).simulation().step()
     run = scene([["a", "b"], ["b", "b"]]).simulation()
     run.step(5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._protocol import FiniteElements, Reals, _vectors
+from ._record import MotionRecord, written
 from ._surface import Skin, _check_steps
 
 if TYPE_CHECKING:
@@ -248,12 +250,13 @@ class ContactCoupling:
     Args:
         simulation: of a scenario with the tables of :func:`contact_tables`.
         bodies: in the same order.
+        record: whether to record the motion of meshes and spheres for :meth:`write_motion`; from step 0 on.
 
     Raises CouplingError for pairs that do not fit, time steps above the stable one with the contacts, spheres that a body has pressed
     through, and skins so stretched that the spheres do not cover them.
     """
 
-    def __init__(self, simulation: Simulation, bodies: Sequence[ContactBody]) -> None:
+    def __init__(self, simulation: Simulation, bodies: Sequence[ContactBody], record: bool = False) -> None:
         state = simulation.state
         if state.cell is not None:
             raise CouplingError("the contact coupling takes bodies with a surface; remove the periodic cell", "Periodic")
@@ -277,6 +280,7 @@ class ContactCoupling:
                 raise CouplingError(f'the mesh "{body.name}" has other triangles than the skin; give the body of the scenario', "Mesh")
         self._check_places()
         rows = self._rows()
+        self._record = MotionRecord(state.step) if record else None
         if state.step == 0:
             # Elements that move at the start: the first contacts see it.
             velocities, spins = state.writable("velocities"), state.writable("angular_velocities")
@@ -285,6 +289,7 @@ class ContactCoupling:
                 simulation.place_mesh(body.name, body.vertices, velocity)
                 if body.spheres is not None:
                     velocities[own], spins[own] = body.spheres.motion(body.vertices, velocity)
+                self._note(body, velocity, velocities[own], spins[own])
         self.work: Reals = np.zeros(len(self.bodies))
         """Work of the contacts on each body so far, J."""
         self.impulse: Reals = np.zeros((len(self.bodies), 3))
@@ -294,6 +299,13 @@ class ContactCoupling:
         self._steps = 0
         # Bodies whose time step looked too long at the last check.
         self._suspects: dict[str, float] = {}
+
+    def _note(self, body: ContactBody, velocity: Reals, of_spheres: Reals, spins: Reals) -> None:
+        """Record a motion."""
+        if self._record is not None:
+            self._record.add("wall", body.name, velocity)
+            if body.spheres is not None:
+                self._record.add("set", body.of_spheres, of_spheres, spins)
 
     def _rows(self) -> list[NDArray[np.int64]]:
         """Rows of the spheres of each body in the state, which may sort its particles anew."""
@@ -436,6 +448,7 @@ class ContactCoupling:
                 simulation.drive_mesh(body.name, after)
                 if body.spheres is not None:
                     targets[rows[k]], spins[rows[k]] = body.spheres.motion(vertices, after)
+                self._note(body, after, targets[rows[k]], spins[rows[k]])
                 # Forces at an instant work over the half steps before and after it.
                 work = float(np.vdot(nodal, 0.5 * elements.time_step * (before + after)))
                 total: Reals = nodal.sum(axis=0)
@@ -447,6 +460,11 @@ class ContactCoupling:
             if simulation.state.step == number:
                 raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
             self._check_places()
+
+    def write_motion(self, folder: str | PathLike[str]) -> list[dict[str, Any]]:
+        """Write the recorded motion to the folder; returns the tables ``[[slave]]`` with which a scenario in that folder repeats the run
+        without finite elements, to the bit."""
+        return written(self._record, folder)
 
 
 def _on_surface(corners: Reals, points: Reals) -> tuple[NDArray[np.int64], Reals]:
