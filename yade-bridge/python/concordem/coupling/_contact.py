@@ -20,11 +20,8 @@ if TYPE_CHECKING:
 _COVER = 0.5
 # A sphere whose center comes nearer to a mesh than this fraction of its radius is about to pass through it.
 _DEEPEST = 0.1
-# Steps between two checks of the stable step with contacts. Two in succession must fail: at the first touch, dashpots make a contact look
-# stiff.
-_CHECK = 4
-# Overlaps below this fraction of the radius do not tell the stiffness of a contact: its force is mostly that of the dashpot.
-_SHALLOW = 2e-3
+# Overlaps below this fraction of the radius are rounding.
+_SHALLOW = 1e-9
 
 
 class SkinSpheres:
@@ -296,8 +293,8 @@ class ContactCoupling:
         """Momentum passed to each body so far, N s."""
         self.last: list[ContactExchange] = []
         """The last exchange, by body."""
-        self._steps = 0
-        # Bodies whose time step looked too long at the last check.
+        # At the first touch, dashpots make a contact look stiff: then the time step must be too long in two steps in succession.
+        self._damped = any(table.get("damping_ratio", 0.0) for body in self.bodies for table in body.law.values())
         self._suspects: dict[str, float] = {}
 
     def _note(self, body: ContactBody, velocity: Reals, of_spheres: Reals, spins: Reals) -> None:
@@ -345,9 +342,7 @@ class ContactCoupling:
         np.add.at(moment, walls.particle, couple)
         depth = state.radii[walls.particle] - np.linalg.norm(arm, axis=1)
         self._check_depth(walls.particle, depth)
-        if self._steps % _CHECK == 0:
-            self._check_stable(walls, depth)
-        self._steps += 1
+        self._check_stable(walls, depth)
         result = []
         for body, rows in zip(self.bodies, self._rows(), strict=True):
             nodal = np.array(forces.meshes[body.name])
@@ -377,7 +372,7 @@ class ContactCoupling:
 
         The stiffness of the contacts adds to that of the elements. The largest eigenvalue of ``m^-1 sum of k w w^T`` is at most its
         largest row sum ``sum of k w_i / m_i`` (Gershgorin; the weights of a contact add up to 1). k: 3/2 of force over overlap, that of
-        Hertz; dashpots make it too large at small overlaps, which are left out.
+        Hertz.
         """
         radii = self.simulation.state.radii[walls.particle]
         used = depth > _SHALLOW * self.simulation.state.radii[walls.particle]
@@ -408,7 +403,7 @@ class ContactCoupling:
             bound = 2.0 / np.sqrt((2.0 / stable) ** 2 + square)
             if elements.time_step > bound:
                 suspects[body.name] = bound
-                if body.name in self._suspects:
+                if not self._damped or body.name in self._suspects:
                     message = (
                         f'with the contacts of "{body.name}" the time step is stable up to {bound:.3e} s, less than '
                         f"{elements.time_step:.3e} s; use a smaller time step, softer contacts, or fewer spheres"
