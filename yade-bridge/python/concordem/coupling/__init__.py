@@ -25,6 +25,7 @@ from .._types import CellResponse, PointUpdate
 from ._contact import ContactBody, ContactCoupling, ContactExchange, SkinSpheres, contact_tables
 from ._embedding import Embedding
 from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
+from ._micro import micro_simulation
 from ._protocol import CallbackElements, FiniteElements, check_pair
 from ._pictures import write_vtk
 from ._scikit import ScikitDynamics
@@ -62,5 +63,6 @@ __all__ = [
     "hand_over",
     "handover_damage",
     "handover_tensor",
+    "micro_simulation",
     "write_vtk",
 ]
