@@ -201,7 +201,8 @@ impl RepresentativeCells {
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<Vec<String>> {
         let cells = self.cells.lock()?;
         let text = &self.scenario.get().inner.source.text;
-        std::fs::create_dir_all(&folder).map_err(|error| PyOSError::new_err(format!("{}: {error}", folder.display())))?;
+        std::fs::create_dir_all(&folder)
+            .map_err(|error| PyOSError::new_err(format!("{}: {error}", folder.display())))?;
         let write = |(k, cell): (usize, &RepresentativeCell)| checkpoint::write(&file(&folder, k), cell.state(), text);
         let written: Vec<_> = detach(py, || cells.iter().enumerate().map(write).collect())?;
         written.into_iter().map(OrRaise::or_raise).collect()
@@ -223,12 +224,16 @@ impl RepresentativeCells {
         for k in 0..self.count {
             let path = file(&folder, k);
             let mut stored = detach(py, || checkpoint::read(&path))?.or_raise()?;
-            let before = concordem::scenario::Scenario::parse(&path.display().to_string(), &stored.provenance).or_raise()?;
+            let before =
+                concordem::scenario::Scenario::parse(&path.display().to_string(), &stored.provenance).or_raise()?;
             let changes = caught(|| restart::check(&before, inner, Continuation::NewResult))?.or_raise()?;
             if let Some(change) = changes.first() {
                 let message = format!(
                     "{}: written with another scenario: {} was {}, and is {}",
-                    path.display(), change.key, change.before, change.after
+                    path.display(),
+                    change.key,
+                    change.before,
+                    change.after
                 );
                 return Err(PyValueError::new_err(message));
             }

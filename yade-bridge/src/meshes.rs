@@ -26,7 +26,8 @@ pub fn free_mesh(run: &Run, name: &str, vectors: &[&[Vec3]]) -> PyResult<usize> 
     let histories = &run.schedule.histories;
     let recorded = |motion: &RecordedMotion| matches!(motion.moved, Moved::Driven(w) | Moved::Placed(w) if w == wall);
     if histories.recorded.iter().any(recorded) {
-        let message = format!("the mesh \"{name}\" repeats the motion of a [[slave]]; remove it to move the mesh from Python");
+        let message =
+            format!("the mesh \"{name}\" repeats the motion of a [[slave]]; remove it to move the mesh from Python");
         return Err(PyValueError::new_err(message));
     }
     if histories.meshes.iter().any(|timed| timed.wall == wall) {

@@ -268,26 +268,24 @@ def test_tangent_of_a_cell_is_the_derivative_of_its_stress():
     wanted = cells.stiffness()[0]
     # Differences of 1e-6 change the geometry by as much.
     assert np.abs(found - wanted).max() < 1e-5 * wanted.max()
-    # A random packing that softens: what the tangent leaves of the change of the stress falls with the square of the change.
-    soft = {"name": "m", "density": "2000 kg/m^3", "cpm": {
-        "young": "4 MPa", "shear_ratio": 0.2, "crack_onset_strain": 1e-4, "relative_ductility": 10, "cohesion": "1 GPa",
-        "friction_coefficient": 0.0}}
-    material = coupling.CellMaterial(coupling.RepresentativeCells(cell_scenario(material=soft), 1), steps=50)
-    material.stress(gradients([0, 0, 4e-4, 0, 0, 0]))
-    base = gradients([0, 0, 6e-4, 0, 0, 0])
-    tangent = material.tangent(base, 1e-7)[0]
+    # A random packing on its way: what the tangent leaves of the change of the stress, over that change, falls with the change.
+    # Without damping: local damping depends on the signs of velocities, and has no derivative.
+    material = coupling.CellMaterial(coupling.RepresentativeCells(cell_scenario(integration={}), 1), steps=50)
+    material.stress(gradients([0, 0, 2e-2, 0, 0, 0]))
+    base = gradients([0, 0, 3e-2, 0, 0, 0])
+    tangent = material.tangent(base)[0]
     saved = material.save()
     change = np.random.default_rng(4).normal(size=(3, 3))
-    change[2, 2] = 2.0
     left = []
-    for size in (4e-5, 2e-5):
+    for size in (2e-3, 1e-3):
         stresses = []
         for factor in (0.0, size):
             stresses.append(material.stress(base + factor * change)[0])
             material.restore(saved)
         rest = stresses[1] - stresses[0] - np.einsum("ijkl,kl->ij", tangent, size * change)
         left.append(np.linalg.norm(rest) / np.linalg.norm(stresses[1] - stresses[0]))
-    assert left[0] < 0.2 and left[1] < 0.65 * left[0]
+    # Contacts of unbonded particles begin and end on the way, so not exactly by half.
+    assert left[0] < 0.2 and left[1] < 0.7 * left[0]
     with pytest.raises(ValueError, match="difference is 0"):
         material.tangent(base, 0.0)
 

@@ -16,7 +16,11 @@ use concordem_solver::state::{Constraint, State};
 ///
 /// # Errors
 /// Files that cannot be read or do not fit, particles whose motion is not prescribed, and meshes with a motion of their own.
-pub(super) fn build(scenario: &Scenario, folder: &Path, state: &mut State) -> Result<Vec<RecordedMotion>, AssemblyError> {
+pub(super) fn build(
+    scenario: &Scenario,
+    folder: &Path,
+    state: &mut State,
+) -> Result<Vec<RecordedMotion>, AssemblyError> {
     let mut motions = Vec::new();
     for (at, slave) in scenario.slaves.iter().enumerate() {
         let path = folder.join(&slave.path);
@@ -130,9 +134,7 @@ fn motion(
 /// In two dimensions particles rotate about z alone, and nothing moves along z.
 fn refuse_out_of_plane(motion: &RecordedMotion, state: &State) -> Result<(), String> {
     let leaves = match &motion.moved {
-        Moved::Particles(_) => {
-            motion.vectors.chunks_exact(2).any(|v| v[0].z != 0.0 || v[1].x != 0.0 || v[1].y != 0.0)
-        }
+        Moved::Particles(_) => motion.vectors.chunks_exact(2).any(|v| v[0].z != 0.0 || v[1].x != 0.0 || v[1].y != 0.0),
         Moved::Driven(_) => motion.vectors.iter().any(|v| v.z != 0.0),
         Moved::Placed(wall) => {
             let places = state.walls[*wall].mesh().map_or(&[][..], |mesh| &mesh.position);

@@ -229,10 +229,7 @@ impl Checker<'_> {
                 self.conflict(&key, "another [[slave]] moves the same", "remove one");
             }
         }
-        let refused = [
-            ("[heat]", scenario.heat.is_some()),
-            ("a periodic cell", scenario.packing.is_periodic()),
-        ];
+        let refused = [("[heat]", scenario.heat.is_some()), ("a periodic cell", scenario.packing.is_periodic())];
         for (what, _) in refused.into_iter().filter(|(_, present)| *present && !scenario.slaves.is_empty()) {
             self.conflict("slave[0]", format!("not possible with {what}"), "remove one of the two");
         }
