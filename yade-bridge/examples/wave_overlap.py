@@ -2,9 +2,9 @@
 """Volume coupling: what a wave loses at the interface of elements and particles, against the width of the overlap and damping.
 
 A bar of bricks continues as a chain of bonded particles of the same stiffness and mass per length; the first particle is a slave in the bar.
-The bar ends `overlap` behind the slave. A packet of waves of length L runs from the bar into the chain. Theory: the slave carries no mass,
-so beside half a bond, with m/2, the point has the mass of the overlap, m e/d, instead of m/2. A bar with the impedance Z = m c/d and an
-excess of mass M at one point reflects the share x^2/(1 + x^2) of the energy, x = 2 pi c M/(2 Z L).
+The bar ends `overlap` (e) behind the slave. A packet of waves of length L, wave number k, runs from the bar into the chain. Theory of a
+continuous bar with the impedance Z = m c/d: the slave carries no mass, so half of a particle, m/2, is missing at its place; and the end of
+the bar behind it answers as Z tan(k e). Together they reflect the share x^2/(1 + x^2) of the energy, x = (tan(k e) - k d/2)/2.
 
 Writes overlap.png and overlap.json into the folder `--output`. Takes some two minutes.
 
@@ -72,8 +72,13 @@ def reflected(overlap, length, damping=0.0):
     state, last = simulation.state, simulation.samples[-1]
     free = state.ids != 0
     beyond = 0.5 * float(state.masses[free] @ (state.velocities[free] ** 2).sum(axis=1)) + float(last["stored_normal"])
-    excess = wave * SPACING * (overlap - 0.5) / 2
-    return back / start, beyond / start, excess**2 / (1 + excess**2)
+    return back / start, beyond / start, theory(overlap, length)
+
+
+def theory(overlap, length):
+    """Reflected share of the energy of long waves."""
+    x = 0.5 * (np.tan(2 * np.pi * overlap / length) - np.pi / length)
+    return x**2 / (1 + x**2)
 
 
 def main():
@@ -84,8 +89,8 @@ def main():
     result = {"overlap": [], "damping": []}
     for length in (6, 10, 20):
         for overlap in (0.0, 0.5, 1.0, 2.0):
-            back, beyond, theory = reflected(overlap, length)
-            result["overlap"].append({"wavelength": length, "overlap": overlap, "reflected": back, "transmitted": beyond, "theory": theory})
+            back, beyond, expected = reflected(overlap, length)
+            result["overlap"].append({"wavelength": length, "overlap": overlap, "reflected": back, "transmitted": beyond, "theory": expected})
             print(result["overlap"][-1], flush=True)
     for damping in (0.01, 0.03, 0.1):
         back, beyond, _ = reflected(0.0, 10, damping)
@@ -101,9 +106,8 @@ def main():
     for color, length in enumerate((6, 10, 20)):
         rows = [row for row in result["overlap"] if row["wavelength"] == length]
         axis.semilogy([row["overlap"] for row in rows], [row["reflected"] for row in rows], f"C{color}o", label=f"wavelength {length} d")
-        excess = 2 * np.pi / length * (e - 0.5) / 2
-        axis.semilogy(e, excess**2 / (1 + excess**2), f"C{color}", linewidth=0.8)
-    axis.set(xlabel="overlap behind the slave, spacings d", ylabel="reflected share of the energy (lines: mass at a point)", ylim=(1e-7, 1))
+        axis.semilogy(e, theory(e, length), f"C{color}", linewidth=0.8)
+    axis.set(xlabel="overlap behind the slave, spacings d", ylabel="reflected share of the energy (lines: theory)", ylim=(1e-7, 1))
     axis.legend(frameon=False)
     figure.savefig(options.output / "overlap.png", dpi=110)
 
