@@ -241,8 +241,8 @@ class ContactCoupling:
     on the sphere and that on the mesh both go to the nodes of their triangles, so momentum, angular momentum, and power pass without
     loss. All bodies advance from the same instant, with one time step.
 
-    No point of a skin with spheres is farther than `cover` radii from a center. So another skin cannot come nearer than
-    ``sqrt(1 - cover^2)`` radii without a force, edges against edges included.
+    No point of a skin with spheres is farther than `cover` radii from a center. So another skin cannot come nearer than ``1 - cover``
+    radii without a force, edges against edges included; a flat one not nearer than ``sqrt(1 - cover^2)`` radii.
 
     Args:
         simulation: of a scenario with the tables of :func:`contact_tables`.

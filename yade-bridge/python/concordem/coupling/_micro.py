@@ -65,7 +65,8 @@ def micro_simulation(scenario: Scenario, steps: int = 1, tangent: bool = False) 
             engineering = np.concatenate([strain[:3], 0.5 * strain[3:]])
             self._material.stress(np.eye(3) + _to_tensor(engineering[None]))
             cauchy = self._material.cauchy
-            return _to_components(0.5 * (cauchy + cauchy.transpose(0, 2, 1)), 1.0)[0]
+            components: Reals = _to_components(0.5 * (cauchy + cauchy.transpose(0, 2, 1)), 1.0)[0]
+            return components
 
         def _matrix(self, strain: Reals, difference: float = 1e-6) -> Reals:
             """Derivative of the stress by central differences, made symmetric; the state does not change."""
