@@ -1,15 +1,20 @@
 //! Representative cells: periodic packings as material points.
 
-use concordem::assembly::assemble;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use concordem::assembly::restart::{self, Continuation};
+use concordem::assembly::{Assembly, assemble};
+use concordem::output::checkpoint;
 use concordem_continuum::HandOver;
 use concordem_multiscale::{CellError, RepresentativeCell, Response, Snapshot, deform};
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{Tensors, result, scalars, tensors};
-use crate::errors::{OrRaise, detach, of_assembly};
+use crate::errors::{OrRaise, caught, detach, of_assembly, of_restart};
 use crate::scenario::Scenario;
 use crate::shared::Shared;
 use crate::warnings::warn;
@@ -26,6 +31,9 @@ pub struct RepresentativeCells {
     cells: Shared<Vec<RepresentativeCell>>,
     pool: Option<rayon::ThreadPool>,
     count: usize,
+    scenario: Py<Scenario>,
+    /// The cells as they were built: the frame of states from files.
+    assembly: Mutex<Assembly>,
 }
 
 /// States of all cells at one moment.
@@ -68,7 +76,8 @@ impl RepresentativeCells {
             "the cells are deforming in another thread; wait for it",
             "a cell failed in the middle of a step, so its state is invalid; build the cells again",
         );
-        Ok(Self { cells, pool, count })
+        let assembly = Mutex::new(assembly);
+        Ok(Self { cells, pool, count, scenario: scenario.clone().unbind(), assembly })
     }
 
     /// Deform each cell to its deformation gradient F = ∂x/∂X since the start, linearly in `steps` of its own steps.
@@ -188,9 +197,68 @@ impl RepresentativeCells {
         all(found).map(drop)
     }
 
+    /// Write the complete states to the folder `folder`, a checkpoint for each cell; returns their hashes.
+    fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<Vec<String>> {
+        let cells = self.cells.lock()?;
+        let text = &self.scenario.get().inner.source.text;
+        std::fs::create_dir_all(&folder)
+            .map_err(|error| PyOSError::new_err(format!("{}: {error}", folder.display())))?;
+        let write = |(k, cell): (usize, &RepresentativeCell)| checkpoint::write(&file(&folder, k), cell.state(), text);
+        let written: Vec<_> = detach(py, || cells.iter().enumerate().map(write).collect())?;
+        written.into_iter().map(OrRaise::or_raise).collect()
+    }
+
+    /// Go back to the states that `write` put into the folder `folder`; the cells then continue bit by bit.
+    ///
+    /// Checks seals and hashes of the files, the number of cells, their particles, and that the scenario is the same. If one does not
+    /// fit, all cells keep their states.
+    fn read(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        let inner = &self.scenario.get().inner;
+        let surplus = file(&folder, self.count);
+        if surplus.exists() {
+            let message = format!("{} exists, but there are only {} cells", surplus.display(), self.count);
+            return Err(PyValueError::new_err(message));
+        }
+        let mut assembly = self.assembly.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut states = Vec::with_capacity(self.count);
+        for k in 0..self.count {
+            let path = file(&folder, k);
+            let mut stored = detach(py, || checkpoint::read(&path))?.or_raise()?;
+            let before =
+                concordem::scenario::Scenario::parse(&path.display().to_string(), &stored.provenance).or_raise()?;
+            let changes = caught(|| restart::check(&before, inner, Continuation::NewResult))?.or_raise()?;
+            if let Some(change) = changes.first() {
+                let message = format!(
+                    "{}: written with another scenario: {} was {}, and is {}",
+                    path.display(),
+                    change.key,
+                    change.before,
+                    change.after
+                );
+                return Err(PyValueError::new_err(message));
+            }
+            let fresh = assembly.state.clone();
+            let applied = caught(|| restart::apply(&mut assembly, &mut stored.columns, inner, &[], false));
+            let state = std::mem::replace(&mut assembly.state, fresh);
+            applied?.map_err(|error| of_restart(inner, error))?;
+            states.push(Snapshot::of(state));
+        }
+        let mut cells = self.cells.lock()?;
+        let pool = self.pool.as_ref();
+        let found: Vec<_> = cells.change(py, |cells| {
+            inside(pool, || cells.par_iter_mut().zip(&states).map(|(cell, state)| cell.restore(state)).collect())
+        })?;
+        all(found).map(drop)
+    }
+
     fn __len__(&self) -> usize {
         self.count
     }
+}
+
+/// File of a cell's state.
+fn file(folder: &Path, cell: usize) -> PathBuf {
+    folder.join(format!("cell-{cell:05}.h5"))
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

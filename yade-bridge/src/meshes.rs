@@ -1,7 +1,7 @@
 //! Walls that are meshes, by name.
 
 use concordem::math::Vec3;
-use concordem::schedule::Simulation as Run;
+use concordem::schedule::{Moved, RecordedMotion, Simulation as Run};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -23,7 +23,14 @@ pub fn no_mesh(run: &Run, name: &str) -> PyErr {
 /// Index of the mesh `name`, which no history moves; in two dimensions, `vectors` must lie in the plane as the mesh does.
 pub fn free_mesh(run: &Run, name: &str, vectors: &[&[Vec3]]) -> PyResult<usize> {
     let wall = mesh_number(run, name)?;
-    if run.schedule.histories.meshes.iter().any(|timed| timed.wall == wall) {
+    let histories = &run.schedule.histories;
+    let recorded = |motion: &RecordedMotion| matches!(motion.moved, Moved::Driven(w) | Moved::Placed(w) if w == wall);
+    if histories.recorded.iter().any(recorded) {
+        let message =
+            format!("the mesh \"{name}\" repeats the motion of a [[slave]]; remove it to move the mesh from Python");
+        return Err(PyValueError::new_err(message));
+    }
+    if histories.meshes.iter().any(|timed| timed.wall == wall) {
         let message =
             format!("the mesh \"{name}\" follows the `motion` of the scenario; remove it to move the mesh from Python");
         return Err(PyValueError::new_err(message));

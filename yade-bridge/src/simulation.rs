@@ -344,7 +344,13 @@ impl Simulation {
         );
         let loads = (scalars(py, &w.particle), vectors(py, &w.point)?, vectors(py, &w.force)?, vectors(py, &w.moment)?);
         let (contacts, loads) = (result(py, "Contacts", contacts)?, result(py, "Loads", loads)?);
-        result(py, "Forces", (contacts, loads))
+        let meshes = PyDict::new(py);
+        for (wall, on_vertices) in
+            inner.run.state.walls.iter().zip(&w.vertices).filter(|(wall, _)| wall.mesh().is_some())
+        {
+            meshes.set_item(&wall.name, vectors(py, on_vertices)?)?;
+        }
+        result(py, "Forces", (contacts, loads, meshes))
     }
 
     /// All bonds at the current positions, broken ones included, with their damage. Returns Bonds.

@@ -224,6 +224,105 @@ def test_bad_cells_are_refused():
         coupling.RepresentativeCells(cell_scenario(), 1).restore(cells.save())
 
 
+def test_states_in_files_continue_bit_by_bit(tmp_path):
+    strains = 1e-3 * np.random.default_rng(2).normal(size=(3, 6))
+    cells = coupling.RepresentativeCells(cell_scenario(), 3)
+    cells.deform(gradients(*strains), 20)
+    hashes = cells.write(tmp_path / "states")
+    assert hashes == cells.state_hashes()
+    cells.deform(gradients(*(2 * strains)), 20)
+    others = coupling.RepresentativeCells(cell_scenario(), 3, threads=2)
+    others.read(tmp_path / "states")
+    assert others.state_hashes() == hashes
+    others.deform(gradients(*(2 * strains)), 20)
+    assert others.state_hashes() == cells.state_hashes()
+    # What does not fit leaves the cells as they are.
+    now = others.state_hashes()
+    with pytest.raises(ValueError, match="cell-00002.h5 exists, but there are only 2 cells"):
+        coupling.RepresentativeCells(cell_scenario(), 2).read(tmp_path / "states")
+    with pytest.raises(concordem.ResultError, match="cell-00003"):
+        coupling.RepresentativeCells(cell_scenario(), 4).read(tmp_path / "states")
+    with pytest.raises((ValueError, concordem.ScenarioError), match="damping"):
+        other = cell_scenario(integration={"damping": {"kind": "local", "coefficient": 0.3}})
+        coupling.RepresentativeCells(other, 3).read(tmp_path / "states")
+    path = tmp_path / "states" / "cell-00001.h5"
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(concordem.ResultError, match="changed since it was written"):
+        others.read(tmp_path / "states")
+    assert others.state_hashes() == now
+
+
+def test_tangent_of_a_cell_is_the_derivative_of_its_stress():
+    # A lattice follows at once: at the start its tangent is the elastic tensor, which depends on the symmetric part of the gradient.
+    cells = coupling.RepresentativeCells(lattice_scenario(), 1)
+    material = coupling.CellMaterial(cells)
+    hashes = cells.state_hashes()
+    tangent = material.tangent(np.eye(3)[None])[0]
+    assert cells.state_hashes() == hashes
+    pairs = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)]
+    # For changes without rotation: the particles follow a rotation of the cell in later steps, not at once.
+    found = np.array([[0.5 * (tangent[i, j, k, l] + tangent[i, j, l, k]) for k, l in pairs] for i, j in pairs])
+    found = 0.5 * (found + np.array([[0.5 * (tangent[j, i, k, l] + tangent[j, i, l, k]) for k, l in pairs] for i, j in pairs]))
+    wanted = cells.stiffness()[0]
+    # Differences of 1e-6 change the geometry by as much.
+    assert np.abs(found - wanted).max() < 1e-5 * wanted.max()
+    # A random packing on its way: what the tangent leaves of the change of the stress, over that change, falls with the change.
+    # Without damping: local damping depends on the signs of velocities, and has no derivative.
+    material = coupling.CellMaterial(coupling.RepresentativeCells(cell_scenario(integration={}), 1), steps=50)
+    material.stress(gradients([0, 0, 2e-2, 0, 0, 0]))
+    base = gradients([0, 0, 3e-2, 0, 0, 0])
+    tangent = material.tangent(base)[0]
+    saved = material.save()
+    change = np.random.default_rng(4).normal(size=(3, 3))
+    left = []
+    for size in (2e-3, 1e-3):
+        stresses = []
+        for factor in (0.0, size):
+            stresses.append(material.stress(base + factor * change)[0])
+            material.restore(saved)
+        rest = stresses[1] - stresses[0] - np.einsum("ijkl,kl->ij", tangent, size * change)
+        left.append(np.linalg.norm(rest) / np.linalg.norm(stresses[1] - stresses[0]))
+    # Contacts of unbonded particles begin and end on the way, so not exactly by half.
+    assert left[0] < 0.2 and left[1] < 0.7 * left[0]
+    with pytest.raises(ValueError, match="difference is 0"):
+        material.tangent(base, 0.0)
+
+
+def test_cells_are_micro_simulations_of_precice():
+    # The contract of the Micro Manager: built with a number, solved, saved, and restored, one object per point. A stand-in for the
+    # manager: two coupling iterations of a time step, then the next.
+    micro = coupling.micro_simulation(lattice_scenario(), steps=1, tangent=True)
+    points = [micro(k) for k in range(2)]
+    assert [point.get_global_id() for point in points] == [0, 1]
+    wanted = coupling.RepresentativeCells(lattice_scenario(), 1).stiffness()[0]
+    first = {}
+    for point in points:
+        strain = 1e-6 * (point.get_global_id() + 1) * np.array([1.0, -0.5, 0.2, 0.4, -0.3, 0.1])
+        macro = {"strains1to3": strain[:3], "strains4to6": strain[3:]}
+        saved = point.get_state()
+        again = []
+        for _ in range(2):
+            point.set_state(saved)
+            again.append(point.solve(macro, 1e-3))
+        for name in again[0]:
+            assert np.array_equal(again[0][name], again[1][name])
+        stress = np.concatenate([again[1]["stresses1to3"], again[1]["stresses4to6"]])
+        # The strain changes the geometry by 2e-6.
+        assert np.allclose(stress, wanted @ strain, rtol=0, atol=1e-5 * np.abs(wanted @ strain).max())
+        upper = np.concatenate([again[1][f"cmat{k}"] for k in range(1, 8)])
+        assert np.allclose(upper, wanted[np.triu_indices(6)], rtol=0, atol=2e-5 * wanted.max())
+        first[point.get_global_id()] = stress
+    assert not np.allclose(first[0], first[1])
+    for macro, match in [({"strains1to3": [0, 0, 0]}, "gives no strains4to6"), ({"strains1to3": [0, 0], "strains4to6": [0, 0, 0]}, "two vectors"),
+                         ({"strains1to3": [0, 0, np.nan], "strains4to6": [0, 0, 0]}, "finite")]:
+        with pytest.raises(concordem.CouplingError, match=match):
+            points[0].solve(macro, 1e-3)
+    with pytest.raises(concordem.CouplingError, match="it must be positive"):
+        points[0].solve({"strains1to3": [0] * 3, "strains4to6": [0] * 3}, 0.0)
+
+
 def lattice_scenario(**spring):
     spring = {"normal_stiffness": 1e6, "shear_stiffness": 1e5} | spring
     return cell_scenario(

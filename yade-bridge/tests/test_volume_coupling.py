@@ -239,3 +239,24 @@ def test_pairs_that_do_not_fit_are_refused():
     plane = coupling.CallbackElements(np.array(HEXAHEDRON) * 1e-3, STEP, lambda force: (force, force))
     with pytest.raises(ValueError, match="give cells"):
         coupling.VolumeCoupling(chain(0.0, 0.0), plane, [1])
+
+
+@pytest.mark.parametrize(("overlap", "low", "high"), [(0.0, 0.8, 1.4), (1.0, 0.6, 1.4)])
+def test_a_wave_reflects_as_the_overlap_lets_it(monkeypatch, overlap, low, high):
+    pytest.importorskip("skfem")
+    from pathlib import Path
+
+    folder = Path(__file__).resolve().parents[1] / "examples"
+    if not folder.exists():
+        pytest.skip("the examples are not beside the tests")
+    monkeypatch.syspath_prepend(folder)
+    import wave_overlap
+
+    back, beyond, theory = wave_overlap.reflected(overlap, 8)
+    # The theory is for a continuous bar. Dispersion of the chain adds a fifth at 8 spacings (a third at 6, a seventh at 10).
+    assert low * theory < back < high * theory
+    # What does not come back goes through.
+    assert back + beyond == pytest.approx(1.0, abs=1e-3)
+    # Half a spacing of overlap replaces the missing half of the particle.
+    best, _, _ = wave_overlap.reflected(0.5, 8)
+    assert best < 0.1 * back

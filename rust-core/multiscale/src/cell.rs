@@ -42,6 +42,13 @@ pub struct Response {
 #[derive(Clone)]
 pub struct Snapshot(State);
 
+impl Snapshot {
+    /// A snapshot from a state that was read from a file.
+    pub fn of(state: State) -> Self {
+        Self(state)
+    }
+}
+
 impl RepresentativeCell {
     /// A cell from an assembled scenario.
     ///

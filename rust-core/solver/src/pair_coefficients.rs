@@ -24,6 +24,12 @@ impl PairCoefficients {
         self.rows[a as usize * self.count + b as usize] = row;
     }
 
+    /// Let particles of the materials `a` and `b` not interact.
+    pub fn remove(&mut self, a: u16, b: u16) {
+        self.set(a, b, Self::NONE);
+        self.set(b, a, Self::NONE);
+    }
+
     /// Let two aggregates of `material` interact with the pair coefficients `row`, instead of those within the material.
     pub fn set_apart(&mut self, material: u16, row: u16) {
         self.apart[material as usize] = row;

@@ -18,6 +18,8 @@ def check_keys(document, engine, periodic=False, known=frozenset()):
     unknown = set(document) - _KNOWN - known
     if unknown:
         raise Unsupported(f"{engine}: no translation of the scenario's {', '.join(sorted(unknown))}")
+    if document["contacts"].get("exclude"):
+        raise Unsupported(f"{engine}: no translation of contacts.exclude")
     if not periodic and (
             document["packing"].get("cell") or document["packing"].get("shape", {}).get("kind") == "periodic"):
         raise Unsupported(f"{engine}: no translation of periodic cells")

@@ -61,6 +61,8 @@ class Forces(NamedTuple):
     """Contacts between particles."""
     walls: Loads
     """Forces of walls on particles."""
+    meshes: dict[str, Reals]
+    """Forces of the particles on the vertices of each wall that is a mesh, by name, N, (n, 3)."""
 
 
 class Bonds(NamedTuple):

@@ -29,6 +29,7 @@ pub mod restart;
 pub mod samples;
 pub mod seal;
 mod selection;
+mod slaves;
 pub mod sphere_pack;
 mod surface;
 mod time_step;
@@ -243,6 +244,7 @@ pub fn assemble_with(
     add_contacts(scenario, &mut model, &mut state)?;
     replace(&mut state, &model);
     walls::add(scenario, folder, &mut state)?;
+    let recorded = slaves::build(scenario, folder, &mut state)?;
     let mut schedule = schedule(scenario, placed, bonded.interaction_ratio, &mut state)?;
     overlaps::refuse_walls(scenario, &state)?;
     warnings.extend(overlaps::of_particles(scenario, &state)?);
@@ -253,6 +255,8 @@ pub fn assemble_with(
     schedule.loading.tune(step.cell_stiffness, step.dt);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;
+    schedule.histories.recorded = recorded;
+    slaves::start(&schedule.histories, &mut state)?;
     schedule.bond_rows = bonded.rows;
     schedule.servos = walls::servos(scenario, &step, &mut state)?;
     let p_wave = time_step::p_wave(scenario, &state.particles);
@@ -491,7 +495,10 @@ fn doubtful_bonds(scenario: &Scenario, count: &BondCount, bulk: Option<(f64, f64
 /// Adds empty blocks of contacts between particles and with walls.
 fn add_contacts(scenario: &Scenario, model: &mut Model, state: &mut State) -> Result<(), AssemblyError> {
     let block = laws::contact_block(scenario.contacts.law, &scenario.materials, &aggregates::interfaces(scenario))?;
-    let Some((block, rows)) = block else { return Ok(()) };
+    let Some((block, mut rows)) = block else { return Ok(()) };
+    for [a, b] in &scenario.contacts.exclude {
+        rows.remove(material_index(scenario, a), material_index(scenario, b));
+    }
     model.wall_rows = rows.clone();
     model.contact_rows = rows;
     if !scenario.wall_names().is_empty() {

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::{AssemblyError, unfit};
+use super::{AssemblyError, material_index, unfit};
 use crate::checks::{OVERLAP_BONDED, OVERLAP_UNBONDED, length};
 use crate::schema::{Packing, Problem, Scenario, WallShape};
 use concordem_contact::math::Vec3;
@@ -19,7 +19,11 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
     let cell = state.cell.as_ref();
     // Deepest overlap of every particle: depth over radius, wall, particle.
     let mut deepest: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
+    let passes = Passing::of(scenario);
     let mut add = |w: usize, element: usize, p: usize, shift: Vec3| {
+        if passes.each_other(particles.material[p], state.walls[w].material) {
+            return;
+        }
         let x = particles.position[p] - shift;
         let depth = 1.0 - distance(&state.walls[w], element, &x, cell) / particles.radius[p];
         if depth > OVERLAP_UNBONDED && deepest.get(&p).is_none_or(|(other, _)| depth > *other) {
@@ -97,13 +101,33 @@ fn key_of_wall(scenario: &Scenario, number: usize) -> String {
     "loading".to_owned()
 }
 
+/// Pairs of materials that pass through each other, as indices.
+struct Passing(Vec<[u16; 2]>);
+
+impl Passing {
+    fn of(scenario: &Scenario) -> Self {
+        let pairs = scenario.contacts.exclude.iter();
+        Self(pairs.map(|[a, b]| [material_index(scenario, a), material_index(scenario, b)]).collect())
+    }
+
+    fn each_other(&self, a: u16, b: u16) -> bool {
+        self.0.iter().any(|pair| *pair == [a, b] || *pair == [b, a])
+    }
+}
+
 /// Checks overlaps of unbonded particles from a file, from added spheres of clumps, or with fibers, and returns a warning if there are
 /// any. (Listed spheres are checked with the text; random packings overlap by design, and so do fibers with what they are bonded to.)
 ///
 /// # Errors
 /// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius; any overlap of a fiber with a particle that it is not bonded to.
 pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<Problem>, AssemblyError> {
-    let given = matches!(scenario.packing, Packing::File { .. });
+    // The check of listed spheres does not know which materials touch.
+    let given = match &scenario.packing {
+        Packing::File { .. } => true,
+        Packing::Spheres { .. } => !scenario.contacts.exclude.is_empty(),
+        _ => false,
+    };
+    let passes = Passing::of(scenario);
     let added = scenario.clumps.iter().any(|clump| clump.spheres.is_some());
     let fibers = super::fibers::materials(scenario);
     if (!(given || added) && fibers.is_empty()) || scenario.contacts.law.law().is_none() {
@@ -116,7 +140,8 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
     let (mut count, mut deepest) = (0_usize, None::<(f64, [u32; 2])>);
     for pair in candidate_pairs(&particles.position, &particles.radius, state.cell.as_ref())? {
         let (a, b) = (pair.a as usize, pair.b as usize);
-        if particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b] {
+        let one_clump = particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b];
+        if one_clump || passes.each_other(particles.material[a], particles.material[b]) {
             continue;
         }
         let of_fiber = [a, b].iter().any(|&p| fibers.contains(&particles.material[p]));

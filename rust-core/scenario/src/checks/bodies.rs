@@ -211,6 +211,7 @@ impl Checker<'_> {
                 self.conflict(&format!("prescribe[{at}]"), "prescribes no component of the motion", help);
             }
         }
+        self.slaves();
         for (at, force) in scenario.forces.iter().enumerate() {
             self.known_set(&format!("force[{at}].set"), &force.set);
             if vector(&force.force).norm() == 0.0 && vector(&force.moment).norm() == 0.0 {
@@ -220,6 +221,39 @@ impl Checker<'_> {
         }
         for (at, initial) in scenario.initials.iter().enumerate() {
             self.known_set(&format!("initial[{at}].set"), &initial.set);
+        }
+    }
+
+    fn slaves(&mut self) {
+        let scenario = self.scenario;
+        for (at, slave) in scenario.slaves.iter().enumerate() {
+            let key = format!("slave[{at}]");
+            match (&slave.set, &slave.wall) {
+                (Some(set), None) => self.known_set(&format!("{key}.set"), set),
+                (None, Some(wall)) => self.mesh_of_slave(&format!("{key}.wall"), wall),
+                (Some(_), Some(_)) => {
+                    self.conflict(&key, "gives both `set` and `wall`", "give each a [[slave]] and a file of its own");
+                }
+                (None, None) => self.missing(&format!("{key}.set"), "missing key", "give `set` or `wall`"),
+            }
+            if scenario.slaves[..at].iter().any(|other| other.set == slave.set && other.wall == slave.wall) {
+                self.conflict(&key, "another [[slave]] moves the same", "remove one");
+            }
+        }
+        let refused = [("[heat]", scenario.heat.is_some()), ("a periodic cell", scenario.packing.is_periodic())];
+        for (what, _) in refused.into_iter().filter(|(_, present)| *present && !scenario.slaves.is_empty()) {
+            self.conflict("slave[0]", format!("not possible with {what}"), "remove one of the two");
+        }
+    }
+
+    /// Checks that a wall is a mesh without a motion.
+    fn mesh_of_slave(&mut self, key: &str, name: &str) {
+        let scenario = self.scenario;
+        let meshes = scenario.walls.iter().filter(|wall| matches!(wall.shape, WallShape::Mesh { .. }));
+        let names: Vec<&str> = meshes.clone().filter_map(|wall| wall.name.as_deref()).collect();
+        self.known(key, "wall", name, &names);
+        if meshes.clone().any(|wall| wall.name.as_deref() == Some(name) && wall.motion.is_some()) {
+            self.conflict(key, "this wall has a `motion`, too", "remove one of the two motions");
         }
     }
 

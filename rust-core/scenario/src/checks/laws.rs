@@ -162,6 +162,32 @@ impl Checker<'_> {
             }
         }
         self.parameters(&required);
+        self.excluded();
+    }
+
+    /// Checks the pairs of materials without contact.
+    fn excluded(&mut self) {
+        let scenario = self.scenario;
+        let pairs = &scenario.contacts.exclude;
+        if pairs.is_empty() {
+            return;
+        }
+        if scenario.contacts.law.law().is_none() {
+            self.conflict("contacts.exclude", "has no effect without a contact law", "remove the key");
+        }
+        if scenario.heat.is_some() {
+            let help = "remove the key, or [heat]";
+            self.conflict("contacts.exclude", "heat would flow between particles that do not touch", help);
+        }
+        for (at, [a, b]) in pairs.iter().enumerate() {
+            for (side, name) in [a, b].into_iter().enumerate() {
+                self.known_material(&format!("contacts.exclude[{at}][{side}]"), name);
+            }
+            let same = |[x, y]: &[String; 2]| (x == a && y == b) || (x == b && y == a);
+            if pairs[..at].iter().any(same) {
+                self.conflict(&format!("contacts.exclude[{at}]"), "names the same pair twice", "remove one");
+            }
+        }
     }
 
     /// Checks that every material in use has a table of each law in use. `required`: key that chooses a law, the law,

@@ -1,6 +1,7 @@
 //! A factor that changes with time, and what it multiplies: motions, walls, and loads.
 
 use super::field::Field;
+use super::recorded::RecordedMotion;
 use super::{Expression, Membrane};
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
 use concordem_solver::Solver;
@@ -315,6 +316,8 @@ pub struct Histories {
     pub constant_loads: Vec<Load>,
     /// Heat from outside, if heat flows.
     pub heat: Option<HeatHistories>,
+    /// Motions that files give step by step.
+    pub recorded: Vec<RecordedMotion>,
 }
 
 impl Histories {
@@ -366,6 +369,9 @@ impl Histories {
         }
         for turning in &self.turning {
             turning.set(state, between);
+        }
+        for motion in &self.recorded {
+            motion.apply(state, solver);
         }
         if self.motions.is_empty() {
             return;

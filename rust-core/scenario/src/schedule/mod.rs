@@ -9,6 +9,7 @@ mod history;
 pub mod loading;
 mod membrane;
 mod opening;
+mod recorded;
 mod servo;
 pub mod simulation;
 mod stage;
@@ -24,6 +25,7 @@ pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMesh, Time
 pub use loading::Loading;
 pub use membrane::Membrane;
 pub use opening::{Extensometer, Opening, OpeningServo};
+pub use recorded::{Moved, RecordedMotion};
 pub use servo::{Aim, Servo, Target};
 pub use simulation::{Advance, Simulation};
 pub use stage::{Stage, StageEnd, StageReason};

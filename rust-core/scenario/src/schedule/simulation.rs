@@ -395,6 +395,9 @@ impl Simulation {
         // The state stores the reason, so that a run killed while writing its result is known to have ended.
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
+        for motion in &self.schedule.histories.recorded {
+            motion.place(&mut self.state)?;
+        }
         Ok(Advance { sample, operators, last: None, events, stage, bonded: None, stopped })
     }
 

@@ -83,6 +83,11 @@ pub struct Bonds {
 pub struct Contacts {
     /// Law of the contacts.
     pub law: ContactLawName,
+    /// Pairs of materials that pass through each other: particles do not touch particles and walls of the other material. A name
+    /// twice: the particles and walls of this material among themselves. Bonds are not affected. Default: none.
+    /// Example: `exclude = [["skin", "skin"], ["skin", "body"]]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub exclude: Vec<[String; 2]>,
 }
 
 fn yes() -> bool {

@@ -43,6 +43,7 @@ mod phases;
 pub mod quantity;
 mod sample;
 mod setting;
+mod slave;
 mod templates;
 
 use std::path::{Path, PathBuf};
@@ -77,6 +78,7 @@ pub use phases::Phases;
 pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use setting::{Given, Setting};
+pub use slave::Slave;
 pub use templates::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
 use concordem_contact::kinematics::MotionMeasure;
@@ -149,6 +151,9 @@ pub struct Scenario {
     /// Prescribed motions; default: none. A later one overrides an earlier one, component by component.
     #[serde(default, rename = "prescribe")]
     pub prescribed: Vec<Prescribe>,
+    /// Particles and meshes that repeat the motion in a file; default: none.
+    #[serde(default, rename = "slave")]
+    pub slaves: Vec<Slave>,
     /// Rigid bodies made of several spheres; default: none.
     #[serde(default, rename = "clump")]
     pub clumps: Vec<Clump>,
@@ -215,6 +220,9 @@ impl Scenario {
             if let WallShape::Facets { path, .. } | WallShape::Mesh { path: Some(path), .. } = &wall.shape {
                 files.push((format!("wall[{at}].shape.path"), path));
             }
+        }
+        for (at, slave) in self.slaves.iter().enumerate() {
+            files.push((format!("slave[{at}].path"), &slave.path[..]));
         }
         for (at, cut) in self.cuts.iter().enumerate() {
             if let CutShape::Facets { path, .. } = &cut.shape {

@@ -94,6 +94,8 @@ pub struct WallForces {
     pub force: Vec<Vec3>,
     /// Moment on the particle about the contact point, N·m.
     pub moment: Vec<Vec3>,
+    /// Forces of the particles on the vertices of each wall that is a mesh, N, by wall; empty for other walls.
+    pub vertices: Vec<Vec<Vec3>>,
 }
 
 impl WallForces {
@@ -304,4 +306,5 @@ pub(super) fn record_walls<L: LawLoops>(
     let (mut force, mut torque) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
     let sums = ParticleSums { force: &mut force, torque: &mut torque, virials: ParticleVirials::default() };
     L::evaluate_walls(&mut block, context, &mut walls, sums, Some(out));
+    out.vertices = walls.iter().map(|wall| wall.mesh().map_or_else(Vec::new, |mesh| mesh.force.clone())).collect();
 }

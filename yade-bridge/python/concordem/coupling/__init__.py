@@ -8,7 +8,7 @@ Materials of the elements: :class:`Elastic`, :class:`Damaging` (the damage-plast
 :class:`CellMaterial`, a periodic cell of particles at each integration point; :class:`Layers` gives elements different ones.
 
 Particles that move with elements: :class:`VolumeCoupling`; :class:`Embedding` has its formulas. Particles that touch elements:
-:class:`SurfaceCoupling`, with their :class:`Skin`.
+:class:`SurfaceCoupling`, with their :class:`Skin`. Elements that touch elements: :class:`ContactCoupling` of :class:`ContactBody`.
 
 SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 
@@ -22,8 +22,10 @@ SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 
 from .._core import CellStates, DamagePlastic, RepresentativeCells, handover_damage, handover_tensor
 from .._types import CellResponse, PointUpdate
+from ._contact import ContactBody, ContactCoupling, ContactExchange, SkinSpheres, contact_tables
 from ._embedding import Embedding
 from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
+from ._micro import micro_simulation
 from ._protocol import CallbackElements, FiniteElements, check_pair
 from ._pictures import write_vtk
 from ._scikit import ScikitDynamics
@@ -36,6 +38,9 @@ __all__ = [
     "CellMaterial",
     "CellResponse",
     "CellStates",
+    "ContactBody",
+    "ContactCoupling",
+    "ContactExchange",
     "DamagePlastic",
     "Damaging",
     "Elastic",
@@ -49,12 +54,15 @@ __all__ = [
     "RepresentativeCells",
     "ScikitDynamics",
     "Skin",
+    "SkinSpheres",
     "SurfaceCoupling",
     "SurfaceExchange",
     "VolumeCoupling",
     "check_pair",
+    "contact_tables",
     "hand_over",
     "handover_damage",
     "handover_tensor",
+    "micro_simulation",
     "write_vtk",
 ]

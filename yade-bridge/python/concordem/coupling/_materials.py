@@ -204,6 +204,32 @@ class CellMaterial:
         volume = np.linalg.det(gradient)
         return volume[:, None, None] * self.cauchy @ np.linalg.inv(gradient).transpose(0, 2, 1)
 
+    def tangent(self, gradient: Reals, difference: float = 1e-6) -> Reals:
+        """Derivative ``A[i, J, k, L] = dP[i, J]/dF[k, L]`` of the stress that :meth:`stress` would return at these gradients, Pa,
+        (n, 3, 3, 3, 3), by central differences.
+
+        The states of the cells do not change. It is the tangent of this one step: of the path in `steps` steps of the cells, with their
+        inertia and damping. `difference`: of the components of F. The error is of the order of its square, and rounding divided by it;
+        where a bond begins to soften within it, the result is the mean of loading and unloading.
+        """
+        if not 0 < difference < 1e-2:
+            raise ValueError(f"difference is {difference}; it must be positive and less than 0.01")
+        state = self.save()
+        result = np.empty((len(gradient), 3, 3, 3, 3))
+        try:
+            for k in range(3):
+                for j in range(3):
+                    sides = []
+                    for sign in (1.0, -1.0):
+                        changed = np.array(gradient)
+                        changed[:, k, j] += sign * difference
+                        sides.append(self.stress(changed))
+                        self.restore(state)
+                    result[..., k, j] = (sides[0] - sides[1]) / (2 * difference)
+        finally:
+            self.restore(state)
+        return result
+
     def stiffness(self) -> Reals:
         """Elastic stiffness of the cells at the start, Pa."""
         return self._matrix

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._errors import CouplingError
 from ._embedding import _cells_of
 from ._protocol import FiniteElements, Reals, _vectors
+from ._record import MotionRecord, written
 
 if TYPE_CHECKING:
     from .._core import Simulation
@@ -92,11 +94,12 @@ class SurfaceCoupling:
         elements: the time step must be that of the particles.
         skin: which node is which vertex.
         mesh: name of the wall; by default the only mesh of the scenario.
+        record: whether to record the motion of the skin for :meth:`write_motion`; from step 0 on.
 
     Raises CouplingError for pairs that do not fit, and for a mesh that is not where its nodes are.
     """
 
-    def __init__(self, simulation: Simulation, elements: FiniteElements, skin: Skin, mesh: str | None = None) -> None:
+    def __init__(self, simulation: Simulation, elements: FiniteElements, skin: Skin, mesh: str | None = None, record: bool = False) -> None:
         state = simulation.state
         if state.cell is not None:
             raise CouplingError("the surface coupling takes specimens with a surface; remove the periodic cell", "Periodic")
@@ -124,6 +127,9 @@ class SurfaceCoupling:
         """Momentum passed to the elements so far, N s, (3,)."""
         self.last: SurfaceExchange | None = None
         """The last exchange."""
+        self._record = MotionRecord(state.step) if record else None
+        if self._record is not None:
+            self._record.add("wall", self.mesh, self._places(), elements.velocity[skin.nodes])
 
     def _places(self) -> Reals:
         places: Reals = (self.elements.nodes + self.elements.displacement)[self.skin.nodes]
@@ -160,12 +166,19 @@ class SurfaceCoupling:
             elements.step(nodal)
             after = elements.velocity[nodes]
             simulation.place_mesh(self.mesh, self._places(), after)
+            if self._record is not None:
+                self._record.add("wall", self.mesh, self._places(), after)
             # Forces at an instant work over the half steps before and after it.
             work = float(np.vdot(force, 0.5 * dt * (before + after)))
             total: Reals = force.sum(axis=0)
             self.last = SurfaceExchange(total, np.cross(present, force).sum(axis=0), work, force)
             self.work += work
             self.impulse = self.impulse + dt * total
+
+    def write_motion(self, folder: str | PathLike[str]) -> list[dict[str, Any]]:
+        """Write the recorded motion to the folder; returns the tables ``[[slave]]`` with which a scenario in that folder repeats the run
+        without finite elements, to the bit."""
+        return written(self._record, folder)
 
 
 def _check_steps(elements: FiniteElements, state: Any) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from os import PathLike
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._errors import CouplingError
 from ._embedding import Embedding, _cells_of
 from ._protocol import FiniteElements, Reals, _vectors, check_pair
+from ._record import MotionRecord, written
 
 if TYPE_CHECKING:
     from .._core import Simulation
@@ -51,6 +53,7 @@ class VolumeCoupling:
         cells: elements as nodes numbered as in VTK, (m, 4) or (m, 8); by default those of `elements.mesh`.
         reference: places of the slaves in the reference configuration, by ascending id, m, (k, 3). Default: where they are, for elements
             not yet deformed. To continue a saved run, restore both sides and give the attribute `reference` of the first coupling.
+        record: name of the set of the slaves in the scenario, to record their motion for :meth:`write_motion`; from step 0 on.
 
     Raises CouplingError for pairs that do not fit, slaves outside the elements, slaves of clumps, walls that touch a slave, and slaves
     that do not follow.
@@ -63,6 +66,7 @@ class VolumeCoupling:
         slaves: ArrayLike,
         cells: ArrayLike | None = None,
         reference: ArrayLike | None = None,
+        record: str | None = None,
     ) -> None:
         state = simulation.state
         if state.cell is not None:
@@ -93,6 +97,10 @@ class VolumeCoupling:
         """Work of the slaves on the elements so far, J."""
         self.last: Exchange | None = None
         """The last exchange."""
+        self._record = None if record is None else MotionRecord(state.step)
+        self._set = record or ""
+        if self._record is not None:
+            self._record.add("set", self._set, state.velocities[rows], state.angular_velocities[rows])
 
     def _rows(self) -> NDArray[np.int64]:
         """Rows of the slaves in the state, which may sort its particles anew."""
@@ -176,9 +184,16 @@ class VolumeCoupling:
             targets[rows], spins[rows] = velocity, spin
             simulation.set_motion(targets, spins)
             simulation.step(1)
+            if self._record is not None:
+                self._record.add("set", self._set, velocity, spin)
             turned = simulation.state.angular_velocities[self._rows()]
             if not np.allclose(turned, spin, rtol=1e-9, atol=0.0):
                 worst = int(self.slaves[int(np.argmax(np.abs(turned - spin).max(axis=1)))])
                 message = f"slave {worst} does not rotate with its element; prescribe its angular_velocity as [0, 0, 0]"
                 raise CouplingError(message, "Slaves")
             self._check_places()
+
+    def write_motion(self, folder: str | PathLike[str]) -> list[dict[str, Any]]:
+        """Write the recorded motion to the folder; returns the tables ``[[slave]]`` with which a scenario in that folder repeats the run
+        without finite elements, to the bit."""
+        return written(self._record, folder)

@@ -1,0 +1,79 @@
+"""A block of a bonded cubic lattice, half of it replaced by elements with the tensor of the lattice, against the whole lattice in statics.
+
+Tests of the finite elements need scikit-fem, and are skipped where it is missing (Debian's own Python).
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from concordem import coupling
+
+
+@pytest.fixture(scope="module")
+def lattice():
+    pytest.importorskip("skfem")
+    folder = Path(__file__).resolve().parents[1] / "examples"
+    if not folder.exists():
+        pytest.skip("the examples are not beside the tests")
+    import sys
+
+    sys.path.insert(0, str(folder))
+    try:
+        import lattice_block
+    finally:
+        sys.path.remove(str(folder))
+    return lattice_block
+
+
+@pytest.fixture(scope="module")
+def whole(lattice):
+    return {name: lattice.whole(3, 6, name) for name in lattice.LOADS}
+
+
+def test_the_tensor_of_the_lattice_has_its_closed_form(lattice):
+    # One bond per length d along each axis: C11 = k_n/d; half of the shear stiffness works against the symmetric shear: C44 = k_s/2d.
+    k, ratio, d = lattice.STIFFNESS, lattice.RATIO, lattice.SPACING
+    expected = np.diag([k / d] * 3 + [0.5 * ratio * k / d] * 3)
+    assert np.allclose(lattice.tensor(), expected, rtol=0, atol=1e-9 * k / d)
+
+
+# Errors of the stiffness. In tension the slaves at the middles of faces load the nodes as a uniform traction does, and the rest is the
+# strain of 1e-5. In shear, torsion, and bending the lattice is a Cosserat medium: its particles do not rotate at the clamped end, and
+# on free sides they lack a neighbor. Elements do not know this: the error is of the order of the spacing over the length (see the example).
+@pytest.mark.parametrize(("load", "low", "high"), [("tension", -2e-5, 2e-5), ("shear", 0.0, 0.10), ("bending", 0.0, 0.03), ("torsion", 0.0, 0.20)])
+def test_half_of_the_block_replaced_in_the_volume(lattice, whole, load, low, high):
+    force, settled = lattice.in_the_volume(3, 6, 3, load)
+    assert settled < 1e-4
+    assert low <= force / whole[load] - 1 <= high
+
+
+# Compressed before. Each face of the skin is two triangles, so that a contact at its middle loads two of its four nodes: at the rim of
+# a block of two columns the traction is not uniform.
+@pytest.mark.parametrize(("load", "low", "high"), [("tension", -0.06, 0.0), ("shear", -0.02, 0.10), ("bending", -0.02, 0.04)])
+def test_half_of_the_block_replaced_below_a_surface(lattice, whole, load, low, high):
+    force, settled = lattice.below_a_surface(3, 6, 3, load)
+    assert settled < 1e-3
+    assert low <= force / whole[load] - 1 <= high
+
+
+def test_two_halves_of_elements_in_contact(lattice):
+    # Pressed together: one block of elements, but for the compliance of the contacts, which is known.
+    force, expected, settled = lattice.in_contact(2, 6)
+    assert settled < 1e-3
+    # The spheres do not load the nodes as a uniform traction does.
+    assert force == pytest.approx(expected, rel=0.03)
+
+
+def test_a_rigid_motion_of_the_block_makes_no_force(lattice):
+    simulation, elements, slaves = lattice.joined(3, 6, 3, free=True)
+    volume = coupling.VolumeCoupling(simulation, elements, slaves)
+    velocity = np.array([0.1, -0.2, 0.3])
+    elements.velocity[:] = velocity
+    simulation.state.writable("velocities")[:] = velocity
+    state = simulation.state
+    volume.step(200, motion=(np.tile(velocity, (len(state), 1)), np.zeros((len(state), 3))))
+    # Rounding of positions of 0.1 m, 1e-17 m, times the stiffness.
+    force, _ = volume.forces()
+    assert np.abs(force).max() < 1e-10 * lattice.STIFFNESS * lattice.SPACING
+    assert abs(volume.work) < 1e-12
