@@ -6,7 +6,7 @@
 use super::super::strain::{
     Dimension, affine_fit, bagi_strain, boundary_strain, cell_gradient, cell_strain, cosserat, satake_strain,
 };
-use super::super::tessellation::{Domain, Neighbor, PowerDiagram, delaunay, power_diagram, power_polygons};
+use super::super::tessellation::{Domain, Face, Neighbor, PowerDiagram, delaunay, power_diagram, power_polygons};
 use super::*;
 
 const EXACT: f64 = 1e-12;
@@ -108,7 +108,7 @@ fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
 /// The polygons of half of the pairs are the faces between them, bit for bit, and their corners have the area and the power of both
 /// particles.
 fn outlines_of_faces(diagram: &PowerDiagram, position: &[Vec3], radius: &[f64], domain: &Domain) {
-    let pair_of = |face: &super::super::tessellation::Face| match face.neighbor {
+    let pair_of = |face: &Face| match face.neighbor {
         Neighbor::Particle { point, image } if point != face.point => Some(([face.point, point], image, face.area)),
         _ => None,
     };
@@ -131,7 +131,9 @@ fn outlines_of_faces(diagram: &PowerDiagram, position: &[Vec3], radius: &[f64], 
         for corner in &polygon.corners {
             let mut from = [corner - position[a], corner - position[b] - shift];
             if diagram.dimension == Dimension::Two {
-                from.iter_mut().for_each(|x| x.z = 0.0);
+                for x in &mut from {
+                    x.z = 0.0;
+                }
             }
             let power = |x: &Vec3, r: f64| x.norm_squared() - r * r;
             assert!((power(&from[0], radius[a]) - power(&from[1], radius[b])).abs() < EXACT);

@@ -132,12 +132,11 @@ impl Checker<'_> {
             }
             return;
         }
-        match group.length {
-            Some(given) => self.slender(&format!("{path}.length"), given.si(), group.diameter),
-            None => {
-                let help = "add `length = \"12 mm\"`, or list the ends in `lines`";
-                self.missing(&format!("{path}.length"), "gives neither `length` nor `lines`", help);
-            }
+        if let Some(given) = group.length {
+            self.slender(&format!("{path}.length"), given.si(), group.diameter);
+        } else {
+            let help = "add `length = \"12 mm\"`, or list the ends in `lines`";
+            self.missing(&format!("{path}.length"), "gives neither `length` nor `lines`", help);
         }
         match (group.volume_fraction, group.count) {
             (None, None) => {

@@ -261,20 +261,9 @@ impl HeatPass {
                 *sum += wall.exchange.flow(&contact, conductivity, heat.temperature[p], 1.0).1;
             }
         }
-        self.add_later_contacts(model, particles, &mut sums);
+        add_later_contacts(model, particles, &mut sums);
         let steps = sums.iter().enumerate().zip(&self.held).filter(|(_, held)| !**held);
         steps.map(|((p, sum), _)| model.lowest_capacity(p) / sum).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Add what all contacts that a particle may have later conduct at most, W/K.
-    fn add_later_contacts(&self, model: &HeatModel, particles: &Particles, sums: &mut [f64]) {
-        let Some(contact) = &model.contact else { return };
-        let radii = particles.radius.iter().fold([f64::INFINITY, 0.0], |[low, high], r| [r.min(low), r.max(high)]);
-        let conductivity = |p: usize| model.largest_conductivity(particles.material[p]);
-        let most = (0..particles.len()).map(conductivity).fold(0.0, f64::max);
-        for (p, sum) in sums.iter_mut().enumerate() {
-            *sum += contact.most(particles.radius[p], radii, [conductivity(p), most]);
-        }
     }
 
     /// Fail if contacts have become so many that an explicit step of `dt` (s, thermal time) is beyond its bound.
@@ -506,4 +495,15 @@ fn gaussian(model: &HeatModel, particles: &Particles, center: &Vec3, radius: f64
         volume * libm::exp(-0.5 * distance)
     };
     particles.position.par_iter().zip(&model.network.volume).with_min_len(TILE).map(weight).collect()
+}
+
+/// Add what all contacts that a particle may have later conduct at most, W/K.
+fn add_later_contacts(model: &HeatModel, particles: &Particles, sums: &mut [f64]) {
+    let Some(contact) = &model.contact else { return };
+    let radii = particles.radius.iter().fold([f64::INFINITY, 0.0], |[low, high], r| [r.min(low), r.max(high)]);
+    let conductivity = |p: usize| model.largest_conductivity(particles.material[p]);
+    let most = (0..particles.len()).map(conductivity).fold(0.0, f64::max);
+    for (p, sum) in sums.iter_mut().enumerate() {
+        *sum += contact.most(particles.radius[p], radii, [conductivity(p), most]);
+    }
 }

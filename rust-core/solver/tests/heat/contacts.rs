@@ -221,7 +221,7 @@ fn a_crack_that_closes_conducts() {
             let length = state.particles.position[1].x - state.particles.position[0].x;
             solver.step(&mut state).unwrap();
             // The bond of this step may have broken since.
-            if broken == !state.broken.is_empty() {
+            if broken != state.broken.is_empty() {
                 let found: f64 = solver.heat().unwrap().links(0).map(|(_, conductance)| conductance).sum();
                 assert!((found - expected(length, broken)).abs() < 1e-13, "{step} {length} {found}");
                 seen[if !broken {
