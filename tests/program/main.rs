@@ -6,6 +6,7 @@ mod contents;
 mod elastic;
 mod export;
 mod interruption;
+mod matrix;
 mod measure;
 mod mistakes;
 mod results;
