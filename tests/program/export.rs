@@ -9,7 +9,8 @@ use tempfile::TempDir;
 
 use crate::prism;
 
-fn reals(file: &hdf5::File, path: &str) -> Vec<f64> {
+/// The numbers of a dataset.
+pub(crate) fn reals(file: &hdf5::File, path: &str) -> Vec<f64> {
     file.dataset(path).and_then(|data| data.read_raw::<f64>()).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 

@@ -7,6 +7,7 @@ mod cracks;
 mod elastic;
 mod export;
 mod interruption;
+mod matrix;
 mod measure;
 mod mistakes;
 mod results;

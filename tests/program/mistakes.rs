@@ -1,4 +1,4 @@
-//! Forty-eight typical mistakes of new users. None is silent, and every message says where (file and line, or the option), what (key and
+//! Some sixty typical mistakes of new users. None is silent, and every message says where (file and line, or the option), what (key and
 //! value), and how to mend it.
 
 use std::fmt::Write as _;
@@ -146,6 +146,18 @@ const MISTAKES: &[Mistake] = &[
         ("\"9 mm\", \"9 mm\", \"16 mm\"", "\"9 um\", \"9 mm\", \"16 mm\""),
         &["packing.shape.size[0] = \"9 um\""],
         "check the units",
+    ),
+    scenario(
+        "friction in degrees",
+        ("friction_coefficient = 0.8", "friction_coefficient = 38"),
+        &["cpm.friction_coefficient = 38"],
+        "tangent of the angle",
+    ),
+    scenario(
+        "strain in percent or per mille",
+        ("crack_onset_strain = 1e-4", "crack_onset_strain = 0.1"),
+        &["cpm.crack_onset_strain = 0.1"],
+        "1e-4",
     ),
     // Keys and words.
     scenario(
@@ -360,6 +372,20 @@ const MISTAKES: &[Mistake] = &[
         "--set loading.strain_rte=5",
         &["loading.strain_rte", "unknown key"],
         "`strain_rate`",
+    ),
+    command(
+        "wrong value of the only material on the command line",
+        "check m.toml --set material.density=-1",
+        "--set material.density=-1",
+        &["material[0].density = -1"],
+        "must be greater than 0",
+    ),
+    command(
+        "doubtful value of a material by name",
+        "check m.toml --set material[concrete].density=4.8",
+        "--set material[concrete].density=4.8",
+        &["material[0].density = 4.8"],
+        "\"4.8 g/cm^3\"",
     ),
     command("unknown key", "explain strain_rat", "strain_rat", &["no key `strain_rat`"], "`loading.strain_rate`"),
     command("unknown command", "chek m.toml", "chek", &["unrecognized subcommand"], "'check'"),

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use crate::prism;
 
 /// The answer to a request; `None` while nobody listens.
-fn get(port: u16, path: &str) -> Option<String> {
+pub(crate) fn get(port: u16, path: &str) -> Option<String> {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
     write!(stream, "GET {path} HTTP/1.1\r\nHost: localhost:{port}\r\n\r\n").ok()?;
     let mut answer = String::new();
@@ -18,13 +18,17 @@ fn get(port: u16, path: &str) -> Option<String> {
     Some(answer)
 }
 
+/// A port that is free now.
+pub(crate) fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").and_then(|port| port.local_addr()).expect("a port").port()
+}
+
 /// The page shows the run while it goes on, with particles and curve. Watching changes no bit of the result.
 #[test]
 fn a_run_can_be_watched_and_does_not_change() {
     let folder = TempDir::new().expect("a temporary folder");
     let scenario = prism(folder.path(), 4000);
-    // A port that is free now.
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|port| port.local_addr()).expect("a port").port();
+    let port = free_port();
     let watched = folder.path().join("watched.h5");
     let number = port.to_string();
     let run = ["run", "-q", text(&scenario), "-o", text(&watched), "--watch", &number];
@@ -63,7 +67,7 @@ fn a_run_can_be_watched_from_another_process() {
         assert!(run.try_wait().expect("a child").is_none(), "the run ended before it could be watched");
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|port| port.local_addr()).expect("a port").port();
+    let port = free_port();
     let number = port.to_string();
     let mut watch = crate::spawn(&["watch", text(&watched), "--port", &number]);
     let (mut states, mut page) = (Vec::new(), None);

@@ -13,6 +13,7 @@ use concordem::law::{Batch, ContactGeometry, ContactLaw, EnergySplit, Response, 
 use concordem::math::Vec3;
 use concordem::solver::forces::{LawLoops, StepContext, Tile, Totals, evaluate_tile_in_blocks};
 use concordem::solver::{Model, record, walls};
+use concordem::state::columns::ColumnStore;
 use concordem::state::contacts::{ContactBlock, ContactFlags, Contacts};
 use concordem::state::{Particles, State, Wall};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -399,19 +400,28 @@ impl Replacement {
         Ok(())
     }
 
-    /// Refuses to continue bonds of a law in Python without it, and other bonds with one.
-    pub fn check_stored<'a>(&self, mut columns: impl Iterator<Item = &'a str>) -> PyResult<()> {
-        let scripted =
-            columns.any(|name| name.starts_with("bonds/") && name.contains(&format!("_{}/", Scripted::NAME)));
-        match (scripted, self.bonds.is_some()) {
-            (true, false) => {
-                Err(PyValueError::new_err("the bonds of the checkpoint have a law in Python; give it as bond_law"))
-            }
-            (false, true) => {
-                Err(PyValueError::new_err("the bonds of the checkpoint have no law in Python; omit bond_law"))
-            }
-            _ => Ok(()),
+    /// Refuses to continue bonds or contacts of a law in Python without it, and others with one.
+    pub fn check_stored(&self, columns: &ColumnStore) -> PyResult<()> {
+        let of_bonds = |name: &str| name.starts_with("bonds/") && name.contains(&format!("_{}/", Scripted::NAME));
+        let bonds = Some(columns.iter().any(|(name, _)| of_bonds(name)));
+        // Unbonded contacts have no name of their law; their histories have a length that no other law has. None without a contact.
+        let length = |name: &str| columns.get(name).map_or(0, |column| column.borrow().len());
+        let contacts = ["contacts", "wall_contacts"].into_iter().find_map(|block| {
+            let count = length(&format!("{block}/pair")) / 2;
+            (count > 0).then(|| length(&format!("{block}/history")) == count * size_of::<ScriptedState>() / 8)
+        });
+        for (what, name, stored, given) in [
+            ("bonds", "bond_law", bonds, self.bonds.is_some()),
+            ("contacts without a bond", "contact_law", contacts, self.contacts.is_some()),
+        ] {
+            let problem = match (stored, given) {
+                (Some(true), false) => format!("the {what} of the checkpoint have a law in Python; give it as {name}"),
+                (Some(false), true) => format!("the {what} of the checkpoint have no law in Python; omit {name}"),
+                _ => continue,
+            };
+            return Err(PyValueError::new_err(problem));
         }
+        Ok(())
     }
 
     /// Replaces the laws of an assembled state of `materials` materials. The simulation must keep the result.

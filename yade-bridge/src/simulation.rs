@@ -191,7 +191,7 @@ impl Simulation {
     ) -> PyResult<Self> {
         let checkpoint = checkpoint::read(&path).or_raise()?;
         let laws = Replacement { bonds: bond_law, contacts: contact_law };
-        laws.check_stored(checkpoint.columns.iter().map(|(name, _)| name))?;
+        laws.check_stored(&checkpoint.columns)?;
         let scenario = if let Some(scenario) = scenario {
             scenario
         } else {

@@ -118,7 +118,7 @@ def test_work_counts_as_stored_without_energies():
     assert abs(ours["damage"] - theirs["damage"]).max() < 1e-11 * scale
 
 
-def test_a_contact_in_python_equals_the_one_in_rust():
+def test_a_contact_in_python_equals_the_one_in_rust(tmp_path):
     """Spheres that slide over each other and a wall."""
     tables = {
         "packing": {"kind": "spheres", "spheres": [[0, 0, 1.001e-3, 1e-3], [1.5e-3, 0.2e-3, 2.4e-3, 1e-3], [4e-3, 0, 1.0005e-3, 1e-3]]},
@@ -138,6 +138,14 @@ def test_a_contact_in_python_equals_the_one_in_rust():
     rust, python = scenario.simulation(threads=1), scenario.simulation(threads=1, contact_law=Friction())
     rust.run()
     python.run()
+    # A checkpoint continues with the law with which it was written, and with no other.
+    python.save(tmp_path / "python.h5")
+    rust.save(tmp_path / "rust.h5")
+    assert concordem.Simulation.load(tmp_path / "python.h5", contact_law=Friction()).state.time == python.state.time
+    with pytest.raises(ValueError, match="contacts without a bond of the checkpoint have a law in Python; give it as contact_law"):
+        concordem.Simulation.load(tmp_path / "python.h5")
+    with pytest.raises(ValueError, match="contacts without a bond of the checkpoint have no law in Python; omit contact_law"):
+        concordem.Simulation.load(tmp_path / "rust.h5", contact_law=Friction())
     assert abs(moved(rust)[:, 2]).max() > 0
     assert abs(moved(python) - moved(rust)).max() < 1e-14
     assert abs(np.array(python.state.angular_velocities) - np.array(rust.state.angular_velocities)).max() < 1e-9 * abs(

@@ -219,14 +219,31 @@ fn lammps_data(text: &str) -> Result<Packing, PackingError> {
         let columns = Columns { places: [x, x + 1, x + 2, diameter], factor: 0.5 };
         packing.spheres.push(columns.sphere(index + 1, line, &words)?);
     }
-    Ok(packing)
+    complete(packing, text.lines().find_map(counted_atoms))
+}
+
+/// Refuses a file with another number of atoms than its header says.
+fn complete(packing: Packing, expected: Option<usize>) -> Result<Packing, PackingError> {
+    let found = packing.spheres.len();
+    match expected {
+        Some(expected) if expected != found => {
+            let reason = format!("its header counts {expected} atoms, but it lists {found}; is it cut off?");
+            Err(PackingError::Foreign { reason })
+        }
+        _ => Ok(packing),
+    }
 }
 
 /// The last snapshot of a dump file of LAMMPS or LIGGGHTS.
 fn dump(text: &str) -> Result<Packing, PackingError> {
     let mut packing = Packing::default();
     let mut columns: Option<Columns> = None;
+    // Number of atoms of the last snapshot.
+    let (mut expected, mut follows) = (None, false);
     for (index, line) in text.lines().enumerate() {
+        if std::mem::replace(&mut follows, line.starts_with("ITEM: NUMBER OF ATOMS")) {
+            expected = line.trim().parse().ok();
+        }
         if let Some(names) = line.strip_prefix("ITEM: ATOMS") {
             packing.spheres.clear();
             let found = Columns::of(names.split_whitespace());
@@ -238,7 +255,7 @@ fn dump(text: &str) -> Result<Packing, PackingError> {
             packing.spheres.push(columns.sphere(index + 1, line, &words)?);
         }
     }
-    Ok(packing)
+    complete(packing, expected)
 }
 
 #[cfg(test)]
@@ -298,6 +315,14 @@ mod tests {
             ("2 atoms\n", "without a section `Atoms`"),
             ("2 atoms\n\nAtoms\n\n1 1 0 0 0\n", "line 5: 5 columns fit neither"),
             ("ITEM: TIMESTEP\n0\nITEM: ATOMS id x y z\n1 0 0 0\n", "line 3: the dump needs the columns x y z radius"),
+            (
+                "3 atoms\n\nAtoms # sphere\n\n1 1 1 9 0 0 0\n2 1 1 9 0 0 2\n",
+                "counts 3 atoms, but it lists 2; is it cut off?",
+            ),
+            (
+                "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\nITEM: ATOMS id x y z radius\n1 0 0 0 1\n",
+                "counts 2 atoms, but it lists 1; is it cut off?",
+            ),
             ("SQLite format 3\0...", "memoizeDb"),
         ];
         for (text, message) in cases {

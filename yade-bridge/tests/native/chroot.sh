@@ -3,7 +3,8 @@
 #   chroot.sh make                   create it if it does not exist: debootstrap from apt's configured mirror
 #   chroot.sh run FOLDER COMMAND     run COMMAND in it, with FOLDER mounted on /mnt (needs root)
 #   chroot.sh path                   print its folder: ${XDG_CACHE_HOME:-~/.cache}/concordem/debian-13
-# BARE=SUITE: a bare Debian of that name (bookworm, trixie) instead, with python3-venv alone, for tests/install.
+# BARE=SUITE: a bare Debian of that name (bookworm, trixie) instead, with python3-venv alone, for tests/install. WITH='PACKAGE...': with
+# these packages, too, in a folder of its own.
 # It is kept between runs; delete it with: rm -r --one-file-system "$(chroot.sh path)". Mounts are in a private mount namespace and
 # end with the command.
 set -euo pipefail
@@ -20,6 +21,10 @@ if [ -n "${BARE:-}" ]; then
   suite=$BARE
   root=${root%/*}/bare-$BARE
   packages=(python3-venv)
+  if [ -n "${WITH:-}" ]; then
+    root=$root-${WITH%% *}
+    packages+=($WITH)
+  fi
 fi
 
 as_root() {

@@ -18,6 +18,8 @@ pub(super) struct Frame {
     pub step: u64,
     /// Centers of the particles, m; empty for bonds.
     pub points: Vec<f64>,
+    /// Edge vectors of the periodic cell, m, if particles are in one.
+    pub cell: Option<[[f64; 3]; 3]>,
     pub fields: Vec<StoredField>,
 }
 
@@ -37,6 +39,8 @@ pub(super) struct Frames {
     time: Vec<f64>,
     step: Vec<u64>,
     rows: Vec<u64>,
+    /// Edge vectors of the cell in every snapshot; empty without a cell.
+    cells: Vec<[[f64; 3]; 3]>,
     /// Name of every field, and its first row in every snapshot.
     fields: Vec<(String, Vec<u64>)>,
 }
@@ -55,7 +59,11 @@ impl Frames {
         let fields = group.member_names().at(path)?.into_iter();
         let fields = fields.map(|name| Ok((name.clone(), counts(&offsets, &name, path)?))).collect::<Result<_, _>>()?;
         let (time, step) = (hdf::read_array(&steps, "Values", path)?, counts(&steps, "step", path)?);
-        Self { path: path.to_owned(), group, points: Some(points), time, step, rows, fields }.checked()
+        let edges: Vec<f64> =
+            if steps.link_exists("cell") { hdf::read_array(&steps, "cell", path)? } else { Vec::new() };
+        let (vectors, _) = edges.as_chunks::<3>();
+        let cells = vectors.as_chunks::<3>().0.to_vec();
+        Self { path: path.to_owned(), group, points: Some(points), time, step, rows, cells, fields }.checked()
     }
 
     /// The bonds of `/bonds`; `None` if the result has none.
@@ -74,7 +82,8 @@ impl Frames {
             .collect::<Result<_, _>>()?;
         let (time, step) = (hdf::read_array(&steps, "time", path)?, counts(&steps, "step", path)?);
         let rows = counts(&steps, "count", path)?;
-        Self { path: path.to_owned(), group, points: None, time, step, rows, fields }.checked().map(Some)
+        let cells = Vec::new();
+        Self { path: path.to_owned(), group, points: None, time, step, rows, cells, fields }.checked().map(Some)
     }
 
     /// Refuses lists of different lengths.
@@ -83,6 +92,9 @@ impl Frames {
         let mut lengths = vec![self.step.len(), self.rows.len()];
         lengths.extend(self.fields.iter().map(|(_, offsets)| offsets.len()));
         lengths.extend(self.points.iter().map(|(_, offsets)| offsets.len()));
+        if !self.cells.is_empty() {
+            lengths.push(self.cells.len());
+        }
         if lengths.iter().any(|length| *length != count) {
             return Err(hdf::damaged(&self.path, "its snapshots have lists of different lengths".into()));
         }
@@ -119,7 +131,7 @@ impl Frames {
             let column = column(&dataset, offsets[k], rows, path)?;
             fields.push(StoredField { name: name.clone(), unit, description, column });
         }
-        Ok(Frame { time: self.time[k], step: self.step[k], points, fields })
+        Ok(Frame { time: self.time[k], step: self.step[k], points, cell: self.cells.get(k).copied(), fields })
     }
 }
 

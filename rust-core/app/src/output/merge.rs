@@ -209,7 +209,9 @@ fn append_particles(writer: &mut VtkWriter<'_>, batch: &SnapshotBatch, path: &Pa
         return Err(OutputError::Damaged { path: path.to_owned(), problem });
     };
     let others: Vec<&StoredField> = batch.fields.iter().filter(|field| field.name != POSITION).collect();
-    writer.append(&batch.time, &batch.step, position, &others)
+    writer.append(&batch.time, &batch.step, position, &others)?;
+    writer.append_cells(&batch.cells);
+    Ok(())
 }
 
 /// Writes the bonds of all snapshots below `/bonds`: one dataset per field, and in `Steps` times, steps, numbers of bonds, and the offset

@@ -55,6 +55,8 @@ pub(super) struct VtkWriter<'a> {
     group: Group,
     cells: Cells,
     steps: Vec<Step>,
+    /// Edge vectors of the periodic cell, nine numbers per step; empty without a cell.
+    edges: Vec<f64>,
     points: Appended,
     fields: FieldStream<'a>,
 }
@@ -80,7 +82,7 @@ impl<'a> VtkWriter<'a> {
         let points = Appended::new::<f64>(&group, "Points", 3, 1 << 14, path)?;
         hdf::describe(&points.dataset, "m", meaning, path)?;
         let fields = FieldStream::new(group.create_group(cells.data()[0]).at(path)?, path);
-        Ok(Self { path, group, cells, steps: Vec::new(), points, fields })
+        Ok(Self { path, group, cells, steps: Vec::new(), edges: Vec::new(), points, fields })
     }
 
     /// Appends snapshots with equal numbers of cells: times, steps, points (m), and fields of all snapshots, one after the other.
@@ -109,6 +111,11 @@ impl<'a> VtkWriter<'a> {
             field_offsets: offsets.iter().map(|offsets| offsets[k]).collect(),
         }));
         Ok(())
+    }
+
+    /// Appends the edge vectors of the periodic cell, m, nine numbers for every snapshot appended before. Readers of VTK ignore them.
+    pub fn append_cells(&mut self, edges: &[f64]) {
+        self.edges.extend_from_slice(edges);
     }
 
     /// Writes cells and steps.
@@ -146,6 +153,11 @@ impl<'a> VtkWriter<'a> {
         let offsets = steps.create_group(self.cells.data()[1]).at(path)?;
         for (k, name) in self.fields.names().enumerate() {
             hdf::write_array(&offsets, name, &of_steps(&|step| step.field_offsets[k]), 1, path)?;
+        }
+        // Not in a run that an older version began.
+        if !self.edges.is_empty() && self.edges.len() == 9 * self.steps.len() {
+            let dataset = hdf::write_array(&steps, "cell", &self.edges, 9, path)?;
+            hdf::describe(&dataset, "m", "Edge vectors of the periodic cell, one after the other.", path)?;
         }
         let counts: Vec<u64> = self.steps.iter().map(|step| step.count).collect();
         let dataset = hdf::write_array(&steps, "step", &counts, 1, path)?;

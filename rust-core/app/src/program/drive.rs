@@ -340,6 +340,7 @@ impl Run {
             step: state.clock.step,
             id: &particles.id,
             position: &position,
+            cell: state.cell.as_ref().map(|cell| cell.matrix),
             fields,
         };
         self.files.append_snapshot(&snapshot)?;

@@ -29,7 +29,7 @@ pub(super) struct ExportArguments {
 enum Format {
     /// STEM.particles.vtkhdf and STEM.bonds.vtkhdf for VTK, pyvista, and ParaView, and a macro of ParaView
     Vtk,
-    /// STEM.data, STEM.dump, and STEM.bonds.dump for OVITO and LAMMPS
+    /// STEM.data, STEM.dump, and STEM.bonds.dump for OVITO and LAMMPS, and a script of OVITO
     Lammps,
     /// STEM.cracks.vtp: the crack surfaces, one polygon for each broken bond, for VTK, pyvista, and ParaView
     Cracks,
@@ -54,7 +54,7 @@ pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> 
             return console.print(&format!("{}\n", written.file.display()));
         }
     };
-    if written.bond_snapshots == 0 && !result.laws()?.is_empty() {
+    if written.only_final_bonds {
         console.tell(
             "the snapshots have no bonds, so only those of the final state are exported; write bond_snapshots = true in [output] and \
              run again for all",

@@ -139,6 +139,7 @@ impl Chart {
             );
         }
         let mut below: Option<&[(f64, f64)]> = None;
+        let mut texts = Vec::new();
         for (series, top) in self.series.iter().zip(&tops) {
             let place = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
                 let drawable = |point: &(f64, f64)| self.drawable(*point);
@@ -159,7 +160,7 @@ impl Chart {
             if series.marks_peak
                 && let Some((at, value)) = peak(&series.points)
             {
-                svg += &peak_mark(series, (x.place(at), y.place(value)), value);
+                svg += &peak_mark(series, (x.place(at), y.place(value)), value, &mut texts);
             }
         }
         svg += "</svg>\n";
@@ -348,17 +349,36 @@ fn area(series: &Series, top: &[(f64, f64)], floor: &[(f64, f64)]) -> String {
 /// Extent of the axis over the value of a marked peak.
 const PEAK_ROOM: f64 = 1.08;
 
-/// A dot at the peak with its value.
-fn peak_mark(series: &Series, (x, y): (f64, f64), value: f64) -> String {
-    let (anchor, shift) = if x > 0.7 * WIDTH { ("end", -8.0) } else { ("start", 8.0) };
+/// Height of a line of text, and width of a character, px.
+const LINE: f64 = 15.0;
+const CHARACTER: f64 = 7.5;
+
+/// A dot at the peak with its value. `texts`: left, right, and baseline of the texts that are already there.
+fn peak_mark(series: &Series, (x, y): (f64, f64), value: f64, texts: &mut Vec<[f64; 3]>) -> String {
+    let text = number(value);
+    let width = CHARACTER * text.chars().count() as f64;
+    let (right, left) = (("start", 8.0), ("end", -8.0));
+    let sides = if x > 0.7 * WIDTH { [left, right] } else { [right, left] };
     // The text is on the side away from the curve, which rises to the peak from zero.
     let text_y = if value > 0.0 { (y - 6.0).max(TOP + 10.0) } else { (y + 15.0).min(HEIGHT - BOTTOM - 4.0) };
+    let extent = |(anchor, shift): (&str, f64), line: f64| {
+        let start = if anchor == "end" { x + shift - width } else { x + shift };
+        [start, start + width, text_y + LINE * line]
+    };
+    let is_free =
+        |new: &[f64; 3]| texts.iter().all(|old| new[1] < old[0] || old[1] < new[0] || (new[2] - old[2]).abs() >= LINE);
+    // Beside another text, or below it.
+    let places = [0.0, 1.0, 2.0, 3.0].into_iter().flat_map(|line| sides.map(|side| (side, line)));
+    let (side, line) = places.into_iter().find(|&(side, line)| is_free(&extent(side, line))).unwrap_or((sides[0], 0.0));
+    let place = extent(side, line);
+    texts.push(place);
     format!(
         "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"3.5\" fill=\"{}\"/>\
-         <text class=\"halo\" x=\"{:.2}\" y=\"{text_y:.2}\" text-anchor=\"{anchor}\">{}</text>\n",
+         <text class=\"halo\" x=\"{:.2}\" y=\"{:.2}\" text-anchor=\"{}\">{text}</text>\n",
         series.color,
-        x + shift,
-        number(value)
+        x + side.1,
+        place[2],
+        side.0,
     )
 }
 

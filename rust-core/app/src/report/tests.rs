@@ -105,7 +105,7 @@ fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> Re
         });
     }
     let position = [Vec3::zeros(), Vec3::new(0.05, 0.05, 0.05)];
-    let snapshot = Snapshot { time: 0.0, step: 0, id: &[0, 1], position: &position, fields: vec![] };
+    let snapshot = Snapshot { time: 0.0, step: 0, id: &[0, 1], position: &position, cell: None, fields: vec![] };
     files.append_snapshot(&snapshot).unwrap();
     files.note("wall_time", "71.2 s");
     files.finish(&Nothing, &Nothing).unwrap();

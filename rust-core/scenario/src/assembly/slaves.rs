@@ -29,7 +29,7 @@ pub(super) fn build(
             .map_err(|error| error.to_string())
             .and_then(|file| Array::read(BufReader::new(file)))
             .map_err(fail)?;
-        let motion = motion(scenario, at, slave, state, array)?;
+        let motion = motion(scenario, at, slave, state, &array)?;
         let steps = motion.steps();
         if scenario.stop.steps.is_none_or(|limit| limit > steps) {
             let message = format!(
@@ -81,7 +81,7 @@ fn motion(
     at: usize,
     slave: &Slave,
     state: &State,
-    array: Array,
+    array: &Array,
 ) -> Result<RecordedMotion, AssemblyError> {
     let [_, count, components] = array.shape;
     let file = |message: String| unfit(&format!("slave[{at}].path"), message);

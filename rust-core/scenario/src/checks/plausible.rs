@@ -1,4 +1,5 @@
-//! Warnings about numbers that are valid but probably have the wrong unit: a density of 4.8, a radius of 1 m, a modulus of 25 Pa.
+//! Warnings about numbers that are valid but probably have the wrong unit: a density of 4.8, a radius of 1 m, a modulus of 25 Pa,
+//! an angle of friction instead of its tangent.
 
 use super::{Checker, length};
 use toml::de::DeValue;
@@ -9,12 +10,18 @@ const DENSITIES: [f64; 2] = [50.0, 25e3];
 const LARGE_RADIUS: f64 = 0.2;
 /// A modulus below this, Pa, is softer than gelatin.
 const SOFT: f64 = 1e3;
+/// A tangent of the friction angle from here on belongs to more than 78 degrees.
+const ROUGH: f64 = 5.0;
+/// Brittle materials crack at strains far below this.
+const LARGE_ONSET: f64 = 0.01;
 
 impl Checker<'_> {
     /// Warns about implausible numbers.
     pub(super) fn implausible(&mut self) {
         self.densities();
         self.moduli();
+        self.frictions();
+        self.onsets();
         for key in ["packing.radius", "packing.radii.minimum", "packing.radii.median"] {
             // A number with a unit is meant as written.
             if let Some(radius) = self.plain_number(key)
@@ -52,24 +59,51 @@ impl Checker<'_> {
         }
     }
 
-    fn moduli(&mut self) {
-        let mut soft = Vec::new();
+    /// The plain numbers of a key in the tables of all laws, with their key paths.
+    fn of_laws(&self, key: &str) -> Vec<(String, f64)> {
+        let mut found = Vec::new();
         for at in 0..self.scenario.materials.len() {
-            let Some(tables) = self.document.root.get_ref().get("material") else { return };
+            let Some(tables) = self.document.root.get_ref().get("material") else { break };
             let Some(material) = tables.get_ref().as_array().and_then(|array| array.get(at)) else { continue };
             for (law, table) in material.get_ref().as_table().into_iter().flatten() {
                 if let DeValue::Table(_) = table.get_ref() {
-                    soft.push(format!("material[{at}].{}.young", law.get_ref()));
+                    let path = format!("material[{at}].{}.{key}", law.get_ref());
+                    found.extend(self.plain_number(&path).map(|number| (path, number)));
                 }
             }
         }
-        for key in soft {
-            if let Some(young) = self.plain_number(&key)
-                && (1.0..SOFT).contains(&young)
-            {
+        found
+    }
+
+    fn moduli(&mut self) {
+        for (key, young) in self.of_laws("young") {
+            if (1.0..SOFT).contains(&young) {
                 let help =
                     format!("write \"{young} GPa\", or \"{young} Pa\" if pascals are meant; plain numbers are Pa");
                 self.warn(&key, format!("{young} Pa is softer than any solid"), help);
+            }
+        }
+    }
+
+    fn frictions(&mut self) {
+        for (key, friction) in self.of_laws("friction_coefficient") {
+            if friction >= ROUGH {
+                let help = if friction < 90.0 {
+                    format!("write the tangent of the angle: {:.2} for {friction} degrees", friction.to_radians().tan())
+                } else {
+                    "write the tangent of the angle, such as 0.5".to_owned()
+                };
+                self.warn(&key, "is the tangent of the friction angle; no solid is so rough", help);
+            }
+        }
+    }
+
+    fn onsets(&mut self) {
+        for (key, strain) in self.of_laws("crack_onset_strain") {
+            // From 1 on, no bond is meant to break.
+            if (LARGE_ONSET..1.0).contains(&strain) {
+                let help = "write the strain itself, such as 1e-4 for 0.1 per mille";
+                self.warn(&key, format!("a brittle material breaks long before a strain of {strain}"), help);
             }
         }
     }

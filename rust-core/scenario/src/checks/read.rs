@@ -101,11 +101,11 @@ fn with_settings(source: Source, settings: &[Setting]) -> Result<Source, ReadErr
     if settings.is_empty() || Document::parse(&source).is_err() {
         return Ok(source);
     }
-    let text = Setting::apply(&source.text, settings).map_err(ReadError::Setting)?;
+    let (text, located) = Setting::apply_located(&source.text, settings).map_err(ReadError::Setting)?;
     let mut given = Given { text: source.text.clone(), settings: Vec::new() };
     if let Some(earlier) = &source.given {
         given = Given::clone(earlier);
     }
-    given.settings.extend_from_slice(settings);
+    given.settings.extend(located);
     Ok(Source { text: text.into(), given: Some(Arc::new(given)), ..source })
 }

@@ -76,11 +76,20 @@ impl Setting {
     /// # Errors
     /// The text is not TOML, or a key leads into a value that is not a table. The message names the setting.
     pub fn apply(text: &str, settings: &[Self]) -> Result<String, String> {
+        Ok(Self::apply_located(text, settings)?.0)
+    }
+
+    /// Like [`Self::apply`]; also the settings with keys as problems name them: `material[0].density` for `material.density` and
+    /// `material[concrete].density`.
+    pub(crate) fn apply_located(text: &str, settings: &[Self]) -> Result<(String, Vec<Self>), String> {
         let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| error.to_string())?;
+        let mut located = Vec::new();
         for setting in settings {
-            setting.put(document.as_table_mut()).map_err(|problem| format!("--set {}: {problem}", setting.given))?;
+            let key = setting.put(document.as_table_mut());
+            let key = key.map_err(|problem| format!("--set {}: {problem}", setting.given))?;
+            located.push(Self { key, ..setting.clone() });
         }
-        Ok(document.to_string())
+        Ok((document.to_string(), located))
     }
 
     fn steps(&self) -> Vec<Step<'_>> {
@@ -97,18 +106,29 @@ impl Setting {
         steps
     }
 
-    fn put(&self, root: &mut Table) -> Result<(), String> {
+    /// Puts the value into a document; returns the key with the number of every item.
+    fn put(&self, root: &mut Table) -> Result<String, String> {
         let value: Value = self.value.parse().map_err(|error: toml_edit::TomlError| error.message().to_owned())?;
         let steps = self.steps();
         let mut place = Place::Table(root);
+        let mut path = String::new();
         for (k, step) in steps.iter().enumerate() {
             let last = k + 1 == steps.len();
             place = match step {
-                Step::Key(key) => place.enter(key, last)?,
-                Step::Item(name) => place.pick(name)?,
+                Step::Key(key) => {
+                    path += if place.is_list() { "[0]" } else { "" };
+                    path += if path.is_empty() { "" } else { "." };
+                    path += key;
+                    place.enter(key, last)?
+                }
+                Step::Item(name) => {
+                    path += &place.number_of(name).map_or_else(|| format!("[{name}]"), |at| format!("[{at}]"));
+                    place.pick(name)?
+                }
             };
         }
-        place.replace(value)
+        place.replace(value)?;
+        Ok(path)
     }
 
     /// Whether the key path `key` is the key of this setting, or lies in its value.
@@ -173,22 +193,36 @@ impl<'a> Place<'a> {
         }
     }
 
+    fn is_list(&self) -> bool {
+        matches!(self, Place::Item(Item::ArrayOfTables(_)) | Place::List(_))
+    }
+
+    /// Number of an item of a list, from its number or its key `name`.
+    fn number_of(&self, which: &str) -> Option<usize> {
+        if let Ok(number) = which.parse() {
+            return Some(number);
+        }
+        match self {
+            Place::Item(Item::ArrayOfTables(list)) => {
+                list.iter().position(|table| table.get("name").and_then(Item::as_str) == Some(which))
+            }
+            Place::List(list) => list.iter().position(|value| {
+                value.as_inline_table().and_then(|table| table.get("name")).and_then(Value::as_str) == Some(which)
+            }),
+            _ => None,
+        }
+    }
+
     /// An item of a list, by number or by its key `name`.
     fn pick(self, which: &str) -> Result<Place<'a>, String> {
-        let number = which.parse::<usize>().ok();
+        let at = self.number_of(which);
         let none = |count: usize| format!("there is no item `{which}`; there are {count}, counted from 0");
         match self {
             Place::Item(Item::ArrayOfTables(list)) => {
-                let named = |table: &Table| table.get("name").and_then(Item::as_str) == Some(which);
-                let at = number.or_else(|| list.iter().position(named));
                 let count = list.len();
                 at.and_then(|at| list.get_mut(at)).map(Place::Table).ok_or_else(|| none(count))
             }
             Place::List(list) => {
-                let named = |value: &Value| {
-                    value.as_inline_table().and_then(|table| table.get("name")).and_then(Value::as_str) == Some(which)
-                };
-                let at = number.or_else(|| list.iter().position(named));
                 let count = list.len();
                 at.and_then(|at| list.get_mut(at)).map(Place::of_value).ok_or_else(|| none(count))
             }

@@ -36,7 +36,7 @@ fn grains(
     particles: Particles,
     contact: ContactConduction,
     temperature: Vec<f64>,
-    cell: Option<Cell>,
+    cell: Option<&Cell>,
 ) -> (State, Model) {
     let stiffness = ContactStiffness::Given { normal: 1000.0, shear: 500.0 };
     let law = Frictional::new(stiffness, 0.0, 0.0).unwrap();
@@ -48,7 +48,7 @@ fn grains(
     let mut heat = model(network, &particles, &[PLAIN, OTHER]);
     heat.contact = Some(contact);
     heat.mechanics = true;
-    let mut state = State { heat: Some(heat.start(temperature)), particles, cell, ..State::default() };
+    let mut state = State { heat: Some(heat.start(temperature)), particles, cell: cell.copied(), ..State::default() };
     state.contacts = Some(Box::new(ContactBlock::new(vec![law])));
     state.clock.dt = 1e-3;
     (state, Model { heat: Some(heat), contact_rows: rows, ..Model::default() })
@@ -163,7 +163,7 @@ fn a_ring_through_the_border_conducts() {
     }
     let wave = |p: usize| (std::f64::consts::TAU * p as f64 / 8.0).cos();
     let start: Vec<f64> = (0..8).map(|p| 300.0 + 10.0 * wave(p)).collect();
-    let (mut state, mut model) = grains(particles, RESISTANCE, start, Some(cell));
+    let (mut state, mut model) = grains(particles, RESISTANCE, start, Some(&cell));
     let heat = model.heat.as_mut().unwrap();
     heat.mechanics = false;
     let capacity = heat.capacity[0];
@@ -276,7 +276,7 @@ fn flowing(count: usize, edge: f64, contact: ContactConduction) -> (State, Model
         *velocity = Vec3::from_fn(|_, _| 4.0 * (random.uniform() - 0.5));
     }
     let temperature: Vec<f64> = (0..count).map(|_| 300.0 + 100.0 * random.uniform()).collect();
-    grains(particles, contact, temperature, Some(Cell::new(Mat3::from_diagonal_element(edge))))
+    grains(particles, contact, temperature, Some(&Cell::new(Mat3::from_diagonal_element(edge))))
 }
 
 /// Flowing grains conserve heat to rounding over 1e4 steps, the span of their temperatures shrinks, and at the explicit bound no temperature leaves the

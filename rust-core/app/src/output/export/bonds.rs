@@ -16,6 +16,8 @@ pub(super) struct Lines {
     pub ids: Vec<[u32; 2]>,
     /// Start and end of each line, m.
     pub points: Vec<f64>,
+    /// Edge vectors of the periodic cell, m.
+    pub cell: Option<[[f64; 3]; 3]>,
     /// Values of each line.
     pub fields: Vec<StoredField>,
 }
@@ -34,9 +36,9 @@ impl AllLines {
         Ok(Self { particles, bonds })
     }
 
-    /// Number of snapshots with bonds.
-    pub(super) fn snapshots(&self) -> usize {
-        self.bonds.as_ref().map_or(0, Frames::len)
+    /// Whether only the final state can have bonds.
+    pub(super) fn are_final(&self) -> bool {
+        self.bonds.is_none()
     }
 
     /// Calls `take` for every snapshot with bonds, or for the final state; returns whether there was one.
@@ -107,7 +109,7 @@ fn lines_of(particles: &Frame, bonds: Frame) -> Lines {
             column: StoredColumn { data: ColumnData::U32(fragment), components: 1 },
         });
     }
-    Lines { time, step, ids, points, fields }
+    Lines { time, step, ids, points, cell: particles.cell, fields }
 }
 
 /// The bonds of the tables `contacts/LAW` of the final state, with the fields of snapshots; `None` without bonds.
@@ -157,5 +159,5 @@ fn final_bonds(result: &ResultFile) -> Result<Option<Frame>, OutputError> {
         field("broken", "1", ColumnData::U8(broken), 1),
         field("branch", "m", ColumnData::F64(branch), 3),
     ];
-    Ok(Some(Frame { time: 0.0, step: 0, points: Vec::new(), fields }))
+    Ok(Some(Frame { time: 0.0, step: 0, points: Vec::new(), cell: None, fields }))
 }

@@ -21,8 +21,8 @@ pub struct Exported {
     pub files: Vec<PathBuf>,
     /// Number of snapshots of the particles.
     pub snapshots: usize,
-    /// Number of snapshots with bonds; 0 if only the final state has bonds, which is exported then.
-    pub bond_snapshots: usize,
+    /// Whether the snapshots have no bonds, so that those of the final state were exported.
+    pub only_final_bonds: bool,
 }
 
 /// A file beside the result: `NAME.particles.vtkhdf` for `NAME.h5`.
@@ -30,6 +30,11 @@ fn beside(stem: &Path, ending: &str) -> PathBuf {
     let mut name = stem.as_os_str().to_owned();
     name.push(ending);
     PathBuf::from(name)
+}
+
+/// The name of a file without its folder.
+fn name_of(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 /// Refuses to overwrite files.

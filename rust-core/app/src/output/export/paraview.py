@@ -1,6 +1,6 @@
-"""Show particles and bonds in ParaView: Tools > Python Shell > Run Script, or pvpython --script=THIS_FILE.
+"""Show particles and bonds in ParaView 5.12 or newer: Tools > Python Shell > Run Script, or pvpython THIS_FILE.
 
-Written by concordem export. Particles are spheres colored by damage; bonds are lines colored by damage, broken ones are thick and red.
+Written by concordem export. Particles are spheres and bonds are lines, both colored by damage from 0 to 1; broken bonds are thick and red.
 Change BOND_COLOR to "opening", "normal_force", or "fragment" for other colors.
 """
 
@@ -10,6 +10,7 @@ from paraview.simple import (
     ColorBy,
     GetActiveViewOrCreate,
     GetAnimationScene,
+    GetColorTransferFunction,
     OpenDataFile,
     Render,
     ResetCamera,
@@ -19,6 +20,16 @@ from paraview.simple import (
 )
 
 BOND_COLOR = "damage"
+
+
+def color(shown, kind, name):
+    """Color by a field, with one range for all times."""
+    ColorBy(shown, (kind, name))
+    if name == "damage":
+        GetColorTransferFunction(name).RescaleTransferFunction(0.0, 1.0)
+    else:
+        shown.RescaleTransferFunctionToDataRangeOverTime()
+
 
 try:
     here = os.path.dirname(os.path.abspath(__file__))
@@ -36,16 +47,15 @@ shown.ScaleByArray = 1
 shown.SetScaleArray = ["POINTS", "radius"]
 shown.UseScaleFunction = 0
 shown.GaussianRadius = 1.0
-shown.Opacity = 0.3
-ColorBy(shown, ("POINTS", "damage"))
-shown.RescaleTransferFunctionToDataRange(True, False)
+shown.Opacity = 0.15
+color(shown, "POINTS", "damage")
 
 if "BONDS":
     bonds = OpenDataFile(os.path.join(here, "BONDS"))
     UpdatePipeline()
     lines = Show(bonds, view)
     lines.SetRepresentationType("Wireframe")
-    ColorBy(lines, ("CELLS", BOND_COLOR))
+    color(lines, "CELLS", BOND_COLOR)
     lines.SetScalarBarVisibility(view, True)
     broken = Threshold(Input=bonds)
     broken.Scalars = ["CELLS", "broken"]
@@ -54,10 +64,13 @@ if "BONDS":
     cracks = Show(broken, view)
     cracks.SetRepresentationType("Wireframe")
     cracks.LineWidth = 4.0
-    ColorBy(cracks, None)
+    cracks.ColorArrayName = [None, ""]
     cracks.AmbientColor = cracks.DiffuseColor = [0.8, 0.1, 0.1]
 
 GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
 GetAnimationScene().GoToLast()
+low_x, high_x, low_y, high_y, low_z, high_z = particles.GetDataInformation().GetBounds()
+if high_z - low_z > 0.05 * max(high_x - low_x, high_y - low_y):  # Not in two dimensions, where the view is along z.
+    view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [0.4, -1.0, 0.25], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]
 ResetCamera()
 Render()

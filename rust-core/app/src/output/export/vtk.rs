@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::bonds::AllLines;
-use super::{Exported, beside, free, particles_of};
+use super::{Exported, beside, free, name_of, particles_of};
 use crate::output::error::OutputError;
 use crate::output::result::ResultFile;
 use crate::output::run_files::StoredField;
@@ -47,10 +47,10 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
     } else {
         std::fs::remove_file(&bonds).map_err(|error| OutputError::io(&bonds, "remove", error))?;
     }
-    let name = |path: &Path| path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let text =
-        MACRO.replace("PARTICLES", &name(&particles)).replace("BONDS", &if any { name(&bonds) } else { String::new() });
+    let text = MACRO
+        .replace("PARTICLES", &name_of(&particles))
+        .replace("BONDS", &if any { name_of(&bonds) } else { String::new() });
     sealed::write_text(&script, &text)?;
     files.push(script);
-    Ok(Exported { files, snapshots: frames.len(), bond_snapshots: lines.snapshots() })
+    Ok(Exported { files, snapshots: frames.len(), only_final_bonds: any && lines.are_final() })
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::folder::numbered;
 use crate::output::error::{At, OutputError};
 use crate::output::{hdf, sealed};
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::columns::{Column, ColumnData, StoredColumn};
 
 /// The particles at one time, for `/VTKHDF`.
@@ -19,6 +19,8 @@ pub struct Snapshot<'a> {
     pub id: &'a [u32],
     /// Positions, m.
     pub position: &'a [Vec3],
+    /// Edge vectors of the periodic cell as columns, m; in all snapshots of a run or in none.
+    pub cell: Option<Mat3>,
     /// Further fields, such as radius and velocity; the same in every snapshot of a run.
     pub fields: Vec<SnapshotField<'a>>,
 }
@@ -54,6 +56,7 @@ pub(super) struct StoredSnapshot {
     step: u64,
     /// Number of particles.
     rows: usize,
+    cell: Option<Mat3>,
     pub(super) fields: Vec<StoredField>,
 }
 
@@ -69,6 +72,9 @@ pub(in crate::output) struct StoredField {
 pub(in crate::output) const POSITION: &str = "position";
 /// Name of the ids among the fields of a stored snapshot.
 const ID: &str = "id";
+
+/// Name of the edges of the cell in a batch.
+const CELL: &str = "cell";
 
 /// Group of a segment that holds the batches of snapshots.
 const BATCHES: &str = "snapshot_batches";
@@ -150,6 +156,11 @@ fn write_batch(group: &hdf5::Group, batch: &[StoredSnapshot], path: &Path) -> Re
     let step: Vec<u64> = batch.iter().map(|snapshot| snapshot.step).collect();
     hdf::write_array(group, "time", &time, 1, path)?;
     hdf::write_array(group, "step", &step, 1, path)?;
+    let cells: Vec<f64> =
+        batch.iter().filter_map(|snapshot| snapshot.cell).flat_map(|cell| cell.data.0).flatten().collect();
+    if !cells.is_empty() {
+        hdf::write_array(group, CELL, &cells, 9, path)?;
+    }
     let fields = group.create_group("fields").at(path)?;
     for (k, field) in batch[0].fields.iter().enumerate() {
         let columns: Vec<&ColumnData> = batch.iter().map(|snapshot| &snapshot.fields[k].column.data).collect();
@@ -180,6 +191,8 @@ fn concatenated(columns: &[&ColumnData]) -> ColumnData {
 pub(in crate::output) struct SnapshotBatch {
     pub time: Vec<f64>,
     pub step: Vec<u64>,
+    /// Edge vectors of the cell, m, nine numbers per snapshot; empty without a cell.
+    pub cells: Vec<f64>,
     /// Each field of all snapshots, one after the other.
     pub fields: Vec<StoredField>,
 }
@@ -198,7 +211,8 @@ impl SnapshotBatch {
             });
         }
         let (time, step) = (hdf::read_array(group, "time", path)?, hdf::read_array(group, "step", path)?);
-        Ok(Self { time, step, fields })
+        let cells = if group.link_exists(CELL) { hdf::read_array(group, CELL, path)? } else { Vec::new() };
+        Ok(Self { time, step, cells, fields })
     }
 }
 
@@ -226,7 +240,8 @@ impl StoredSnapshot {
             field(POSITION, "m", "Center of the particle.", 3, ColumnData::F64(position)),
             field(ID, "1", "Stable id of the particle.", 1, ColumnData::U32(id)),
         ];
-        Self::with(snapshot.time, snapshot.step, order, fields, &snapshot.fields)
+        let stored = Self::with(snapshot.time, snapshot.step, order, fields, &snapshot.fields)?;
+        Ok(Self { cell: snapshot.cell, ..stored })
     }
 
     /// Checks a snapshot of bonds and sorts its rows by the ids of the particles.
@@ -260,7 +275,7 @@ impl StoredSnapshot {
             let column = sorted(&given.column, order);
             fields.push(field(given.name, given.column.unit(), given.description, given.column.components(), column));
         }
-        Ok(Self { time, step, rows: count, fields })
+        Ok(Self { time, step, rows: count, cell: None, fields })
     }
 }
 

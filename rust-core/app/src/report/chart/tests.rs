@@ -87,3 +87,28 @@ fn areas_are_stacked() {
     assert_eq!(html.matches("<polygon").count(), 2);
     assert_eq!(html.matches("data-stacked").count(), 2);
 }
+
+/// The values of peaks that lie close together stay readable.
+#[test]
+fn values_of_peaks_do_not_overlap() {
+    let curve = |at: f64, peak: f64| line(vec![(0.0, 0.0), (at, peak), (1.0, 0.5)], Style::Line);
+    let html = chart((0..4).map(|k| curve(0.3 + 0.01 * f64::from(k), 5.0 + 0.05 * f64::from(k))).collect()).html();
+    let attribute = |text: &str, name: &str| {
+        let from = text.find(&format!(" {name}=\"")).expect("an attribute") + name.len() + 3;
+        text[from..].split('"').next().expect("a value").to_owned()
+    };
+    let texts: Vec<(f64, f64, bool)> = html
+        .split("<text class=\"halo\"")
+        .skip(1)
+        .map(|text| {
+            let number = |name| attribute(text, name).parse::<f64>().expect("a number");
+            (number("x"), number("y"), attribute(text, "text-anchor") == "end")
+        })
+        .collect();
+    assert_eq!(texts.len(), 4);
+    for (k, a) in texts.iter().enumerate() {
+        for b in &texts[..k] {
+            assert!(a.2 != b.2 || (a.1 - b.1).abs() >= 14.0, "{a:?} {b:?}");
+        }
+    }
+}

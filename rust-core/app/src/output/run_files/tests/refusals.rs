@@ -93,6 +93,7 @@ fn wrong_rows_are_refused() {
         step: 5,
         id: &[1, 0],
         position: &position,
+        cell: None,
         fields: vec![SnapshotField { name, description: "", column: Column::f64(data, 1, "m") }],
     };
     let error = files.append_snapshot(&snapshot("radius", &[1.0])).unwrap_err().to_string();

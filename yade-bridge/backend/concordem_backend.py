@@ -1,0 +1,31 @@
+"""Builds the package with maturin, after the parts of the native YADE plugin.
+
+pip calls it for a source package and for the folder yade-bridge; both have the script native/build. `make wheel` calls the script and
+maturin itself.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import maturin
+from maturin import *  # noqa: F403  (the other hooks)
+
+
+def build_wheel(
+    wheel_directory: str, config_settings: dict[str, Any] | None = None, metadata_directory: str | None = None
+) -> str:
+    """The wheel, with the parts of the native plugin on Linux, the only system of YADE."""
+    if sys.platform == "linux":
+        project = Path(__file__).resolve().parents[1]
+        # A source package has pyproject.toml and python/ one folder higher than the repository has.
+        bridge = project if (project / "native").is_dir() else project / "yade-bridge"
+        parts = project / "python/concordem/yade/native"
+        subprocess.run(
+            ["bash", str(bridge / "native/build")], check=True, env={**os.environ, "PARTS": str(parts)}, stdout=sys.stderr
+        )
+    return maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
