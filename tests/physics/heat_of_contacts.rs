@@ -1,5 +1,7 @@
 //! Heat between grains that flow: in two dimensions, with clumps, deformable particles, loads, walls, and in a periodic cell.
 
+use std::fmt::Write as _;
+
 use concordem::state::columns::ColumnStore;
 use concordem::state::contacts::ContactFlags;
 use concordem_tests::on_threads;
@@ -34,14 +36,14 @@ fn vessel(dimension: usize) -> String {
     if dimension == 3 {
         planes.extend([("s", "[0, 0, 0]", "[0, 1, 0]"), ("n", "[0, 7e-3, 0]", "[0, -1, 0]")]);
     }
-    planes
-        .iter()
-        .map(|(name, point, normal)| {
-            format!(
-                "[[wall]]\nname = \"{name}\"\nmaterial = \"g\"\nshape = {{ kind = \"plane\", point = {point}, normal = {normal} }}\n"
-            )
-        })
-        .collect()
+    let mut text = String::new();
+    for (name, point, normal) in planes {
+        let _ = writeln!(
+            text,
+            "[[wall]]\nname = \"{name}\"\nmaterial = \"g\"\nshape = {{ kind = \"plane\", point = {point}, normal = {normal} }}"
+        );
+    }
+    text
 }
 
 /// Grains in a loose lattice above the floor, out of line, so that they scatter.

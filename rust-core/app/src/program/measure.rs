@@ -250,14 +250,19 @@ impl Table {
     }
 }
 
+/// Fails if a membrane presses on the particles: its forces are not in the result.
+fn refuse_membranes(scenario: &Scenario) -> Result<(), Failure> {
+    if scenario.membranes.is_empty() {
+        return Ok(());
+    }
+    let message =
+        "the run has a [[membrane]], whose forces are not stored: add the operator as a [[sample]] of the run";
+    Err(Failure::Usage(message.into()))
+}
+
 impl Moment {
     fn read(result: &ResultFile, scenario: &Scenario) -> Result<Self, Failure> {
-        if !scenario.membranes.is_empty() {
-            // Their forces are not in the result.
-            let message =
-                "the run has a [[membrane]], whose forces are not stored: add the operator as a [[sample]] of the run";
-            return Err(Failure::Usage(message.into()));
-        }
+        refuse_membranes(scenario)?;
         let table = Table::read(result, "particles")?;
         let mut particles = Particles::default();
         let (position, radius, mass) = (table.vectors("position")?, table.reals("radius")?, table.reals("mass")?);
