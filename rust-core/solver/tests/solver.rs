@@ -335,8 +335,8 @@ fn sliding_columns_match_the_scalar_path<L: LawLoops>(name: &str, law: L, period
         state.clock.dt = 0.05;
         let mut solver = Solver::new(model.clone(), &mut state).unwrap();
         let (mut opened, mut slipped, mut active) = (0, 0.0, 0);
-        for step in 0..100 {
-            let report = solver.step_with(&mut state, sampled || step == 99).unwrap();
+        for step in 0..60 {
+            let report = solver.step_with(&mut state, sampled || step == 59).unwrap();
             opened += report.opened.len();
             slipped += report.energy.friction;
             active = report.active[1];
