@@ -38,10 +38,10 @@ pub struct Kick {
     pub step: f64,
     /// m/s².
     pub gravity: Vec3,
-    /// λ of local damping ([`local_damping`]) for translation and rotation, if there is any.
-    pub damping: Option<[f64; 2]>,
+    /// λ of local damping ([`local_damping`]) for translation and rotation.
+    pub damping: [f64; 2],
     /// Velocity gradient of the cell, 1/s.
-    pub gradient: Option<Mat3>,
+    pub gradient: Mat3,
 }
 
 /// A particle after the kick.
@@ -73,19 +73,23 @@ pub struct Drifted {
 }
 
 impl Kick {
-    /// Kick a free particle.
+    /// Kick a free particle. `DAMPED`: with local damping; `CELL`: its fluctuation is relative to the motion of the cell. Constants, because a
+    /// condition that is read here keeps the columns of the solver out of vector registers.
     #[inline(always)]
-    pub fn kick(&self, body: &Body) -> Kicked {
+    pub fn kick<const DAMPED: bool, const CELL: bool>(&self, body: &Body) -> Kicked {
         let &Self { dt, step, gravity, damping, gradient } = self;
         let &Body { force, torque, velocity: v, angular_velocity: w, position, mass, inertia, .. } = body;
         // Add a load of zero, as particles with loads do, because it changes the sign of zeros.
         let applied = gravity * mass + Vec3::zeros();
         let (net, net_torque) = (force + applied, torque + Vec3::zeros());
-        let damping = damping.map_or_else(Default::default, |[translation, rotation]| {
+        let damping = if DAMPED {
+            let [translation, rotation] = damping;
+            let fluctuation = if CELL { v - gradient * position } else { v };
             let of_torque = local_damping(&net_torque, inertia, &w, rotation, dt);
-            let fluctuation = gradient.map_or(v, |l| v - l * position);
             [local_damping(&net, mass, &fluctuation, translation, dt), of_torque]
-        });
+        } else {
+            Default::default()
+        };
         Kicked {
             velocity: v + (net + damping[0]) * (step / mass),
             angular_velocity: w + (net_torque + damping[1]) * (step / inertia),

@@ -11,7 +11,7 @@ use concordem_contact::geometry::{PreviousGeometry, Reference};
 use concordem_contact::kinematics::Motion;
 use concordem_contact::law::{CohesiveBeam, ContactLaw, Cpm, LinearBond};
 use concordem_contact::leapfrog::{Body, Kick};
-use concordem_contact::math::{Quat, Vec3};
+use concordem_contact::math::{Mat3, Quat, Vec3};
 
 use crate::bond::{self, Bond, End, Evaluated, Loads};
 use crate::particle;
@@ -170,10 +170,11 @@ pub unsafe extern "ptx-kernel" fn particles(step: *const Step) {
             dt: step.dt,
             step: step.kick,
             gravity: step.gravity,
-            damping: (step.damped != 0).then_some(step.damping),
-            gradient: None,
+            damping: step.damping,
+            gradient: Mat3::zeros(),
         };
-        let advanced = particle::advance(&kick, &body, *of.constraint.add(p), entries, |k| *step.loads.add(k));
+        let advanced =
+            particle::advance(&kick, step.damped != 0, &body, *of.constraint.add(p), entries, |k| *step.loads.add(k));
         *of.velocity.add(p) = advanced.velocity;
         *of.angular_velocity.add(p) = advanced.angular_velocity;
         *of.position.add(p) = advanced.drifted.position;

@@ -19,7 +19,7 @@ pub struct Advanced {
 /// Sum the loads of a particle's bonds in the order of `entries`, then kick and drift it.
 ///
 /// `entries`: twice the index of a bond, plus 1 if the particle is its B. `loads` gives the loads of a bond. `constraint`: prescribed
-/// components, one bit each, first those of the velocity; they keep their velocity. Force and torque of `body` are replaced.
+/// components, one bit each, first those of the velocity; they keep their velocity. `damped`: whether there is local damping. Force and torque of `body` are replaced.
 #[inline(always)]
 pub fn advance(kick: &Kick, body: &Body, constraint: u8, entries: &[u32], loads: impl Fn(usize) -> Loads) -> Advanced {
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
@@ -34,7 +34,7 @@ pub fn advance(kick: &Kick, body: &Body, constraint: u8, entries: &[u32], loads:
         }
     }
     let body = Body { force, torque, ..*body };
-    let kicked = kick.kick(&body);
+    let kicked = if damped { kick.kick::<true, false>(&body) } else { kick.kick::<false, false>(&body) };
     let velocity = keep(constraint, &body.velocity, &kicked.velocity);
     let angular_velocity = keep(constraint >> 3, &body.angular_velocity, &kicked.angular_velocity);
     let drifted = leapfrog::drift(kick.dt, &velocity, &angular_velocity, &body.position, &body.orientation);

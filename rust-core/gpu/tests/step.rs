@@ -7,7 +7,7 @@ use concordem_contact::kinematics::Motion;
 use concordem_contact::law::cpm::CpmParameters;
 use concordem_contact::law::{CohesiveBeam, Cpm, LinearBond, Section};
 use concordem_contact::leapfrog::{Body, Drifted, Kick};
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Mat3, Vec3};
 use concordem_gpu::bond::{self, Bond, End, Evaluated, Loads};
 use concordem_gpu::{Incidence, particle};
 use concordem_packing::bonding::bond as bond_all;
@@ -81,7 +81,7 @@ fn step<L: LawLoops>(
         assert!(!broke);
         (bonds.previous[k], bonds.history[k], loads[k]) = (previous, history, of_bond);
     }
-    let kick = Kick { dt, step: dt, gravity: GRAVITY, damping: Some(DAMPING), gradient: None };
+    let kick = Kick { dt, step: dt, gravity: GRAVITY, damping: DAMPING, gradient: Mat3::zeros() };
     for p in (0..particles.len()).rev() {
         let body = Body {
             force: Vec3::zeros(),
@@ -93,7 +93,7 @@ fn step<L: LawLoops>(
             mass: particles.mass[p],
             inertia: particles.inertia[p],
         };
-        let advanced = particle::advance(&kick, &body, particles.constraint[p].0, incidence.of(p), |k| loads[k]);
+        let advanced = particle::advance(&kick, true, &body, particles.constraint[p].0, incidence.of(p), |k| loads[k]);
         let Drifted { position, increment, orientation } = advanced.drifted;
         particles.velocity[p] = advanced.velocity;
         particles.angular_velocity[p] = advanced.angular_velocity;

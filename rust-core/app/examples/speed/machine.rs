@@ -18,7 +18,8 @@ pub fn processor_time() -> f64 {
 pub fn peak_memory() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<f64>().ok()).map_or(f64::NAN, |kibibytes| 1024.0 * kibibytes)
+    line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<f64>().ok())
+        .map_or(f64::NAN, |kibibytes| 1024.0 * kibibytes)
 }
 
 /// Eight times a level-3 cache of 32 MiB, so that the memory answers and not a cache.

@@ -10,10 +10,17 @@ use super::particle::{Chunk, Shared, advance};
 use super::{Damping, KickSums, NetForces};
 
 /// Kick and drift of free particles without loads, a batch at a time. The bits are those of [`advance`].
-pub(super) struct FreeKick(Kick);
+pub(super) struct FreeKick {
+    kick: Kick,
+    damped: bool,
+    cell: bool,
+}
+
+/// One formula per case, see [`Kick::kick`].
+struct KickFormula<const DAMPED: bool, const CELL: bool>(Kick);
 
 concordem_contact::columns! {
-    /// Output of [`FreeKick`].
+    /// Output of [`KickFormula`].
     pub(super) struct KickOutput {
         /// m/s.
         velocity: Vec3,
@@ -40,7 +47,7 @@ concordem_contact::columns! {
     }
 }
 
-impl Formula for FreeKick {
+impl<const DAMPED: bool, const CELL: bool> Formula for KickFormula<DAMPED, CELL> {
     type Input = Body;
     type Output = KickOutput;
 
@@ -48,7 +55,7 @@ impl Formula for FreeKick {
     fn apply(&self, input: Body) -> KickOutput {
         let Body { velocity: v, angular_velocity: w, orientation, position, mass, inertia, .. } = input;
         let Kicked { velocity: v_new, angular_velocity: w_new, applied, net, net_torque, damping } =
-            self.0.kick(&input);
+            self.0.kick::<DAMPED, CELL>(&input);
         let [f_damping, t_damping] = damping;
         let dt = self.0.dt;
         let drifted = leapfrog::drift_slowly(dt, &v_new, &w_new, &position, &orientation);
@@ -79,13 +86,14 @@ impl FreeKick {
         let &Shared { context, gradient, loads, .. } = shared;
         let plain = loads.is_empty() && chunk.previous.is_empty();
         let plain = plain && context.gradient_change.is_none() && !context.convective;
-        let damping = match context.damping {
-            Damping::None => None,
-            Damping::Local { translation, rotation } => Some([translation, rotation]),
+        let (damped, damping) = match context.damping {
+            Damping::None => (false, [0.0; 2]),
+            Damping::Local { translation, rotation } => (true, [translation, rotation]),
             Damping::NonViscous { .. } | Damping::TchamwaWielgosz { .. } => return None,
         };
         let (dt, step, gravity) = (context.dt, context.step(), context.gravity);
-        plain.then_some(Self(Kick { dt, step, gravity, damping, gradient }))
+        let kick = Kick { dt, step, gravity, damping, gradient: gradient.unwrap_or_default() };
+        plain.then_some(Self { kick, damped, cell: gradient.is_some() })
     }
 
     /// Advance at most [`BATCH`] particles of a chunk. Members of clumps and particles with prescribed components take the
@@ -121,7 +129,12 @@ impl FreeKick {
             input.mass.set(k, mass[p]);
             input.inertia.set(k, inertia[p]);
         }
-        columns.apply(self);
+        match (self.damped, self.cell) {
+            // Only the damping reads the motion of the cell.
+            (false, _) => columns.apply(&KickFormula::<false, false>(self.kick)),
+            (true, false) => columns.apply(&KickFormula::<true, false>(self.kick)),
+            (true, true) => columns.apply(&KickFormula::<true, true>(self.kick)),
+        }
         for (k, i) in range.enumerate() {
             if !free(i) {
                 advance(shared, chunk, i, sums);
@@ -136,7 +149,7 @@ impl FreeKick {
                 chunk.orientation[i] = output.orientation.get(k);
             } else {
                 let (w, orientation) = (chunk.angular_velocity[i], chunk.orientation[i]);
-                let drifted = leapfrog::drift(self.0.dt, &chunk.velocity[i], &w, &chunk.position[i], &orientation);
+                let drifted = leapfrog::drift(self.kick.dt, &chunk.velocity[i], &w, &chunk.position[i], &orientation);
                 let Drifted { increment, orientation, .. } = drifted;
                 (chunk.rotation_increment[i], chunk.orientation[i]) = (increment, orientation);
             }
