@@ -19,9 +19,17 @@ pub struct Advanced {
 /// Sum the loads of a particle's bonds in the order of `entries`, then kick and drift it.
 ///
 /// `entries`: twice the index of a bond, plus 1 if the particle is its B. `loads` gives the loads of a bond. `constraint`: prescribed
-/// components, one bit each, first those of the velocity; they keep their velocity. `damped`: whether there is local damping. Force and torque of `body` are replaced.
+/// components, one bit each, first those of the velocity; they keep their velocity. `damped`: whether there is local damping. Force and
+/// torque of `body` are replaced.
 #[inline(always)]
-pub fn advance(kick: &Kick, body: &Body, constraint: u8, entries: &[u32], loads: impl Fn(usize) -> Loads) -> Advanced {
+pub fn advance(
+    kick: &Kick,
+    damped: bool,
+    body: &Body,
+    constraint: u8,
+    entries: &[u32],
+    loads: impl Fn(usize) -> Loads,
+) -> Advanced {
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
     for &entry in entries {
         let of_bond = loads((entry >> 1) as usize);
