@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law ptx bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -17,7 +17,7 @@ help:
 	@echo "make wheel-yade     the wheel with the native plugin for the YADE of Debian 13, too; run as root"
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, ptx, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make test-install   the packages in bare Debian 12 and 13; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
@@ -26,6 +26,7 @@ help:
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
 	@echo "make check          formatting and lints; make format formats"
 	@echo "make bench          speed beside YADE, LIGGGHTS, and LAMMPS (resumable; BENCH=--quick: small inputs). make bench-parts: laws, neighbor search, operators, bridges"
+	@echo "make ptx            the kernels for graphics processors, compiled and checked without one"
 	@echo "make docs           documentation of the library, into target/doc"
 	@echo "make book           the book, into docs/book/_build/html; runs its code blocks"
 	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, LAMMPS, ESyS-Particle, closed forms; a report (minutes)"
@@ -147,7 +148,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law fuzz combinations mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law ptx fuzz combinations mutants validate-full
 	validation/instructions.py --full
 	docs/build --hosts --slow
 
@@ -201,6 +202,11 @@ bench:
 	$(CARGO) build $(TESTED) --lib --bins --example speed
 	BUILT=1 yade-bridge/test.sh package
 	.venv/bin/python validation/speed.py $(BENCH)
+
+# Kernels for graphics processors. Their results are tested without one, with the other tests.
+ptx:
+	.ci/setup ptx
+	rust-core/gpu/ptx
 
 # Parts of our solver alone, operators, and the bridges to YADE.
 bench-parts:

@@ -99,6 +99,36 @@ def _hertz(edge, threads, steps, folder):
                "LIGGGHTS scales the shear spring with the overlap of the present step only (quirk liggghts-hertz-shear-spring).")])
 
 
+def _sizes(quick):
+    """Simple cubic lattices with bonds to the six neighbors. The largest one needs some 20 GB."""
+    edges = {"10⁵": 46, "10⁶": 100, "10⁷": 215} if not quick else {"small": 10, "large": 20}
+    steps = 20 if not quick else 10
+    names = list(edges)
+    # As many bond-steps in each run; at least one part of ten steps.
+    runs = {name: max(steps, steps * edges[names[-1]] ** 3 // edge**3 // 20) for name, edge in edges.items()}
+    side = lambda name: lambda: programs.ours(f"sc:{edges[name]}", "cpm", ratio=1.05, steps=runs[name], warmup=5)
+    return Case(
+        "sizes", f"time per bond and step of lattices of {' and '.join(names[1:])} over {names[0]} concrete spheres, one thread",
+        {name: side(name) for name in names},
+        [Ratio(f"{name} / {names[0]}", (name, names[0]), 1.1, at_least=False) for name in names[1:]])
+
+
+def _memory(quick):
+    edge = 20 if quick else 100
+    return Case(
+        "memory", f"largest memory of a process that builds and steps {edge**3 // 2:,} concrete spheres with 6 bonds each, kB per particle",
+        {"ours": lambda: programs.ours(f"fcc:{edge}", "cpm", ratio=1.05, steps=10, warmup=5)},
+        [Ratio("kB per particle", ("ours", "ours"), 1.6, at_least=False, value="memory")])
+
+
+def _start(folder, quick):
+    edge = 20 if quick else 100
+    return Case(
+        "start", f"wall time of a run of one step of {edge**3:,} concrete spheres from a stored packing, s",
+        {"ours": lambda: programs.start(folder, edge)},
+        [Ratio("seconds", ("ours", "ours"), 5, at_least=False, value="wall_s")])
+
+
 def all_cases(folder, quick):
     """All cases; `quick`: small inputs and few steps, to test the programs and not their speed."""
     packing = inputs.specimen(folder, quick)
@@ -123,5 +153,8 @@ def all_cases(folder, quick):
         Case("breaking-steps", "steps in which bonds break over those in which none does, medians of one run, while the specimen fails at 10 1/s",
              {"ours": lambda: programs.ours(packing, "cpm", **broken)},
              [Ratio("breaking / quiet", ("ours", "ours"), 1.2, at_least=False, value="breaking")]),
+        _sizes(quick),
+        _memory(quick),
+        _start(folder, quick),
     ]
     return {case.name: case for case in cases}

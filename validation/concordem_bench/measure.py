@@ -10,6 +10,11 @@ def value(side, ratio, first):
     run = side[-1]
     if ratio.value == "breaking":
         return run["details"]["breaking" if first else "quiet"]["median_ns"]
+    # No ratio, but a figure: over 1.
+    if ratio.value == "memory":
+        return run["details"]["peak_bytes_per_particle"] * 1e-3 if first else 1.0
+    if ratio.value == "wall_s":
+        return run["wall_s"] if first else 1.0
     if ratio.value == "wall_ns":
         return run["details"]["loop_s"] / run["details"]["steps"] / run["contacts"] * 1e9
     return run[ratio.value]

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
 from concordem_validate.errors import NotInstalled
@@ -51,6 +52,48 @@ def ours(packing, law, threads=1, **options):
     seconds = found["processor_s"] if threads == 1 else found["loop_s"]
     return {"ns": seconds / found["steps"] / found["contacts"] * 1e9, "process_s": process, "contacts": found["contacts"],
             "state": found["state"], "details": found}
+
+
+#: One step of a lattice of bonded spheres, read from a file.
+START = """version = 1
+[packing]
+kind = "file"
+path = "{packing}"
+[[material]]
+name = "concrete"
+density = "4800 kg/m^3"
+[material.cpm]
+young = "25 GPa"
+shear_ratio = 0.2
+crack_onset_strain = 1e-4
+relative_ductility = 30
+cohesion = "3 MPa"
+friction_coefficient = 0.8
+[bonds]
+law = "cpm"
+interaction_ratio = 1.05
+[contacts]
+law = "cpm"
+[integration]
+time_step = "0.5 us"
+[stop]
+steps = 1
+[output]
+sample_interval = 1
+"""
+
+
+def start(folder, edge):
+    """Wall time of a run of one step from a stored packing, reading and the written results included."""
+    packing = folder / f"lattice-{edge}-0.01-open.txt"
+    if not packing.exists():
+        packing = inputs.lattice(folder, edge, 0.01, 0.005, periodic=False)
+    scenario = folder / "start.toml"
+    scenario.write_text(START.format(packing=packing.name))
+    began = time.perf_counter()
+    _, process = _run([inputs.PROGRAM, "run", "--quiet", "--force", scenario], folder=folder)
+    wall = time.perf_counter() - began
+    return {"ns": wall / edge**3 * 1e9, "process_s": process, "wall_s": wall, "contacts": edge**3, "state": {}, "details": {}}
 
 
 def yade(packing, steps, threads=1, warmup=20, rate=0.05, ductility=30, break_at=1, ratio=1.5, engine=None):

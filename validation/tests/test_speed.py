@@ -41,6 +41,13 @@ def test_other_physics_stops_the_case(force):
         measure.run(case(force), 3, lambda text: None)
 
 
+def test_memory_and_start_are_figures_of_one_program():
+    run = {"ns": 1.0, "process_s": 1.0, "wall_s": 4.5, "contacts": 1, "state": {}, "details": {"peak_bytes_per_particle": 1700.0}}
+    ratios = [Ratio("kB", ("ours", "ours"), 1.6, at_least=False, value="memory"), Ratio("s", ("ours", "ours"), 5, at_least=False, value="wall_s")]
+    found = measure.run(Case("figures", "one program", {"ours": lambda: run}, ratios), 1, lambda text: None)
+    assert [ratio["median"] for ratio in found["ratios"]] == [1.7, 4.5]
+
+
 def test_page_shows_the_record():
     found = measure.run(case(1.0), 3, lambda text: None)
     record = {"machine": "m", "date": "d", "commit": "c" * 40, "seconds": 60, "rounds": 3, "load_average": [0, 1], "cases": {"two": found},

@@ -9,6 +9,7 @@
 //! | [`geometry`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
 //! | [`kinematics`] | relative motion of the two sides in a step |
 //! | [`law`] | force, moment, history, and energy from that motion |
+//! | [`leapfrog`] | kick and drift of a free particle |
 //! | [`conformance`] | tests that every law must pass |
 
 #![cfg_attr(not(feature = "std"), no_std)]
@@ -23,6 +24,7 @@ pub mod elastic;
 pub mod geometry;
 pub mod kinematics;
 pub mod law;
+pub mod leapfrog;
 #[cfg(feature = "std")]
 pub mod material;
 pub mod math;

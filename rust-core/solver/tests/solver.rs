@@ -5,7 +5,7 @@ use concordem_contact::kinematics::{MotionMeasure, sphere_sphere};
 use concordem_contact::law::cpm::CpmFormulation;
 use concordem_contact::law::{
     BeamModel, BendingTerm, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
-    LinearBond, Reference, Section,
+    HertzMindlin, LinearBond, Reference, Section,
 };
 use concordem_contact::math::{Mat3, Symmetric, Vec3, quaternion_of_rotation_vector};
 use concordem_packing::random::Random;
@@ -309,6 +309,68 @@ fn columns_give_the_bits_of_the_scalar_path() {
     }
 }
 
+/// Unbonded contacts in columns give the bits of the scalar path, which sampled steps take: in two tiles, while contacts stick, slip,
+/// open, and close, with and without dashpots, in a periodic cell and outside.
+fn sliding_columns_match_the_scalar_path<L: LawLoops>(name: &str, law: L, periodic: bool) {
+    let mut rows = PairCoefficients::new(1);
+    rows.set(0, 0, 0);
+    let model = Model { contact_rows: rows, ..Model::default() };
+    let run = |sampled: bool| {
+        let (n, mut state) = (11, State::default());
+        for k in 0..n * n * n {
+            // Overlaps of 0.04, and a wall of gaps in the middle that some contacts cross.
+            let place = Vec3::new((k % n) as f64, (k / n % n) as f64, (k / (n * n)) as f64) * 1.96;
+            let position = if k % n > 5 { place + Vec3::x() * 0.06 } else { place };
+            state.particles.push(Sphere { position, radius: 1.0 }, 0, 1.0, 0.4);
+            let u = |m: usize| ((k * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
+            state.particles.velocity[k] = Vec3::new(u(1), u(2), u(3)) * 0.05;
+            state.particles.angular_velocity[k] = Vec3::new(u(4), u(5), u(6)) * 0.05;
+        }
+        state.cell = periodic.then(|| {
+            let mut cell = Cell::new_box(Vec3::repeat(1.96 * n as f64));
+            cell.velocity_gradient = Mat3::new(1e-3, 2e-3, 0.0, 0.0, -1e-3, 0.0, 0.0, 0.0, 0.0);
+            cell
+        });
+        state.contacts = Some(Box::new(ContactBlock::new(vec![law])));
+        state.clock.dt = 0.05;
+        let mut solver = Solver::new(model.clone(), &mut state).unwrap();
+        let (mut opened, mut slipped, mut active) = (0, 0.0, 0);
+        for step in 0..60 {
+            let report = solver.step_with(&mut state, sampled || step == 59).unwrap();
+            opened += report.opened.len();
+            slipped += report.energy.friction;
+            active = report.active[1];
+        }
+        assert!(
+            opened > 100 && active > 1000 && slipped > 0.0,
+            "{name}: {opened} opened, {active} are left, {slipped} J"
+        );
+        ColumnStore::of(&state).unwrap()
+    };
+    assert!(run(true) == run(false), "{name}, periodic {periodic}");
+}
+
+#[test]
+fn unbonded_columns_give_the_bits_of_the_scalar_path() {
+    let grain = Elastic { young: 10.0, poisson: 0.3 };
+    let hertz = HertzMindlin::new(grain, grain, 0.3, 0.8).unwrap();
+    let undamped = HertzMindlin::new(grain, grain, 0.3, 1.0).unwrap();
+    let given = ContactStiffness::Given { normal: 2.0, shear: 1.0 };
+    let moduli = ContactStiffness::Moduli { young_a: 2.0, young_b: 2.0, ratio: 0.5 };
+    for periodic in [false, true] {
+        sliding_columns_match_the_scalar_path("Hertz", hertz, periodic);
+        sliding_columns_match_the_scalar_path("Hertz, undamped", undamped, periodic);
+        let shear = HertzMindlin { shear_damping_ratio: 0.2, ..hertz };
+        sliding_columns_match_the_scalar_path("Hertz with a shear dashpot", shear, periodic);
+        let pulls = shear.with_tension_from_damping(0.8).unwrap();
+        sliding_columns_match_the_scalar_path("Hertz that pulls", pulls, periodic);
+        for (stiffness, damping) in [(given, 0.0), (given, 0.2), (moduli, 0.2)] {
+            let law = Frictional::new(stiffness, 0.3, damping).unwrap();
+            sliding_columns_match_the_scalar_path("linear springs", law, periodic);
+        }
+    }
+}
+
 /// Free particles are moved in batches; a load anywhere, here a zero load, selects the scalar path. Both give the same
 /// bits, with large rotations, rest, prescribed components, and a number of particles that is not a multiple of the
 /// batch.
@@ -331,13 +393,18 @@ fn batched_particles_move_as_on_the_scalar_path() {
     block.constraint[96..130].fill(Constraint::ROTATION);
     let mut scalar = block.clone();
     scalar.loads.push(Load { particle: 3, force: Vec3::zeros(), moment: Vec3::zeros(), virial: Symmetric::default() });
-    for damping in [Damping::None, Damping::Local { translation: 0.3, rotation: 0.2 }] {
+    let mut sheared = Cell::new_box(Vec3::repeat(4.0));
+    sheared.velocity_gradient = Mat3::new(0.1, 0.5, 0.0, -0.2, 0.0, 0.3, 0.0, 0.0, -0.1);
+    let damped = Damping::Local { translation: 0.3, rotation: 0.2 };
+    for (damping, cell) in
+        [(Damping::None, None), (damped, None), (Damping::None, Some(&sheared)), (damped, Some(&sheared))]
+    {
         let kick = KickContext {
             dt: 0.01,
             fraction: 0.5,
             gravity: Vec3::new(0.0, 0.0, -9.81),
             damping,
-            cell: None,
+            cell,
             gradient_change: None,
             convective: false,
             targets: None,
@@ -348,7 +415,7 @@ fn batched_particles_move_as_on_the_scalar_path() {
         assert_eq!(sums, others);
         let loads = std::mem::take(&mut scalar.loads);
         let bits = |p: &Particles| format!("{p:?}");
-        assert!(bits(&block) == bits(&scalar), "{damping:?}");
+        assert!(bits(&block) == bits(&scalar), "{damping:?}, {cell:?}");
         scalar.loads = loads;
     }
 }

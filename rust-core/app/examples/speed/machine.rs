@@ -1,4 +1,4 @@
-//! What the machine tells: processor time, and the bandwidth of the memory on one core, which gives the least time that a step
+//! What the machine tells: processor time, memory, and the bandwidth of the memory on one core, which gives the least time that a step
 //! can take.
 
 use std::hint::black_box;
@@ -12,6 +12,14 @@ pub fn processor_time() -> f64 {
         .filter_map(|text| text.split(' ').next()?.parse::<u64>().ok())
         .sum();
     nanoseconds as f64 * 1e-9
+}
+
+/// Largest memory of this process so far, bytes (Linux; NaN elsewhere).
+pub fn peak_memory() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<f64>().ok())
+        .map_or(f64::NAN, |kibibytes| 1024.0 * kibibytes)
 }
 
 /// Eight times a level-3 cache of 32 MiB, so that the memory answers and not a cache.

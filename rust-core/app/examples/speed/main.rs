@@ -5,13 +5,14 @@
 //! RAYON_NUM_THREADS=1 cargo run --release --example speed -- packing.txt cpm --steps 500
 //! cargo run --release --example speed -- memory      # bandwidth of the memory on one core
 //! ```
-//! The packing is a text file, `x y z r` per line in m, with an optional cell. [`arguments`] has the laws and options.
+//! The packing is a text file, `x y z r` per line in m, with an optional cell; or `sc:N` or `fcc:N`, a lattice of touching spheres of
+//! radius 5 mm with `N` spheres along each edge (fcc: every second place of `N³`). [`arguments`] has the laws and options.
 //!
 //! Two layers of spheres at both ends along z are grips that move apart; all other spheres start with the linear velocity
 //! field. With `--shake V` there are no grips and no damping, and sphere `k` starts with velocities that follow from `k`.
 //!
-//! Prints one JSON object: nanoseconds per contact and step, of whole steps and of each stage; bytes per bond; steps with
-//! and without a bond that breaks; and the state at the end, to compare with that of another program.
+//! Prints one JSON object: nanoseconds per contact and step, of whole steps and of each stage; bytes per bond; the largest memory of the
+//! process; steps with and without a bond that breaks; and the state at the end, to compare with that of another program.
 
 mod arguments;
 mod machine;
@@ -29,13 +30,12 @@ use concordem::law::{
 use concordem::math::Vec3;
 use concordem::neighbor::spatial_order;
 use concordem::packing::bonding::bond;
-use concordem::packing::import_text;
-use concordem::packing::mass_of;
+use concordem::packing::{Packing, import_text, mass_of};
 use concordem::solver::forces::{EvaluatedContacts, LawLoops};
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, PairCoefficients, Solver, StageTimes};
 use concordem::state::contacts::{ContactBlock, Contacts};
-use concordem::state::{Constraint, Particles, State};
+use concordem::state::{Constraint, Particles, Sphere, State};
 
 use arguments::Arguments;
 
@@ -106,6 +106,24 @@ fn touching() -> Result<Frictional, ParameterError> {
     Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.5, 0.0)
 }
 
+/// The packing of a file or a lattice.
+fn spheres(name: &str) -> Result<Packing, Failure> {
+    let radius = 0.005;
+    let (spacing, step, edge) = match name.split_once(':') {
+        Some(("sc", edge)) => (2.0 * radius, 1, edge.parse::<usize>()?),
+        Some(("fcc", edge)) => (std::f64::consts::SQRT_2 * radius, 2, edge.parse::<usize>()?),
+        _ => return Ok(import_text(BufReader::new(File::open(name)?))?),
+    };
+    let mut spheres = Vec::with_capacity(edge.pow(3) / step + 1);
+    for k in 0..edge.pow(3) {
+        let place = [k % edge, k / edge % edge, k / (edge * edge)];
+        if place.iter().sum::<usize>() % step == 0 {
+            spheres.push(Sphere { position: Vec3::from(place.map(|i| i as f64 * spacing)), radius });
+        }
+    }
+    Ok(Packing { spheres, cell: None })
+}
+
 /// Build the state, time its steps, and print the figures.
 fn run<L: LawLoops, C: LawLoops>(
     arguments: &Arguments,
@@ -113,13 +131,15 @@ fn run<L: LawLoops, C: LawLoops>(
     contact_law: C,
     model: Model,
 ) -> Result<(), Failure> {
-    let packing = import_text(BufReader::new(File::open(&arguments.packing)?))?;
+    let packing = spheres(&arguments.packing)?;
     let mut particles = Particles::default();
     for sphere in &packing.spheres {
         let (mass, inertia) = mass_of(sphere.radius, arguments.density, false);
         particles.push(*sphere, 0, mass, inertia);
     }
-    let order = spatial_order(&particles.position, packing.cell.as_ref());
+    let cell = packing.cell;
+    drop(packing.spheres);
+    let order = spatial_order(&particles.position, cell.as_ref());
     let mut particles = particles.permuted(&order);
     let smallest = particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
     let grip = match arguments.shake {
@@ -128,7 +148,7 @@ fn run<L: LawLoops, C: LawLoops>(
     };
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
-    let mut state = State { cell: packing.cell, ..State::default() };
+    let mut state = State { cell, ..State::default() };
     let (mut bonds, mut bytes_per_bond) = (0, 0);
     if let Some(law) = law {
         let mut block = ContactBlock::new(vec![law]);
@@ -175,6 +195,7 @@ fn run<L: LawLoops, C: LawLoops>(
         format!("\"neighbor_searches\": {}", solver.neighbor_rebuilds()),
         format!("\"breaking\": {}, \"quiet\": {}", summary(&times.breaking), summary(&times.quiet)),
         format!("\"bytes_per_bond\": {bytes_per_bond}"),
+        format!("\"peak_bytes_per_particle\": {:.0}", machine::peak_memory() / start.len() as f64),
         format!("\"scratch_bytes_per_bond\": {:.1}", solver.scratch_bytes() as f64 / count as f64),
         format!("\"state\": {}", end_state(&state, &solver, &start, &grip)),
     ];

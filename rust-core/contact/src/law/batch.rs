@@ -35,11 +35,11 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// Store the motion and response of contact `i`.
     fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
 
-    /// Store the result that the law computed in columns for bond `i`, which survives the step.
+    /// Store the result that the law computed in columns for contact `i`, which survives the step.
     fn commit_result(&mut self, i: usize, result: &BatchResult<L::State>);
 }
 
-/// Result of a law without damage for a bond that survives the step, in steps without a sample.
+/// Result of a law for a contact without damage that survives the step, in steps without a sample.
 #[derive(Debug, Clone, Copy)]
 pub struct BatchResult<S> {
     /// Line between the centers.
@@ -50,6 +50,8 @@ pub struct BatchResult<S> {
     pub torques: [Vec3; 2],
     /// [`EnergySplit::viscous`](super::EnergySplit) and `integration`, J; `None` if both are zero.
     pub energy: Option<[f64; 2]>,
+    /// [`EnergySplit::friction`](super::EnergySplit), J; `None` if it is zero.
+    pub friction: Option<f64>,
     /// History after the step; `None` if it did not change.
     pub state: Option<S>,
     /// Contribution to the deformation of the particles, if they deform.

@@ -27,11 +27,14 @@
 //! `(k/10)(√δ − √δ_old)³(δ_old + 3√(δ_old δ) + δ)`, of third order in the step. It is the
 //! [`EnergySplit::integration`] term, together with the error from the part of a step without contact.
 
+use super::batch::Batch;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
+use super::pressing::{self, Pressing, PressingHistory};
 use super::restitution::{End, damping_of_restitution};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+use crate::columns::Columns;
 pub use crate::elastic::Elastic;
-use crate::kinematics::PointKinematics;
+use crate::kinematics::{MotionMeasure, PointKinematics};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm, pow};
@@ -154,98 +157,15 @@ impl ContactLaw for HertzMindlin {
     const DEFORMS: bool = true;
     const STIFFENS: bool = true;
 
-    #[expect(clippy::too_many_lines, reason = "one formula with its energies, read from top to bottom")]
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &HertzMindlinState, dt: f64) -> Response<HertzMindlinState> {
-        let geometry = &kinematics.geometry;
-        let radius_root = geometry.effective_radius().sqrt();
-        let hertz = 4.0 / 3.0 * self.effective_young * radius_root;
-        let overlap = -kinematics.elongation;
-        let old_overlap = -kinematics.elongation_old;
-        let root = overlap.max(0.0).sqrt();
-        let old_root = old_overlap.max(0.0).sqrt();
-        let shear_stiffness = 8.0 * self.effective_shear * radius_root * root;
-        let old_shear_stiffness = 8.0 * self.effective_shear * radius_root * old_root;
+        if kinematics.elongation >= 0.0 { self.opening(kinematics, old) } else { self.pressing(kinematics, old, dt) }
+    }
 
-        let lengthening = kinematics.length - kinematics.length_old;
-        let slide = kinematics.shear_increment;
-        let old_shear = kinematics.transport.apply(&old.shear_force);
-        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
-        // Compressive magnitudes: k δ^{3/2}.
-        let spring = hertz * root * root * root;
-        let old_spring = hertz * old_root * old_root * old_root;
-
-        let growth = root - old_root;
-        let mut energy = EnergySplit {
-            integration: 0.1
-                * hertz
-                * (growth * growth * growth)
-                * (old_root * old_root + 3.0 * old_root * root + root * root)
-                + 0.5 * (spring * (-old_overlap).max(0.0) - old_spring * (-overlap).max(0.0)),
-            ..EnergySplit::default()
-        };
-        if overlap <= 0.0 {
-            // The remaining elastic displacement, and that of this step, slip under the mean of the old force and zero.
-            if old_shear_stiffness > 0.0 {
-                energy.add_friction(0.5 * old_shear.dot(&(old_shear / old_shear_stiffness + slide)));
-            }
-            energy.add_viscous(0.5 * old.normal_dashpot * lengthening);
-            energy.add_viscous(0.5 * old_shear_dashpot.dot(&slide));
-            return Response {
-                force: Vec3::zeros(),
-                moment: Vec3::zeros(),
-                state: HertzMindlinState::default(),
-                status: Status::Opened,
-                energy,
-            };
-        }
-
-        let mass = geometry.reduced_mass();
-        let rate = reciprocal_of_step(dt);
-        let mut normal_dashpot = if self.damping_ratio > 0.0 {
-            5.0_f64.sqrt() * self.damping_ratio * (mass * hertz).sqrt() * root.sqrt() * lengthening * rate
-        } else {
-            0.0
-        };
-        if !self.tension_from_damping {
-            normal_dashpot = normal_dashpot.min(spring);
-        }
-        let normal_force = normal_dashpot - spring;
-
-        let unloading = overlap < old_overlap;
-        let kept = if unloading { old_shear * (root / old_root) } else { old_shear };
-        let trial = kept + slide * shear_stiffness;
-        let trial_size = norm(&trial);
-        let limit = self.friction * (-normal_force).max(0.0);
-        let (shear_force, shear_dashpot) = if trial_size > limit {
-            let shear_force = trial * (limit / trial_size);
-            let slip = (trial - shear_force) / shear_stiffness;
-            energy.add_friction(0.5 * (old_shear + shear_force).dot(&slip));
-            (shear_force, Vec3::zeros())
-        } else {
-            let viscosity = 2.0 * self.shear_damping_ratio * (mass * shear_stiffness).sqrt();
-            (trial, dashpot_within_limit(&trial, &(slide * (viscosity * rate)), limit))
-        };
-        if old_shear_stiffness > 0.0 {
-            let compliance_change = 1.0 / shear_stiffness - 1.0 / old_shear_stiffness;
-            energy.add_friction(if unloading {
-                0.5 * compliance_change * old_shear.dot(&shear_force)
-            } else {
-                -0.5 * compliance_change * old_shear.norm_squared()
-            });
-        }
-
-        energy.stored_normal = 0.4 * spring * overlap;
-        energy.stored_shear = 0.5 * shear_force.norm_squared() / shear_stiffness;
-        energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
-        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
-        Response {
-            force: kinematics.normal * normal_force + shear_force + shear_dashpot,
-            moment: Vec3::zeros(),
-            state: HertzMindlinState { shear_force, normal_dashpot, shear_dashpot },
-            status: Status::Lives,
-            energy,
-        }
+    /// Uses columns for rigid particles under the finite measure; see [`pressing`](super::pressing).
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        pressing::respond_batch(mode, count, dt, batch, columns);
     }
 
     /// The friction limit depends on the dashpot, so the shear force comes from the history.
@@ -288,6 +208,166 @@ impl ContactLaw for HertzMindlin {
     fn impact_overlap(&self, geometry: &ContactGeometry, speed: f64) -> f64 {
         let hertz = 4.0 / 3.0 * self.effective_young * geometry.effective_radius().sqrt();
         pow(1.25 * geometry.reduced_mass() * (speed * speed) / hertz, 0.4)
+    }
+}
+
+/// Springs of a contact now and one step ago.
+struct Springs {
+    /// `√δ`, √m; 0 without overlap.
+    root: f64,
+    old_root: f64,
+    /// Hertz's constant `k`, N/m^{3/2}.
+    hertz: f64,
+    /// Compressive force of the spring `k δ^{3/2}`, N.
+    spring: f64,
+    /// `k_t`, N/m; 0 without overlap.
+    shear_stiffness: f64,
+    old_shear_stiffness: f64,
+    /// Error of the trapezoidal rule for the work of the normal spring, J.
+    integration: f64,
+}
+
+impl HertzMindlin {
+    #[inline(always)]
+    fn springs(&self, kinematics: &PointKinematics) -> Springs {
+        let radius_root = kinematics.geometry.effective_radius().sqrt();
+        let hertz = 4.0 / 3.0 * self.effective_young * radius_root;
+        let overlap = -kinematics.elongation;
+        let old_overlap = -kinematics.elongation_old;
+        let root = overlap.max(0.0).sqrt();
+        let old_root = old_overlap.max(0.0).sqrt();
+        let spring = hertz * root * root * root;
+        let old_spring = hertz * old_root * old_root * old_root;
+        let growth = root - old_root;
+        let integration =
+            0.1 * hertz * (growth * growth * growth) * (old_root * old_root + 3.0 * old_root * root + root * root)
+                + 0.5 * (spring * (-old_overlap).max(0.0) - old_spring * (-overlap).max(0.0));
+        Springs {
+            root,
+            old_root,
+            hertz,
+            spring,
+            shear_stiffness: 8.0 * self.effective_shear * radius_root * root,
+            old_shear_stiffness: 8.0 * self.effective_shear * radius_root * old_root,
+            integration,
+        }
+    }
+
+    /// Elastic shear force (N) and dashpot force (N) of the last step, in the present axes.
+    #[inline(always)]
+    fn carried(kinematics: &PointKinematics, old: &HertzMindlinState) -> [Vec3; 2] {
+        [kinematics.transport.apply(&old.shear_force), kinematics.transport.apply(&old.shear_dashpot)]
+    }
+
+    /// Response of a contact without overlap.
+    #[inline(always)]
+    fn opening(&self, kinematics: &PointKinematics, old: &HertzMindlinState) -> Response<HertzMindlinState> {
+        let Springs { old_shear_stiffness, integration, .. } = self.springs(kinematics);
+        let lengthening = kinematics.length - kinematics.length_old;
+        let slide = kinematics.shear_increment;
+        let [old_shear, old_shear_dashpot] = Self::carried(kinematics, old);
+        let mut energy = EnergySplit { integration, ..EnergySplit::default() };
+        // The remaining elastic displacement, and that of this step, slip under the mean of the old force and zero.
+        if old_shear_stiffness > 0.0 {
+            energy.add_friction(0.5 * old_shear.dot(&(old_shear / old_shear_stiffness + slide)));
+        }
+        energy.add_viscous(0.5 * old.normal_dashpot * lengthening);
+        energy.add_viscous(0.5 * old_shear_dashpot.dot(&slide));
+        Response {
+            force: Vec3::zeros(),
+            moment: Vec3::zeros(),
+            state: HertzMindlinState::default(),
+            status: Status::Opened,
+            energy,
+        }
+    }
+}
+
+impl Pressing for HertzMindlin {
+    #[inline(always)]
+    fn has_shear_dashpot(&self) -> bool {
+        self.shear_damping_ratio > 0.0
+    }
+
+    #[inline(always)]
+    fn without_shear_dashpot(&self) -> Self {
+        Self { shear_damping_ratio: 0.0, ..*self }
+    }
+
+    #[inline(always)]
+    fn pressing(&self, kinematics: &PointKinematics, old: &HertzMindlinState, dt: f64) -> Response<HertzMindlinState> {
+        let geometry = &kinematics.geometry;
+        let Springs { root, old_root, hertz, spring, shear_stiffness, old_shear_stiffness, integration } =
+            self.springs(kinematics);
+        let (overlap, old_overlap) = (-kinematics.elongation, -kinematics.elongation_old);
+        let lengthening = kinematics.length - kinematics.length_old;
+        let slide = kinematics.shear_increment;
+        let [old_shear, old_shear_dashpot] = Self::carried(kinematics, old);
+
+        let mass = geometry.reduced_mass();
+        let rate = reciprocal_of_step(dt);
+        let mut normal_dashpot = if self.damping_ratio > 0.0 {
+            5.0_f64.sqrt() * self.damping_ratio * (mass * hertz).sqrt() * root.sqrt() * lengthening * rate
+        } else {
+            0.0
+        };
+        if !self.tension_from_damping {
+            normal_dashpot = normal_dashpot.min(spring);
+        }
+        let normal_force = normal_dashpot - spring;
+
+        let unloading = overlap < old_overlap;
+        let kept = if unloading { old_shear * (root / old_root) } else { old_shear };
+        let trial = kept + slide * shear_stiffness;
+        let trial_size = norm(&trial);
+        let limit = self.friction * (-normal_force).max(0.0);
+        let slips = trial_size > limit;
+        // Without slip: the trial force itself, and no work.
+        let shear_force = trial * if slips { limit / trial_size } else { 1.0 };
+        let compliance = 1.0 / shear_stiffness;
+        let slip = (trial - shear_force) * compliance;
+        let shear_dashpot = if self.has_shear_dashpot() {
+            let viscosity = 2.0 * self.shear_damping_ratio * (mass * shear_stiffness).sqrt();
+            let room = dashpot_within_limit(&trial, &(slide * (viscosity * rate)), limit);
+            if slips { Vec3::zeros() } else { room }
+        } else {
+            Vec3::zeros()
+        };
+        // A contact that begins has no shear force to change.
+        let old_compliance = if old_shear_stiffness > 0.0 { 1.0 / old_shear_stiffness } else { compliance };
+        let compliance_change = compliance - old_compliance;
+        let micro_slip = if unloading {
+            0.5 * compliance_change * old_shear.dot(&shear_force)
+        } else {
+            -0.5 * compliance_change * old_shear.norm_squared()
+        };
+
+        let mut energy = EnergySplit { integration, ..EnergySplit::default() };
+        energy.add_friction(0.5 * (old_shear + shear_force).dot(&slip));
+        energy.add_friction(micro_slip);
+        energy.stored_normal = 0.4 * spring * overlap;
+        energy.stored_shear = 0.5 * shear_force.norm_squared() / shear_stiffness;
+        energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
+        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        Response {
+            force: kinematics.normal * normal_force + shear_force + shear_dashpot,
+            moment: Vec3::zeros(),
+            state: HertzMindlinState { shear_force, normal_dashpot, shear_dashpot },
+            status: Status::Lives,
+            energy,
+        }
+    }
+
+    #[inline(always)]
+    fn history_of(&self, state: &HertzMindlinState) -> PressingHistory {
+        let &HertzMindlinState { shear_force, normal_dashpot, shear_dashpot } = state;
+        PressingHistory { shear: shear_force, normal_dashpot, shear_dashpot }
+    }
+
+    #[inline(always)]
+    fn state_of(&self, history: &PressingHistory) -> HertzMindlinState {
+        let &PressingHistory { shear: shear_force, normal_dashpot, shear_dashpot } = history;
+        HertzMindlinState { shear_force, normal_dashpot, shear_dashpot }
     }
 }
 

@@ -423,6 +423,7 @@ impl ContactLaw for LinearBond {
                 force: bond.force.get(i),
                 torques: [bond.torque_a.get(i), bond.torque_b.get(i)],
                 energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
+                friction: None,
                 state: Some(bond.history.get(i)),
                 virial,
             };

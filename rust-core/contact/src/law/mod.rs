@@ -13,6 +13,7 @@ pub mod contract;
 pub mod factors;
 #[cfg(feature = "std")]
 pub mod names;
+mod pressing;
 pub mod registry;
 pub mod restitution;
 pub mod state;

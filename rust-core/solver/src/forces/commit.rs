@@ -116,13 +116,14 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         self.accumulate(k, slot, &Action { length: point.length, normal: &normal, force: &force, torques, virial });
     }
 
-    /// Commit the result that a law computed in columns for bond `i` of the batch, which survives without damage.
+    /// Commit the result that a law computed in columns for contact `i` of the batch, which survives without damage.
     #[inline(always)]
     pub(super) fn commit_batch_result(&mut self, i: usize, result: &BatchResult<L::State>) {
         debug_assert!(!SAMPLE && result.virial.is_some() == self.deforms());
         let PendingContact { contact, slot, .. } = self.pending[i];
         let k = contact as usize;
-        let BatchResult { branch: BranchVector { length, normal }, force, torques, energy, state, virial } = result;
+        let BatchResult { branch: BranchVector { length, normal }, force, torques, energy, friction, state, virial } =
+            result;
         self.tile.previous[k] = PreviousGeometry { normal: *normal, length: *length };
         if let Some(state) = state {
             self.tile.history[k] = *state;
@@ -133,6 +134,11 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         {
             self.totals.energy.viscous += viscous;
             self.totals.energy.integration += integration;
+        }
+        if let Some(friction) = friction
+            && counted
+        {
+            self.totals.energy.friction += friction;
         }
         // Damage could exceed the threshold of the event log, which is not checked here.
         debug_assert!(L::damage(&self.tile.history[k]) == 0.0);

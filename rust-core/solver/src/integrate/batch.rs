@@ -3,45 +3,24 @@
 use std::ops::Range;
 
 use concordem_contact::columns::{Arrays, Columns, Formula};
-use concordem_contact::math::{
-    Quat, SMALL_ANGLE_SQUARED, Vec3, normalized, quaternion_of_rotation_vector, quaternion_of_small_rotation_vector,
-};
+use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked};
+use concordem_contact::math::{Quat, SMALL_ANGLE_SQUARED, Vec3};
 
-use super::damping::local_damping;
 use super::particle::{Chunk, Shared, advance};
 use super::{Damping, KickSums, NetForces};
 
-/// Kick and drift of free particles without a cell or loads, a batch at a time. The bits are those of [`advance`].
+/// Kick and drift of free particles without loads, a batch at a time. The bits are those of [`advance`].
 pub(super) struct FreeKick {
-    dt: f64,
-    /// Time of the kick, s.
-    step: f64,
-    gravity: Vec3,
-    /// λ of local damping for translation and rotation, if there is any.
-    damping: Option<[f64; 2]>,
+    kick: Kick,
+    damped: bool,
+    cell: bool,
 }
 
-concordem_contact::columns! {
-    /// Input of [`FreeKick`].
-    pub(super) struct KickInput {
-        /// N.
-        force: Vec3,
-        /// N·m.
-        torque: Vec3,
-        /// m/s.
-        velocity: Vec3,
-        /// rad/s.
-        angular_velocity: Vec3,
-        orientation: Quat,
-        /// m.
-        position: Vec3,
-        /// kg.
-        mass: f64,
-        /// kg·m².
-        inertia: f64,
-    }
+/// One formula per case, see [`Kick::kick`].
+struct KickFormula<const DAMPED: bool, const CELL: bool>(Kick);
 
-    /// Output of [`FreeKick`].
+concordem_contact::columns! {
+    /// Output of [`KickFormula`].
     pub(super) struct KickOutput {
         /// m/s.
         velocity: Vec3,
@@ -68,33 +47,26 @@ concordem_contact::columns! {
     }
 }
 
-impl Formula for FreeKick {
-    type Input = KickInput;
+impl<const DAMPED: bool, const CELL: bool> Formula for KickFormula<DAMPED, CELL> {
+    type Input = Body;
     type Output = KickOutput;
 
     #[inline(always)]
-    fn apply(&self, input: KickInput) -> KickOutput {
-        let &Self { dt, step, gravity, damping } = self;
-        let KickInput { force, torque, velocity: v, angular_velocity: w, orientation, position, mass, inertia } = input;
-        // Add a load of zero, as [`advance`] does, because it changes the sign of zeros.
-        let applied = gravity * mass + Vec3::zeros();
-        let (net, net_torque) = (force + applied, torque + Vec3::zeros());
-        let (f_damping, t_damping) = damping.map_or_else(Default::default, |[translation, rotation]| {
-            let of_torque = local_damping(&net_torque, inertia, &w, rotation, dt);
-            (local_damping(&net, mass, &v, translation, dt), of_torque)
-        });
-        let v_new = v + (net + f_damping) * (step / mass);
-        let w_new = w + (net_torque + t_damping) * (step / inertia);
-        let theta = w_new * dt;
-        let increment = quaternion_of_small_rotation_vector(&theta);
+    fn apply(&self, input: Body) -> KickOutput {
+        let Body { velocity: v, angular_velocity: w, orientation, position, mass, inertia, .. } = input;
+        let Kicked { velocity: v_new, angular_velocity: w_new, applied, net, net_torque, damping } =
+            self.0.kick::<DAMPED, CELL>(&input);
+        let [f_damping, t_damping] = damping;
+        let dt = self.0.dt;
+        let drifted = leapfrog::drift_slowly(dt, &v_new, &w_new, &position, &orientation);
         let half = 0.5 * dt;
         KickOutput {
             velocity: v_new,
             angular_velocity: w_new,
-            increment,
-            orientation: normalized(&(increment * orientation)),
-            position: position + v_new * dt,
-            angle_squared: theta.norm_squared(),
+            increment: drifted.increment,
+            orientation: drifted.orientation,
+            position: drifted.position,
+            angle_squared: (w_new * dt).norm_squared(),
             kinetic: 0.5 * (mass * v.dot(&v_new) + inertia * w.dot(&w_new)),
             damped_before: half * (f_damping.dot(&v) + t_damping.dot(&w)),
             damped_after: half * (f_damping.dot(&v_new) + t_damping.dot(&w_new)),
@@ -112,14 +84,16 @@ impl FreeKick {
     #[inline(always)]
     pub fn of(shared: &Shared<'_>, chunk: &Chunk<'_>) -> Option<Self> {
         let &Shared { context, gradient, loads, .. } = shared;
-        let plain = gradient.is_none() && loads.is_empty() && chunk.previous.is_empty();
+        let plain = loads.is_empty() && chunk.previous.is_empty();
         let plain = plain && context.gradient_change.is_none() && !context.convective;
-        let damping = match context.damping {
-            Damping::None => None,
-            Damping::Local { translation, rotation } => Some([translation, rotation]),
+        let (damped, damping) = match context.damping {
+            Damping::None => (false, [0.0; 2]),
+            Damping::Local { translation, rotation } => (true, [translation, rotation]),
             Damping::NonViscous { .. } | Damping::TchamwaWielgosz { .. } => return None,
         };
-        plain.then_some(Self { dt: context.dt, step: context.step(), gravity: context.gravity, damping })
+        let (dt, step, gravity) = (context.dt, context.step(), context.gravity);
+        let kick = Kick { dt, step, gravity, damping, gradient: gradient.unwrap_or_default() };
+        plain.then_some(Self { kick, damped, cell: gradient.is_some() })
     }
 
     /// Advance at most [`BATCH`] particles of a chunk. Members of clumps and particles with prescribed components take the
@@ -145,7 +119,7 @@ impl FreeKick {
         }
         for (k, i) in range.clone().enumerate() {
             let p = chunk.base + i;
-            let input = columns.input::<KickInput>();
+            let input = columns.input::<Body>();
             input.force.set(k, force[p]);
             input.torque.set(k, torque[p]);
             input.velocity.set(k, chunk.velocity[i]);
@@ -155,7 +129,12 @@ impl FreeKick {
             input.mass.set(k, mass[p]);
             input.inertia.set(k, inertia[p]);
         }
-        columns.apply(self);
+        match (self.damped, self.cell) {
+            // Only the damping reads the motion of the cell.
+            (false, _) => columns.apply(&KickFormula::<false, false>(self.kick)),
+            (true, false) => columns.apply(&KickFormula::<true, false>(self.kick)),
+            (true, true) => columns.apply(&KickFormula::<true, true>(self.kick)),
+        }
         for (k, i) in range.enumerate() {
             if !free(i) {
                 advance(shared, chunk, i, sums);
@@ -169,9 +148,10 @@ impl FreeKick {
                 chunk.rotation_increment[i] = output.increment.get(k);
                 chunk.orientation[i] = output.orientation.get(k);
             } else {
-                let increment = quaternion_of_rotation_vector(&(chunk.angular_velocity[i] * self.dt));
-                chunk.rotation_increment[i] = increment;
-                chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
+                let (w, orientation) = (chunk.angular_velocity[i], chunk.orientation[i]);
+                let drifted = leapfrog::drift(self.kick.dt, &chunk.velocity[i], &w, &chunk.position[i], &orientation);
+                let Drifted { increment, orientation, .. } = drifted;
+                (chunk.rotation_increment[i], chunk.orientation[i]) = (increment, orientation);
             }
             sums.kinetic += output.kinetic.get(k);
             sums.damping[0] -= output.damped_before.get(k);

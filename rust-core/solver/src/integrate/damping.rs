@@ -69,19 +69,6 @@ impl Damping {
     }
 }
 
-/// Force of [`Damping::Local`] with λ = `coefficient`, N: `−λ F_i sign(F_i (m v_i + ½Δt F_i))`, whose sign is that of
-/// `a_i (v_i + ½Δt a_i)`.
-#[inline(always)]
-pub(super) fn local_damping(force: &Vec3, mass: f64, fluctuation: &Vec3, coefficient: f64, dt: f64) -> Vec3 {
-    let component = |i: usize| {
-        let trend = force[i] * (mass * fluctuation[i] + 0.5 * dt * force[i]);
-        // Without a branch, because a processor cannot predict it.
-        let sign = f64::from(u8::from(trend > 0.0)) - f64::from(u8::from(trend < 0.0));
-        -coefficient * sign * force[i]
-    };
-    Vec3::new(component(0), component(1), component(2))
-}
-
 /// Force of [`Damping::Local`] with λ = `coefficient` at the mean velocity `mean` (m/s) of the step, N.
 pub(super) fn local_damping_at(force: &Vec3, mean: &Vec3, coefficient: f64) -> Vec3 {
     force.zip_map(mean, |force, mean| if mean == 0.0 { 0.0 } else { -coefficient * force.abs() * mean.signum() })

@@ -1,8 +1,8 @@
 //! The kick of one vector degree of freedom.
 
+use concordem_contact::leapfrog::local_damping;
 use concordem_contact::math::Vec3;
 
-use super::damping::local_damping;
 use super::{Damping, KickContext};
 
 /// Translation or rotation of a body before the kick. For rotations read torque for force, moment of inertia for mass, and

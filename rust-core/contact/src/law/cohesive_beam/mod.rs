@@ -30,30 +30,31 @@
 //! longer bonded; see `fracture::virial` of the solver) breaks at its next evaluation. A beam also breaks, whatever its
 //! strength, if its twist or an end rotation exceeds 3 rad: orientations are unique up to half a turn, π, beyond which
 //! the moment would change its sign. The stored energy is released as damage.
+//!
+//! # Files
+//!
+//! `columns` (batches), `table` (scenarios).
 
-#[cfg(not(feature = "std"))]
-use crate::math::Real as _;
+mod columns;
+#[cfg(feature = "std")]
+mod table;
+#[cfg(test)]
+mod tests;
+
+#[cfg(feature = "std")]
+pub use table::{BeamKind, CohesiveBeamTable};
+
 use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
-use super::batch::{Batch, BatchResult, evaluate_each, evaluate_one};
+use super::batch::Batch;
 use super::common::{ParameterError, require};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
-use crate::columns::{Arrays, BATCH, Columns, Formula};
+use crate::columns::Columns;
 use crate::kinematics::bond_frame::across;
-use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
-use crate::math::{Quat, Vec3, norm};
-#[cfg(feature = "std")]
-use {
-    super::{
-        Factors,
-        common::mean_strength,
-        factors::times,
-        table::{Fault, LawTable, RegisteredLaw},
-    },
-    crate::quantity::{Length, Number, Stress},
-    schemars::JsonSchema,
-    serde::{Deserialize, Serialize},
-};
+use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame};
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
+use crate::math::{Vec3, norm};
 
 /// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,7 +95,7 @@ pub enum BendingTerm {
 /// Radius of the section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Section {
-    /// Radius over the mean radius of the bonded particles, r̃; every bond gets the same radius ([2.22] ff.).
+    /// Radius over the mean radius of all particles, r̃; every bond gets the same radius ([2.22] ff.).
     Ratio(f64),
     /// Radius, m.
     Radius(f64),
@@ -282,64 +283,6 @@ fn beam_response(
     BeamResponse { forces, axial, stored }
 }
 
-/// Evaluates slender or Timoshenko beams with equal parameters and small end rotations in columns; see
-/// [`CohesiveBeam::respond_batch`].
-struct Intact<'a, const TURNED: bool> {
-    beam: &'a CohesiveBeam,
-    /// Infinite for slender beams.
-    shear_coefficient: f64,
-}
-
-crate::columns! {
-    /// Input of [`Intact`].
-    struct IntactInput {
-        /// Vector between the centers, m.
-        branch: Vec3,
-        orientation_a: Quat,
-        orientation_b: Quat,
-        rest: RestFrame,
-        /// Reference length, m.
-        reference_length: f64,
-        /// Area, m²; NaN for a contact that is not a bond.
-        area: f64,
-    }
-
-    /// Output of [`Intact`].
-    struct IntactOutput {
-        branch: BranchVector,
-        /// Force on A, N.
-        force: Vec3,
-        /// Torque on A about its center, N·m.
-        torque_a: Vec3,
-        torque_b: Vec3,
-        /// Rankine stress, Pa; NaN if the contact needs the scalar path.
-        stress: f64,
-    }
-}
-
-impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
-    type Input = IntactInput;
-    type Output = IntactOutput;
-
-    #[inline(always)]
-    fn apply(&self, input: IntactInput) -> IntactOutput {
-        let IntactInput { branch, orientation_a, orientation_b, rest, reference_length, area } = input;
-        let branch = BranchVector::of(&branch);
-        let (rotations, small) = branch.small_rotations::<TURNED>([orientation_a, orientation_b], &rest);
-        // A beam does not use radii and masses.
-        let geometry =
-            ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
-        let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
-        let BeamResponse { forces, axial, .. } = beam_response(&k, reference_length, &branch, &rotations);
-        let (n, force, m) = (branch.normal, forces.force, forces.moment());
-        let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending(&n));
-        let [torque_a, torque_b] = torques(&n, &force, [0.5 * branch.length; 2]);
-        // A zero direction marks the first evaluation of the bond, which needs the scalar path.
-        let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
-        IntactOutput { branch, force, torque_a: torque_a + m, torque_b: torque_b - m, stress }
-    }
-}
-
 impl ContactLaw for CohesiveBeam {
     type State = CohesiveBeamState;
     type Kinematics = FrameKinematics;
@@ -379,58 +322,10 @@ impl ContactLaw for CohesiveBeam {
         Response { force, moment: forces.moment(), state, status: Status::Lives, energy }
     }
 
-    /// Uses columns for slender and Timoshenko beams if all have equal parameters and the default [`BendingTerm`].
-    /// Beams that break or whose rotations are large then take the scalar path.
+    /// Uses columns for slender and Timoshenko beams that do not break.
     #[inline(always)]
     fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-        let count = count.min(BATCH);
-        if count == 0 {
-            return;
-        }
-        let beam = *batch.law(0).0;
-        let shear_coefficient = match beam.model {
-            BeamModel::EulerBernoulli => Some(f64::INFINITY),
-            BeamModel::Timoshenko { shear_coefficient } => Some(shear_coefficient),
-            BeamModel::DualSpring { .. } | BeamModel::Spring => None,
-        };
-        let default_criterion = beam.bending_term == BendingTerm::MidSection;
-        let alike = batch.alike(count);
-        let Some(shear_coefficient) = shear_coefficient.filter(|_| default_criterion && alike && !B::SAMPLE) else {
-            evaluate_each(mode, count, dt, batch);
-            return;
-        };
-        let mut turned = false;
-        for i in 0..count {
-            let ([position_a, position_b], [orientation_a, orientation_b], shift) = batch.ends(i);
-            let (Reference { length: reference_length, area }, bonded) = batch.reference(i);
-            let CohesiveBeamState { rest_direction: direction, rest_rotation: rotation } = *batch.history(i);
-            turned |= rotation != Vec3::zeros();
-            let input = IntactInput {
-                branch: position_b + shift - position_a,
-                orientation_a,
-                orientation_b,
-                rest: RestFrame { direction, rotation },
-                reference_length,
-                // A NaN area makes the stress NaN, and the contact takes the scalar path.
-                area: if bonded { area } else { f64::NAN },
-            };
-            columns.input::<IntactInput>().set(i, input);
-        }
-        if turned {
-            columns.apply(&Intact::<true> { beam: &beam, shear_coefficient });
-        } else {
-            columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
-        }
-        for i in 0..count {
-            let IntactOutput { branch, force, torque_a, torque_b, stress } = columns.output::<IntactOutput>().get(i);
-            if stress < beam.strength {
-                let torques = [torque_a, torque_b];
-                batch
-                    .commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, virial: None });
-            } else {
-                evaluate_one(mode, i, dt, batch);
-            }
-        }
+        columns::respond_batch(mode, count, dt, batch, columns);
     }
 
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
@@ -455,172 +350,3 @@ impl ContactLaw for CohesiveBeam {
         Some(self.young * geometry.area / geometry.reference_length * (length - geometry.reference_length))
     }
 }
-
-/// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
-/// principal stress or at the mean stress of a particle.
-#[cfg(feature = "std")]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename = "CohesiveBeam", deny_unknown_fields)]
-pub struct CohesiveBeamTable {
-    /// Young's modulus of the beam, Pa.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub young: Stress,
-    /// Poisson's ratio of the beam.
-    #[serde(default = "beam_poisson")]
-    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
-    pub poisson: Number,
-    /// Radius of the beam divided by the mean radius of the bonded particles; or give `radius`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub radius_ratio: Option<Number>,
-    /// Radius of the beam, m; or give `radius_ratio`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub radius: Option<Length>,
-    /// Deformations that the bond resists.
-    #[serde(default)]
-    pub model: BeamKind,
-    /// Shear coefficient of the section; 0.9 if left out; only with model "timoshenko".
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub shear_coefficient: Option<Number>,
-    /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
-    #[schemars(extend("minimum" = 0))]
-    pub shear_ratio: Option<Number>,
-    /// Largest principal stress on the surface of a beam at which it breaks, Pa; unbreakable if left out. Between two
-    /// materials: the mean, or the only one given.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub tensile_strength: Option<Stress>,
-    /// Bending moment in that stress.
-    #[serde(default)]
-    pub bending_term: BendingTerm,
-    /// Mean stress of a particle at which all its beams break, Pa; no such failure if left out.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub hydrostatic_strength: Option<Stress>,
-}
-
-/// Models of a cohesive bond.
-#[cfg(feature = "std")]
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename = "BeamModel", rename_all = "kebab-case")]
-pub enum BeamKind {
-    /// Slender beam.
-    #[default]
-    EulerBernoulli,
-    /// Beam with shear deformation.
-    Timoshenko,
-    /// Normal and tangential spring.
-    DualSpring,
-    /// Normal spring only.
-    Spring,
-}
-
-#[cfg(feature = "std")]
-fn beam_poisson() -> Number {
-    Number::new(0.3)
-}
-
-#[cfg(feature = "std")]
-impl LawTable for CohesiveBeamTable {
-    fn faults(&self) -> Vec<Fault> {
-        let mut faults = Vec::new();
-        let help = "give `radius_ratio` (relative to the mean radius of the bonded particles) or `radius`";
-        match (self.radius_ratio.is_some(), self.radius.is_some()) {
-            (true, true) => faults.push(Fault::conflict("radius", "the radius of the beam is given twice", help)),
-            (false, false) => faults.push(Fault::missing("", "the radius of the beam is missing", help)),
-            _ => {}
-        }
-        if self.shear_coefficient.is_some() && self.model != BeamKind::Timoshenko {
-            let help = "write model = \"timoshenko\", or remove this key";
-            faults.push(Fault::conflict("shear_coefficient", "has no effect with this model", help));
-        }
-        if self.shear_ratio.is_some() && self.model != BeamKind::DualSpring {
-            let help = "write model = \"dual-spring\", or remove this key";
-            faults.push(Fault::conflict("shear_ratio", "has no effect with this model", help));
-        }
-        if self.shear_ratio.is_none() && self.model == BeamKind::DualSpring {
-            let message = "missing key, required by model \"dual-spring\"";
-            faults.push(Fault::missing("shear_ratio", message, "add `shear_ratio = 0.4`"));
-        }
-        faults
-    }
-
-    fn modulus(&self) -> Option<f64> {
-        Some(self.young.si())
-    }
-
-    fn fault_of_variation(&self) -> Option<Fault> {
-        self.hydrostatic_strength?;
-        let help = "remove the factors, or use `tensile_strength` in place of this key";
-        let message = "the failure of particles knows no stiffness or strength that depends on the temperature";
-        Some(Fault::conflict("hydrostatic_strength", message, help))
-    }
-
-    fn hydrostatic_strength(&self) -> Option<f64> {
-        self.hydrostatic_strength.map(Stress::si)
-    }
-
-    fn keys_of_particles(&self) -> Vec<&'static str> {
-        self.hydrostatic_strength.iter().map(|_| "hydrostatic_strength").collect()
-    }
-}
-
-#[cfg(feature = "std")]
-impl RegisteredLaw for CohesiveBeam {
-    type Table = CohesiveBeamTable;
-    type Unbonded = Self;
-    const TITLE: &'static str = "cohesive beam";
-    const AS_BOND: Option<&'static str> = Some("Elastic beam between the centers, brittle.");
-
-    fn row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
-        let mean = |of: fn(&CohesiveBeamTable) -> f64| 0.5 * (of(a) + of(b));
-        let section = match (a.radius_ratio, b.radius_ratio, a.radius, b.radius) {
-            (Some(a), Some(b), _, _) => Section::Ratio(0.5 * (a.si() + b.si())),
-            (_, _, Some(a), Some(b)) => Section::Radius(0.5 * (a.si() + b.si())),
-            _ => {
-                return Err(ParameterError::Unlike(
-                    "one material gives `radius_ratio`, the other `radius`; give both the same, or an [[interface]]",
-                ));
-            }
-        };
-        if a.model != b.model || a.bending_term != b.bending_term {
-            return Err(ParameterError::Unlike(
-                "the materials have different `model` or `bending_term`; add an [[interface]]",
-            ));
-        }
-        let model = match a.model {
-            BeamKind::EulerBernoulli => BeamModel::EulerBernoulli,
-            BeamKind::Timoshenko => {
-                BeamModel::Timoshenko { shear_coefficient: mean(|t| t.shear_coefficient.map_or(0.9, Number::si)) }
-            }
-            BeamKind::DualSpring => BeamModel::DualSpring { ratio: mean(|t| t.shear_ratio.map_or(0.0, Number::si)) },
-            BeamKind::Spring => BeamModel::Spring,
-        };
-        let beam = Self {
-            young: mean(|t| t.young.si()),
-            poisson: mean(|t| t.poisson.si()),
-            section,
-            model,
-            strength: mean_strength(a.tensile_strength.map(Stress::si), b.tensile_strength.map(Stress::si)),
-            bending_term: a.bending_term,
-        };
-        beam.validate()?;
-        Ok(beam)
-    }
-
-    /// Never called: beams do not act as unbonded contacts.
-    fn unbonded_row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
-        Self::row(a, b)
-    }
-
-    fn scaled(table: &CohesiveBeamTable, factors: &Factors) -> Result<CohesiveBeamTable, Fault> {
-        factors.refuse_ductility()?;
-        factors.refuse_strength(table.tensile_strength.is_some(), "`tensile_strength`")?;
-        Ok(CohesiveBeamTable {
-            young: times(table.young, factors.stiffness),
-            tensile_strength: table.tensile_strength.map(|strength| times(strength, factors.strength)),
-            ..table.clone()
-        })
-    }
-}
-
-#[cfg(test)]
-#[path = "cohesive_beam_tests.rs"]
-mod tests;

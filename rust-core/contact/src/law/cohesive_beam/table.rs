@@ -1,0 +1,170 @@
+//! The cohesive beam in scenarios: its parameter table and the pair coefficients computed from two tables.
+
+use super::{BeamModel, BendingTerm, CohesiveBeam, Section};
+use crate::law::common::mean_strength;
+use crate::law::factors::times;
+use crate::law::table::{Fault, LawTable, RegisteredLaw};
+use crate::law::{Factors, ParameterError};
+use crate::quantity::{Length, Number, Stress};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
+/// principal stress or at the mean stress of a particle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename = "CohesiveBeam", deny_unknown_fields)]
+pub struct CohesiveBeamTable {
+    /// Young's modulus of the beam, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub young: Stress,
+    /// Poisson's ratio of the beam.
+    #[serde(default = "beam_poisson")]
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
+    pub poisson: Number,
+    /// Radius of the beam divided by the mean radius of all particles; or give `radius`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius_ratio: Option<Number>,
+    /// Radius of the beam, m; or give `radius_ratio`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<Length>,
+    /// Deformations that the bond resists.
+    #[serde(default)]
+    pub model: BeamKind,
+    /// Shear coefficient of the section; 0.9 if left out; only with model "timoshenko".
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub shear_coefficient: Option<Number>,
+    /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
+    #[schemars(extend("minimum" = 0))]
+    pub shear_ratio: Option<Number>,
+    /// Largest principal stress on the surface of a beam at which it breaks, Pa; unbreakable if left out. Between two
+    /// materials: the mean, or the only one given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub tensile_strength: Option<Stress>,
+    /// Bending moment in that stress.
+    #[serde(default)]
+    pub bending_term: BendingTerm,
+    /// Mean stress of a particle at which all its beams break, Pa; no such failure if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub hydrostatic_strength: Option<Stress>,
+}
+
+/// Models of a cohesive bond.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename = "BeamModel", rename_all = "kebab-case")]
+pub enum BeamKind {
+    /// Slender beam.
+    #[default]
+    EulerBernoulli,
+    /// Beam with shear deformation.
+    Timoshenko,
+    /// Normal and tangential spring.
+    DualSpring,
+    /// Normal spring only.
+    Spring,
+}
+
+fn beam_poisson() -> Number {
+    Number::new(0.3)
+}
+
+impl LawTable for CohesiveBeamTable {
+    fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let help = "give `radius_ratio` (relative to the mean radius of the bonded particles) or `radius`";
+        match (self.radius_ratio.is_some(), self.radius.is_some()) {
+            (true, true) => faults.push(Fault::conflict("radius", "the radius of the beam is given twice", help)),
+            (false, false) => faults.push(Fault::missing("", "the radius of the beam is missing", help)),
+            _ => {}
+        }
+        if self.shear_coefficient.is_some() && self.model != BeamKind::Timoshenko {
+            let help = "write model = \"timoshenko\", or remove this key";
+            faults.push(Fault::conflict("shear_coefficient", "has no effect with this model", help));
+        }
+        if self.shear_ratio.is_some() && self.model != BeamKind::DualSpring {
+            let help = "write model = \"dual-spring\", or remove this key";
+            faults.push(Fault::conflict("shear_ratio", "has no effect with this model", help));
+        }
+        if self.shear_ratio.is_none() && self.model == BeamKind::DualSpring {
+            let message = "missing key, required by model \"dual-spring\"";
+            faults.push(Fault::missing("shear_ratio", message, "add `shear_ratio = 0.4`"));
+        }
+        faults
+    }
+
+    fn modulus(&self) -> Option<f64> {
+        Some(self.young.si())
+    }
+
+    fn fault_of_variation(&self) -> Option<Fault> {
+        self.hydrostatic_strength?;
+        let help = "remove the factors, or use `tensile_strength` in place of this key";
+        let message = "the failure of particles knows no stiffness or strength that depends on the temperature";
+        Some(Fault::conflict("hydrostatic_strength", message, help))
+    }
+
+    fn hydrostatic_strength(&self) -> Option<f64> {
+        self.hydrostatic_strength.map(Stress::si)
+    }
+
+    fn keys_of_particles(&self) -> Vec<&'static str> {
+        self.hydrostatic_strength.iter().map(|_| "hydrostatic_strength").collect()
+    }
+}
+
+impl RegisteredLaw for CohesiveBeam {
+    type Table = CohesiveBeamTable;
+    type Unbonded = Self;
+    const TITLE: &'static str = "cohesive beam";
+    const AS_BOND: Option<&'static str> = Some("Elastic beam between the centers, brittle.");
+
+    fn row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
+        let mean = |of: fn(&CohesiveBeamTable) -> f64| 0.5 * (of(a) + of(b));
+        let section = match (a.radius_ratio, b.radius_ratio, a.radius, b.radius) {
+            (Some(a), Some(b), _, _) => Section::Ratio(0.5 * (a.si() + b.si())),
+            (_, _, Some(a), Some(b)) => Section::Radius(0.5 * (a.si() + b.si())),
+            _ => {
+                return Err(ParameterError::Unlike(
+                    "one material gives `radius_ratio`, the other `radius`; give both the same, or an [[interface]]",
+                ));
+            }
+        };
+        if a.model != b.model || a.bending_term != b.bending_term {
+            return Err(ParameterError::Unlike(
+                "the materials have different `model` or `bending_term`; add an [[interface]]",
+            ));
+        }
+        let model = match a.model {
+            BeamKind::EulerBernoulli => BeamModel::EulerBernoulli,
+            BeamKind::Timoshenko => {
+                BeamModel::Timoshenko { shear_coefficient: mean(|t| t.shear_coefficient.map_or(0.9, Number::si)) }
+            }
+            BeamKind::DualSpring => BeamModel::DualSpring { ratio: mean(|t| t.shear_ratio.map_or(0.0, Number::si)) },
+            BeamKind::Spring => BeamModel::Spring,
+        };
+        let beam = Self {
+            young: mean(|t| t.young.si()),
+            poisson: mean(|t| t.poisson.si()),
+            section,
+            model,
+            strength: mean_strength(a.tensile_strength.map(Stress::si), b.tensile_strength.map(Stress::si)),
+            bending_term: a.bending_term,
+        };
+        beam.validate()?;
+        Ok(beam)
+    }
+
+    /// Never called: beams do not act as unbonded contacts.
+    fn unbonded_row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
+        Self::row(a, b)
+    }
+
+    fn scaled(table: &CohesiveBeamTable, factors: &Factors) -> Result<CohesiveBeamTable, Fault> {
+        factors.refuse_ductility()?;
+        factors.refuse_strength(table.tensile_strength.is_some(), "`tensile_strength`")?;
+        Ok(CohesiveBeamTable {
+            young: times(table.young, factors.stiffness),
+            tensile_strength: table.tensile_strength.map(|strength| times(strength, factors.strength)),
+            ..table.clone()
+        })
+    }
+}
