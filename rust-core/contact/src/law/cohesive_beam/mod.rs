@@ -95,7 +95,7 @@ pub enum BendingTerm {
 /// Radius of the section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Section {
-    /// Radius over the mean radius of all particles, r̃; every bond gets the same radius ([2.22] ff.).
+    /// Radius over the mean radius of the bonded particles, r̃; every bond gets the same radius ([2.22] ff.).
     Ratio(f64),
     /// Radius, m.
     Radius(f64),

@@ -21,7 +21,7 @@ pub struct CohesiveBeamTable {
     #[serde(default = "beam_poisson")]
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub poisson: Number,
-    /// Radius of the beam divided by the mean radius of all particles; or give `radius`.
+    /// Radius of the beam divided by the mean radius of the bonded particles; or give `radius`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_ratio: Option<Number>,
     /// Radius of the beam, m; or give `radius_ratio`.
