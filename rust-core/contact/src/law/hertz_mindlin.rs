@@ -162,7 +162,7 @@ impl ContactLaw for HertzMindlin {
         if kinematics.elongation >= 0.0 { self.opening(kinematics, old) } else { self.pressing(kinematics, old, dt) }
     }
 
-    /// Uses columns for rigid particles under the finite measure; see [`pressing`](super::pressing).
+    /// Uses columns for rigid particles under the finite measure; see `law::pressing`.
     #[inline(always)]
     fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         pressing::respond_batch(mode, count, dt, batch, columns);
