@@ -89,7 +89,7 @@ pub unsafe extern "C" fn concordem_network_new(
     made
 }
 
-/// Write the name of the data file to continue with to `name`, [`Facts::state_length`] bytes.
+/// Write the name of the data file to continue with to `name`, `Facts::state_length` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_state_file(network: *const Network, name: *mut c_char) {
     // SAFETY: `name` has that length.
