@@ -99,9 +99,21 @@ def _hertz(edge, threads, steps, folder):
                "LIGGGHTS scales the shear spring with the overlap of the present step only (quirk liggghts-hertz-shear-spring).")])
 
 
+#: Memory of a bonded simple cubic lattice, bytes per particle, rounded up.
+BYTES_PER_PARTICLE = 2_200
+
+
+def _free_memory():
+    """Memory that the system can give without swapping, bytes."""
+    with open("/proc/meminfo") as file:
+        return next(int(line.split()[1]) * 1024 for line in file if line.startswith("MemAvailable"))
+
+
 def _sizes(quick):
-    """Simple cubic lattices with bonds to the six neighbors. The largest one needs some 20 GB."""
+    """Simple cubic lattices with bonds to the six neighbors, as large as the free memory allows: 10⁷ particles need some 22 GB."""
     edges = {"10⁵": 46, "10⁶": 100, "10⁷": 215} if not quick else {"small": 10, "large": 20}
+    free = _free_memory()
+    edges = {name: edge for name, edge in edges.items() if edge**3 * BYTES_PER_PARTICLE < free}
     steps = 20 if not quick else 10
     names = list(edges)
     # As many bond-steps in each run; at least one part of ten steps.
