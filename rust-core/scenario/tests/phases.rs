@@ -78,7 +78,7 @@ const GROUPS: &str = "[aggregates]
 fn arrays(assembly: &Assembly, spheres: usize) -> (Vec<u16>, Vec<u32>) {
     let particles = &assembly.state.particles;
     let (mut materials, mut aggregates) = (vec![0; spheres], vec![0; spheres]);
-    let scenario = read(&concrete(""));
+    let scenario = read(&concrete(GROUPS));
     let placed = concordem_scenario::assembly::place(&scenario, Path::new(""), &mut |_, _| ()).unwrap();
     assert_eq!(placed.packing.spheres.len(), spheres);
     for p in 0..particles.len() {
@@ -94,7 +94,7 @@ fn arrays(assembly: &Assembly, spheres: usize) -> (Vec<u16>, Vec<u32>) {
 #[test]
 fn given_phases_equal_those_of_aggregates() {
     let found = assembled(&concrete(GROUPS));
-    let scenario = read(&concrete(""));
+    let scenario = read(&concrete(GROUPS));
     let spheres =
         concordem_scenario::assembly::place(&scenario, Path::new(""), &mut |_, _| ()).unwrap().packing.spheres.len();
     assert!(found.state.particles.len() < spheres, "the cut removes particles");
