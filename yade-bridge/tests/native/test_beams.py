@@ -225,11 +225,21 @@ def test_the_solver_itself_in_bits():
     assert found[0] == found[1]
 
 
+def radius_of_beams(simulation):
+    """Radius of the beams of `own_run`: half the mean radius of the spheres with bonds. The functor's own radiusRatio counts all spheres."""
+    x, r = simulation.state.positions, simulation.state.radii
+    distance = np.sqrt(((x[:, None] - x[None]) ** 2).sum(axis=2))
+    near = distance <= 1.1 * (r[:, None] + r[None])
+    bonded = r[near.sum(axis=1) > 1]
+    # One after the other, as our solver adds them.
+    return 0.5 * (sum(bonded.tolist()) / len(bonded))
+
+
 def as_own_run(functor_steps, **options):
     """The specimen of `own_run` with the functor."""
     simulation = alone("beams")
     in_yade(simulation)
-    m = material(radius=0, radiusRatio=0.5, tensileStrength=60e6, **options)
+    m = material(radius=radius_of_beams(simulation), radiusRatio=0, tensileStrength=60e6, **options)
     O.materials.append(m)
     for b in O.bodies:
         b.material = m

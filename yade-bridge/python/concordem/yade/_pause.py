@@ -5,7 +5,8 @@ A script that reads the scene or resets it at once meets a step under way: it fi
 `O.stopAtIter` to the end of the next step and waits for it. Called from a PyRunner, it ends the run after the present step.
 
 Engines of YADE in C++ (PeriIsoCompressor, TriaxialCompressionEngine, KinemC engines, ...) call YADE's own pause in the middle of a step.
-Therefore `O.running` is True, and `O.run(n, True)` and `O.wait` do not return, until that step has ended.
+Therefore `O.run(n, True)` and `O.wait` do not return until that step has ended. `O.running` stays YADE's: after an error within a step, YADE
+looks as if the step went on, so a script that asks in a loop would never end.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from typing import Any
 
 #: The stopAtIter that a pause within a step has set, and the one to restore.
 _changed: tuple[int, int] | None = None
-#: The thread that is in O.step, which runs the engines in the same thread.
-_stepping: int | None = None
+#: Longest wait for a step that an engine has paused, s: an error within that step would look as if it went on.
+LONGEST_STEP = 60.0
 
 
 def in_the_loop() -> bool:
@@ -29,12 +30,13 @@ def in_the_loop() -> bool:
 def step_under_way(omega: Any) -> bool:
     """Whether YADE's loop, which does not wait for this script, is within a step."""
     # Outside of steps, subStep is -1; with subStepping, it counts engines between the steps of a debugger.
-    return omega.subStep >= 0 and not omega.subStepping and not in_the_loop() and threading.get_ident() != _stepping
+    return omega.subStep >= 0 and not omega.subStepping and not in_the_loop()
 
 
 def _end_of_step(omega: Any) -> None:
     """Wait for the end of the present step."""
-    while step_under_way(omega):
+    end = time.monotonic() + LONGEST_STEP
+    while step_under_way(omega) and time.monotonic() < end:
         time.sleep(2e-4)
 
 
@@ -66,14 +68,13 @@ def _end_between_steps(omega: Any) -> None:
 
 
 def install() -> None:
-    """Replace `O.pause`, let `O.run` and `O.wait` wait for the end of the step and restore `O.stopAtIter`, and let `O.running` tell of a
-    step; once per process."""
+    """Replace `O.pause`, and let `O.run` and `O.wait` wait for the end of the step and restore `O.stopAtIter`; once per process."""
     import yade.wrapper
 
     omega = yade.wrapper.Omega
     if getattr(omega.pause, "ends_between_steps", False):
         return
-    pause, run, step, wait, running = omega.pause, omega.run, omega.step, omega.wait, omega.running
+    pause, run, wait = omega.pause, omega.run, omega.wait
 
     @functools.wraps(pause)
     def patient_pause(self: Any) -> None:
@@ -103,17 +104,4 @@ def install() -> None:
         restore(self)
 
     patient_pause.ends_between_steps = True  # type: ignore[attr-defined]
-    @functools.wraps(step)
-    def known_step(self: Any) -> None:
-        global _stepping
-        before, _stepping = _stepping, threading.get_ident()
-        try:
-            step(self)
-        finally:
-            _stepping = before
-
-    def is_running(self: Any) -> bool:
-        return bool(running.fget(self)) or step_under_way(self)
-
-    omega.pause, omega.run, omega.step, omega.wait = patient_pause, restoring_run, known_step, restoring_wait
-    omega.running = property(is_running, None, None, running.__doc__)
+    omega.pause, omega.run, omega.wait = patient_pause, restoring_run, restoring_wait

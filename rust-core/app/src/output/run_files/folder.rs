@@ -71,6 +71,10 @@ pub(super) fn new_folder(folder: &Path) -> Result<tempfile::TempDir, OutputError
     })
 }
 
+/// How often, and after which pause, a lock is tried again that somebody else may hold only to look.
+const LOOKS: u32 = 10;
+const LOOK: Duration = Duration::from_millis(10);
+
 /// Locks the run for this process.
 pub(super) fn lock(parts: &Path) -> Result<File, OutputError> {
     let path = parts.join("lock");
@@ -80,7 +84,16 @@ pub(super) fn lock(parts: &Path) -> Result<File, OutputError> {
         .write(true)
         .open(&path)
         .map_err(|error| OutputError::io(&path, "create", error))?;
-    match file.try_lock() {
+    let mut locked = file.try_lock();
+    // Whoever looks at the run holds its lock for a moment.
+    for _ in 0..LOOKS {
+        if !matches!(locked, Err(TryLockError::WouldBlock)) {
+            break;
+        }
+        std::thread::sleep(LOOK);
+        locked = file.try_lock();
+    }
+    match locked {
         Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => Err(OutputError::Busy { path: parts.to_owned() }),
         // Some network file systems do not support locks; runs there are not locked.

@@ -1,9 +1,10 @@
 //! A look at an unfinished run, without disturbing it.
 
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::folder::{header_path, list_numbered, lock, numbered, parts_folder};
+use super::folder::{header_path, list_numbered, numbered, parts_folder};
 use super::header::{RunHeader, read_header};
 use crate::output::checkpoint::{self, Checkpoint};
 use crate::output::error::OutputError;
@@ -68,8 +69,11 @@ fn folder_of_run(path: &Path) -> Result<PathBuf, OutputError> {
     }
 }
 
+/// Whether a process holds the lock of a run. Does not create the lock: a run that removes its folder at this moment would find it not empty,
+/// and fail. A shared lock does not keep others who look from seeing the same.
 fn is_running(parts: &Path) -> bool {
-    matches!(lock(parts), Err(OutputError::Busy { .. }))
+    let file = File::options().write(true).open(parts.join("lock"));
+    file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 /// Follows a run of another process, and reads each of its files once.
@@ -141,5 +145,23 @@ impl Follower {
         self.segments = self.segments.max(checkpoint.run.segments);
         self.checkpoint = Some(number);
         Ok(Some(News { samples, checkpoint }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::folder::lock;
+    use super::*;
+
+    /// Looking leaves no trace in the folder, and sees a lock that another holds.
+    #[test]
+    fn looking_creates_no_lock() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!is_running(folder.path()));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        let held = lock(folder.path()).unwrap();
+        assert!(is_running(folder.path()));
+        drop(held);
+        assert!(!is_running(folder.path()));
     }
 }
