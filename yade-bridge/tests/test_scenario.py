@@ -97,7 +97,7 @@ def test_phases_are_arrays():
     """Materials and aggregates as arrays give the run of the same aggregates bit for bit, also between two of them."""
     places = [[-0.004, 0, 0, 0.0035], [0.0035, 0.001, 0, 0.0038]]
     shapes = concrete(aggregates=dict(group=[dict(material="stone", spheres=places)]))
-    centers = concrete().pack().positions
+    centers = shapes.pack().positions
     aggregate = np.zeros(len(centers), int)
     for number, (x, y, z, radius) in reversed(list(enumerate(places, 1))):
         aggregate[np.linalg.norm(centers - [x, y, z], axis=1) <= radius] = number
@@ -109,8 +109,7 @@ def test_phases_are_arrays():
         run.run()
     assert runs[0].state_hash() == runs[1].state_hash()
     assert np.count_nonzero(runs[0].bonds().damage) > 100
-    mortar = concrete().simulation()
-    assert mortar.state_hash() != concrete(phases=dict(materials=np.minimum(aggregate, 1))).simulation().state_hash()
+    assert shapes.simulation().state_hash() != concrete(phases=dict(materials=np.minimum(aggregate, 1))).simulation().state_hash()
     with pytest.raises(concordem.ScenarioError, match="give one per sphere"):
         concrete(phases=dict(materials=[0, 1])).simulation()
 

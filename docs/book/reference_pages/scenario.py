@@ -28,6 +28,7 @@ TABLES = {
     "set": "set",
     "clump": "clump",
     "prescribe": "prescribe",
+    "slave": "slave",
     "force": "force",
     "initial": "initial",
     "heat": "heat",

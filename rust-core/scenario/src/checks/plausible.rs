@@ -10,8 +10,8 @@ const DENSITIES: [f64; 2] = [50.0, 25e3];
 const LARGE_RADIUS: f64 = 0.2;
 /// A modulus below this, Pa, is softer than gelatin.
 const SOFT: f64 = 1e3;
-/// A tangent of the friction angle from here on belongs to more than 78 degrees.
-const ROUGH: f64 = 5.0;
+/// Tangents of friction angles that are probably angles in degrees. Larger ones keep contacts from slipping on purpose.
+const DEGREES: std::ops::Range<f64> = 10.0..90.0;
 /// Brittle materials crack at strains far below this.
 const LARGE_ONSET: f64 = 0.01;
 
@@ -87,12 +87,9 @@ impl Checker<'_> {
 
     fn frictions(&mut self) {
         for (key, friction) in self.of_laws("friction_coefficient") {
-            if friction >= ROUGH {
-                let help = if friction < 90.0 {
-                    format!("write the tangent of the angle: {:.2} for {friction} degrees", friction.to_radians().tan())
-                } else {
-                    "write the tangent of the angle, such as 0.5".to_owned()
-                };
+            if DEGREES.contains(&friction) {
+                let tangent = friction.to_radians().tan();
+                let help = format!("write the tangent of the angle: {tangent:.2} for {friction} degrees");
                 self.warn(&key, "is the tangent of the friction angle; no solid is so rough", help);
             }
         }
