@@ -227,7 +227,7 @@ ConcordemNetwork *concordem_network_new(const char *const *words,
                                         ConcordemFacts *facts,
                                         const ConcordemMessage *message);
 
-/// Write the name of the data file to continue with to `name`, [`Facts::state_length`] bytes.
+/// Write the name of the data file to continue with to `name`, `Facts::state_length` bytes.
 void concordem_network_state_file(const ConcordemNetwork *network, char *name);
 
 /// Delete a network.

@@ -25,7 +25,7 @@ def micro_simulation(scenario: Scenario, steps: int = 1, tangent: bool = False) 
     A module for the Micro Manager then reads::
 
         from concordem import Scenario, coupling
-        MicroSimulation = coupling.micro_simulation(Scenario.read("cell.toml"), steps=100)
+        MicroSimulation = coupling.micro_simulation(Scenario.from_file("cell.toml"), steps=100)
     """
 
     class MicroSimulation:
