@@ -2,17 +2,15 @@
 
 mod shared;
 
-use std::path::Path;
-
 use concordem_contact::law::{CohesiveBeam, ContactLaw, Cpm, LinearBond};
+use concordem_scenario::assembly::Assembly;
 use concordem_scenario::assembly::restart::{self, Continuation};
-use concordem_scenario::assembly::{Assembly, AssemblyError, assemble};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::{ContactBlock, ContactView};
-use shared::simulation;
+use shared::{assembled, read, simulation, try_assembled};
 
 const CPM: &str = "shear_ratio = 0.2, relative_ductility = 30, friction_coefficient = 0.8";
 
@@ -89,18 +87,6 @@ const ZONE: &str = "[[interface]]
     of = \"mortar\"
     factors = { strength = 0.6 }
     ";
-
-fn read(text: &str) -> Scenario {
-    Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn try_assembled(text: &str) -> Result<Assembly, AssemblyError> {
-    assemble(&read(text), Path::new(""), &mut |_, _| ())
-}
-
-fn assembled(text: &str) -> Assembly {
-    try_assembled(text).unwrap_or_else(|error| panic!("{error}"))
-}
 
 /// All bonds, and the coefficients of each.
 fn bonds<L: ContactLaw>(assembly: &Assembly) -> Vec<(ContactView, L)> {

@@ -2,31 +2,15 @@
 
 mod shared;
 
-use std::f64::consts::PI;
-use std::fmt::Write as _;
-use std::path::Path;
-
 use concordem_contact::law::CohesiveBeam;
 use concordem_scenario::assembly::restart;
-use concordem_scenario::assembly::{Assembly, AssemblyError, assemble};
 use concordem_scenario::schedule::Simulation;
-use concordem_scenario::schema::Scenario;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::{ContactBlock, ContactView};
-use shared::simulation;
-
-fn read(text: &str) -> Scenario {
-    Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn try_assembled(text: &str) -> Result<Assembly, AssemblyError> {
-    assemble(&read(text), Path::new(""), &mut |_, _| ())
-}
-
-fn assembled(text: &str) -> Assembly {
-    try_assembled(text).unwrap_or_else(|error| panic!("{error}"))
-}
+use shared::{assembled, read, simulation, try_assembled};
+use std::f64::consts::PI;
+use std::fmt::Write as _;
 
 /// All bonds of a block.
 fn bonds(state: &State, block: usize) -> Vec<ContactView> {

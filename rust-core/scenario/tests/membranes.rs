@@ -1,24 +1,16 @@
 //! Membranes: forces of a closed surface, stress of a specimen, open ends, planes, clumps, energy, restart, refusals.
 
+mod shared;
+
 use std::path::Path;
 
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_scenario::assembly::{Assembly, assemble, restart};
+use concordem_scenario::assembly::{assemble, restart};
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnStore;
-
-fn assembly(text: &str) -> (Scenario, Assembly) {
-    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
-    (scenario, assembly)
-}
-
-fn simulation(text: &str) -> Simulation {
-    let (_, assembly) = assembly(text);
-    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
-}
+use shared::{assembled, read, simulation};
 
 /// The last record, and the last values of all operators.
 fn run(simulation: &mut Simulation) -> (Record, Vec<Vec<f64>>) {
@@ -246,7 +238,7 @@ fn a_membrane_survives_a_restart() {
     for _ in 0..333 {
         first.advance().unwrap();
     }
-    let (scenario, mut assembly) = assembly(&text);
+    let (scenario, mut assembly) = (read(&text), assembled(&text));
     restart::apply(&mut assembly, &mut ColumnStore::of(&first.state).unwrap(), &scenario, &[], false).unwrap();
     let mut second = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
     run(&mut second);

@@ -1,24 +1,14 @@
 //! Loadings and walls that follow the opening of a gauge: elastic closed forms, snap-back, restart, energy, refusals.
 
-use std::path::Path;
+mod shared;
 
 use concordem_contact::math::Vec3;
-use concordem_scenario::assembly::{Assembly, assemble, restart};
+use concordem_scenario::assembly::{Assembly, restart};
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnStore;
-
-fn assembly(text: &str) -> (Scenario, Assembly) {
-    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
-    (scenario, assembly)
-}
-
-fn simulation(text: &str) -> Simulation {
-    let (_, assembly) = assembly(text);
-    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
-}
+use shared::{assembled, read, simulation};
 
 /// A record, with the elongation of the first gauge at the same moment.
 #[derive(Clone, Copy)]
@@ -181,7 +171,7 @@ fn a_controlled_run_survives_a_restart() {
         for _ in 0..step {
             first.advance().unwrap();
         }
-        let (scenario, mut assembly) = assembly(&text);
+        let (scenario, mut assembly) = (read(&text), assembled(&text));
         let mut columns = ColumnStore::of(&first.state).unwrap();
         restart::apply(&mut assembly, &mut columns, &scenario, &[], false).unwrap();
         let mut second = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
@@ -470,7 +460,7 @@ fn an_opening_is_followed_whatever_the_bar_is_made_of() {
         while half.state.clock.time() < 1e-3 {
             half.advance().unwrap();
         }
-        let (_, Assembly { model, schedule, .. }) = assembly(&text);
+        let Assembly { model, schedule, .. } = assembled(&text);
         let mut resumed = Simulation::new(half.state.clone(), model, schedule).unwrap();
         run(&mut resumed);
         assert_eq!(ColumnStore::of(&whole.state).unwrap(), ColumnStore::of(&resumed.state).unwrap(), "{what}");

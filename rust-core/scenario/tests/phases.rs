@@ -1,22 +1,13 @@
 //! Phases that a scenario gives for each particle, as arrays of another program.
 
+mod shared;
+
 use std::path::Path;
 
-use concordem_scenario::assembly::{Assembly, AssemblyError, assemble};
+use concordem_scenario::assembly::Assembly;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnStore;
-
-fn read(text: &str) -> Scenario {
-    Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn try_assembled(text: &str) -> Result<Assembly, AssemblyError> {
-    assemble(&read(text), Path::new(""), &mut |_, _| ())
-}
-
-fn assembled(text: &str) -> Assembly {
-    try_assembled(text).unwrap_or_else(|error| panic!("{error}"))
-}
+use shared::{assembled, read, try_assembled};
 
 /// Concrete of two kinds of aggregates in a cube; `phases`: what divides it.
 fn concrete(phases: &str) -> String {

@@ -1,23 +1,13 @@
 //! Walls with servos: force and pressure reached, closed forms of the positions, energy, restart.
 
-use std::path::Path;
+mod shared;
 
 use concordem_contact::math::Vec3;
-use concordem_scenario::assembly::{Assembly, assemble, restart};
+use concordem_scenario::assembly::restart;
 use concordem_scenario::schedule::{Advance, Simulation};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnStore;
-
-fn assembly(text: &str) -> (Scenario, Assembly) {
-    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
-    (scenario, assembly)
-}
-
-fn simulation(text: &str) -> Simulation {
-    let (_, assembly) = assembly(text);
-    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
-}
+use shared::{assembled, read, simulation};
 
 fn run(simulation: &mut Simulation) -> Vec<Advance> {
     let mut all = Vec::new();
@@ -196,7 +186,7 @@ fn a_servo_survives_a_restart() {
     for _ in 0..777 {
         first.advance().unwrap();
     }
-    let (scenario, mut assembly) = assembly(&text);
+    let (scenario, mut assembly) = (read(&text), assembled(&text));
     let mut columns = ColumnStore::of(&first.state).unwrap();
     restart::apply(&mut assembly, &mut columns, &scenario, &[], false).unwrap();
     let mut second = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();

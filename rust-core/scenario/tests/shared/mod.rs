@@ -5,7 +5,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use concordem_scenario::assembly::assemble;
+use concordem_scenario::assembly::{Assembly, AssemblyError, assemble};
 use concordem_scenario::sampling::ScheduledOperator;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
@@ -42,12 +42,26 @@ pub fn set(name: &str, ids: &[usize]) -> String {
     format!("[[set]]\nname = \"{name}\"\nselection = {{ kind = \"ids\", ids = {ids:?} }}\n")
 }
 
+/// A sound scenario.
+pub fn read(text: &str) -> Scenario {
+    Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// What a sound scenario without files becomes.
+pub fn try_assembled(text: &str) -> Result<Assembly, AssemblyError> {
+    assemble(&read(text), Path::new(""), &mut |_, _| ())
+}
+
+/// As [`try_assembled`], for a scenario that can be assembled.
+pub fn assembled(text: &str) -> Assembly {
+    try_assembled(text).unwrap_or_else(|error| panic!("{error}"))
+}
+
 /// The simulation of a sound scenario without files.
 pub fn simulation(text: &str) -> Simulation {
-    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
+    let assembly = assembled(text);
     let names: Vec<String> = assembly.state.walls.iter().map(|wall| wall.name.clone()).collect();
-    assert_eq!(names, scenario.wall_names());
+    assert_eq!(names, read(text).wall_names());
     Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
 }
 

@@ -4,6 +4,7 @@ pub mod clumps;
 pub mod columns;
 pub mod contacts;
 pub mod mesh;
+mod pairs;
 pub mod particles;
 mod persistence;
 pub mod walls;
