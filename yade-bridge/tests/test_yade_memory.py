@@ -21,7 +21,8 @@ def neighbors(size, count=10_000):
 def test_the_size_of_a_block_is_known():
     for size in (24, 56, 120, 1000, 4088):
         address = libc.malloc(size)
-        assert size <= usable_size(address) < size + 16
+        # Rounded up to 16 bytes; glibc leaves up to 16 more, as it splits off no remainder below 32.
+        assert size <= usable_size(address) < size + 32
         libc.free(address)
     # Not the beginning of a block.
     address = libc.malloc(120)
