@@ -169,6 +169,7 @@ test-install: wheel deb
 
 # Reports in a browser: accessibility, sizes, load times; screenshots in target/pages/screenshots. Needs Node.js and Chromium.
 test-pages: $(CONCORDEM)
+	.ci/setup pages
 	@.ci/timed $@ tests/pages/run.sh
 
 # One law is one file and one line: two new laws, the first from the text of the tutorial, run in every host.

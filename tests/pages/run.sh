@@ -7,7 +7,7 @@ program=$PWD/target/release/concordem
 out=$PWD/target/pages
 mkdir -p "$out"
 for tool in node npm "${CHROMIUM:-/usr/bin/chromium}"; do
-  command -v "$tool" >/dev/null || { echo "$tool is missing: install the Debian packages nodejs, npm, chromium" >&2; exit 1; }
+  command -v "$tool" >/dev/null || { echo "$tool is missing: .ci/setup pages installs it" >&2; exit 1; }
 done
 if [ ! -d "$out/node_modules/puppeteer-core" ]; then
   npm install --silent --no-audit --no-fund --prefix "$out" axe-core@4 puppeteer-core@24 >/dev/null
