@@ -15,8 +15,10 @@ pub enum Shape {
     Facets(Vec<[Vec3; 3]>),
     /// Vertices and triangles, moved by the velocity of the wall through a history of their own.
     Mesh(Vec<Vec3>, Vec<[u32; 3]>),
-    /// A point of the axis, its direction (0 to 2), radius, and whether particles are inside.
-    Cylinder(Vec3, usize, f64, bool),
+    /// A point of the axis, its direction (0 to 2), radius, whether particles are inside, and the length, if it is finite.
+    Cylinder(Vec3, usize, f64, bool, Option<f64>),
+    /// Center and edges of a rectangle.
+    Plate(Vec3, [Vec3; 2]),
 }
 
 /// A wall.
@@ -28,6 +30,16 @@ pub struct Wall {
     pub history: Option<usize>,
     /// Angular velocity of a plane about its normal, with the number of the history that multiplies it.
     pub rotation: Option<(f64, Option<usize>)>,
+}
+
+/// A membrane around all particles.
+#[derive(Clone, Debug)]
+pub struct Membrane {
+    pub pressure: f64,
+    /// Number of the history that multiplies the pressure.
+    pub history: Option<usize>,
+    /// Axis (0 to 2) at whose ends it is open.
+    pub open_along: Option<usize>,
 }
 
 /// A rigid body: packed particles by number, or added spheres.
@@ -156,6 +168,7 @@ pub struct Case {
     /// Heat conduction.
     pub heat: Option<Heat>,
     pub fiber: Option<Fiber>,
+    pub membrane: Option<Membrane>,
     pub samples: Vec<Sample>,
     pub interval: u64,
     pub steps: u64,
@@ -220,6 +233,9 @@ impl Case {
         if let Some(fiber) = &mut case.fiber {
             fiber.ends.iter_mut().for_each(v);
         }
+        if let Some(Membrane { open_along: Some(axis), .. }) = &mut case.membrane {
+            *axis = turn.axis(*axis).0;
+        }
         case.loading = match &case.loading {
             Loading::None => Loading::None,
             Loading::CellStrain(gradient) => Loading::CellStrain(turn.tensor(gradient)),
@@ -239,6 +255,10 @@ impl Case {
                 Shape::Cylinder(center, axis, ..) => {
                     v(center);
                     *axis = turn.axis(*axis).0;
+                }
+                Shape::Plate(center, edges) => {
+                    v(center);
+                    edges.iter_mut().for_each(v);
                 }
             }
         }
@@ -315,6 +335,12 @@ impl Case {
             let _ = writeln!(text, "[[set]]\nname = \"hot\"\nselection = {selection}\n[heat]\n{keys}");
         }
         text += &self.fiber.as_ref().map_or_else(String::new, Fiber::text);
+        if let Some(Membrane { pressure, history, open_along }) = &self.membrane {
+            let _ = writeln!(text, "[[membrane]]\npressure = {pressure:?}\n{}", follows(*history));
+            if let Some(axis) = open_along {
+                let _ = writeln!(text, "open_along = \"{}\"", ["x", "y", "z"][*axis]);
+            }
+        }
         self.write_samples(&mut text);
         let _ = writeln!(text, "[output]\nsample_interval = {}\n[stop]\nsteps = {}", self.interval, self.steps);
         text
@@ -374,12 +400,16 @@ impl Case {
                     let vertices = vertices.join(", ");
                     format!("{{ kind = \"mesh\", vertices = [{vertices}], triangles = {triangles:?} }}")
                 }
-                Shape::Cylinder(center, axis, radius, inside) => format!(
-                    "{{ kind = \"cylinder\", center = {}, axis = \"{}\", radius = {radius:?}, side = \"{}\" }}",
+                Shape::Cylinder(center, axis, radius, inside, length) => format!(
+                    "{{ kind = \"cylinder\", center = {}, axis = \"{}\", radius = {radius:?}, side = \"{}\"{} }}",
                     list(center),
                     ["x", "y", "z"][*axis],
-                    if *inside { "inside" } else { "outside" }
+                    if *inside { "inside" } else { "outside" },
+                    length.map_or(String::new(), |length| format!(", length = {length:?}"))
                 ),
+                Shape::Plate(center, [a, b]) => {
+                    format!("{{ kind = \"plate\", center = {}, edges = [{}, {}] }}", list(center), list(a), list(b))
+                }
             };
             let _ = writeln!(text, "[[wall]]\nname = \"w{k}\"\nmaterial = \"m\"\nshape = {shape}");
             if let Shape::Mesh(..) = wall.shape {

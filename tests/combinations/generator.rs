@@ -5,8 +5,8 @@
 use concordem::math::{Mat3, Vec3};
 use concordem_tests::random::Random;
 
-use crate::case::{Action, Case, Clump, Loading, Motion, Region, Sample, Shape, Wall};
-use crate::{fibers, heat, in_time};
+use crate::case::{Action, Case, Clump, Loading, Membrane, Motion, Region, Sample, Shape, Wall};
+use crate::{fibers, finite_walls, heat, in_time};
 
 /// Distance of neighbors, m.
 const SPACING: f64 = 2e-3;
@@ -51,6 +51,7 @@ pub fn case(seed: u64, number: u64) -> Case {
         actions: Vec::new(),
         heat: None,
         fiber: None,
+        membrane: None,
         samples: Vec::new(),
         interval: random.one_of(&[7, 10, 25]),
         steps: 100 + 2 * random.below(100) as u64,
@@ -80,7 +81,27 @@ pub fn case(seed: u64, number: u64) -> Case {
     if random.happens(0.3) {
         fibers::add(random, &mut case);
     }
+    let random = &mut Random::new(seed.rotate_left(32) ^ 0x70, number);
+    if random.happens(0.5) {
+        finite_walls::add(random, &mut case);
+    }
+    if random.happens(0.2) {
+        membrane(random, &mut case);
+    }
     case
+}
+
+/// A membrane; seldom where it is refused.
+fn membrane(random: &mut Random, case: &mut Case) {
+    let refused = case.cell.is_some() || case.materials.contains("deformable");
+    if refused && random.happens(0.95) {
+        return;
+    }
+    let plane = case.dimension == 2;
+    let pressure = random.between(1e3, if plane { 1e5 } else { 1e6 });
+    let history = (!case.histories.is_empty() && random.happens(0.5)).then(|| random.below(case.histories.len()));
+    let open_along = random.happens(0.4).then(|| random.below(if plane { 2 } else { 3 }));
+    case.membrane = Some(Membrane { pressure, history, open_along });
 }
 
 /// A vector with components up to `size`.
@@ -383,7 +404,7 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
     if case.cell.is_none() && random.happens(0.2) {
         let middle = Vec3::new(counts[0] as f64, counts[1] as f64, 0.0) * (0.5 * SPACING);
         let reach = case.spheres.iter().map(|(x, r)| (x - middle).xy().norm() + r).fold(0.0, f64::max);
-        let shape = Shape::Cylinder(middle, 2, reach + 1e-6, true);
+        let shape = Shape::Cylinder(middle, 2, reach + 1e-6, true, None);
         case.walls.push(Wall { shape, velocity: Vec3::zeros(), history: None, rotation: None });
     }
 }

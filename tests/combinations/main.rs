@@ -8,6 +8,7 @@ mod balance;
 mod case;
 mod compare;
 mod fibers;
+mod finite_walls;
 mod generator;
 mod heat;
 mod in_time;

@@ -470,15 +470,28 @@ fn shifted(case: &Case) -> Option<Case> {
     Some(twin)
 }
 
-/// The scenario with triangles in place of planes.
+/// The scenario with triangles in place of planes and plates.
 fn with_facets(case: &Case) -> Option<Case> {
     // Triangles cannot turn.
     let turns = case.walls.iter().any(|wall| wall.rotation.is_some());
-    if case.cell.is_some() || turns || !case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plane(..))) {
+    if case.cell.is_some()
+        || turns
+        || !case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plane(..) | Shape::Plate(..)))
+    {
         return None;
     }
     let mut twin = case.clone();
     for wall in &mut twin.walls {
+        if let Shape::Plate(center, [a, b]) = &wall.shape {
+            let corner = |s: f64, t: f64| center + a * (0.5 * s) + b * (0.5 * t);
+            let [p, q, r, s] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+            // Corners of files have 32 bits.
+            if [p, q, r, s].iter().any(|x| x.map(|c| f64::from(c as f32)) != *x) {
+                return None;
+            }
+            wall.shape = Shape::Facets(vec![[p, q, r], [p, r, s]]);
+            continue;
+        }
         let Shape::Plane(point, normal) = &wall.shape else { continue };
         let axis = normal.iamax();
         // Exact in 32 bits. Not much larger than the specimen: points of a triangle round as its corners do.

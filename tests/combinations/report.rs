@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{Display, Formatter, Result};
 
-use crate::case::Case;
+use crate::case::{Case, Shape};
 use crate::oracles::{Finding, Verdict};
 
 /// What happened to all scenarios.
@@ -143,6 +143,8 @@ fn features(case: &Case) -> String {
         (case.cell.is_some(), "cell"),
         (loading != "None", loading.as_str()),
         (!case.walls.is_empty(), "walls"),
+        (case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plate(..))), "plate"),
+        (case.membrane.is_some(), "membrane"),
         (!case.clumps.is_empty(), "clump"),
         (case.materials.contains("deformable"), "deformable"),
         (case.materials.contains("yade-public"), "yade-public"),

@@ -313,6 +313,11 @@ fn height(state: &State, along: &Vec3) -> f64 {
             WallShape::Plane { point, normal } if normal.dot(along).abs() > 0.5 => {
                 take((point + wall.displacement).dot(along));
             }
+            WallShape::Finite(shape) => {
+                let (center, half) = ((shape.center() + wall.displacement).dot(along), shape.half_extent(along));
+                take(center - half);
+                take(center + half);
+            }
             WallShape::Facets { triangles } => {
                 triangles.iter().flatten().for_each(|corner| take((corner + wall.displacement).dot(along)));
             }

@@ -84,6 +84,7 @@ fn distance(wall: &Wall, element: usize, x: &Vec3, cell: Option<&Cell>) -> f64 {
         // On the axis of a cylinder the normal is undefined.
         (None, Shape::Cylinder { radius, inside: true, .. }) => *radius,
         (None, Shape::Cylinder { radius, .. }) => -radius,
+        (None, Shape::Finite(shape)) => shape.distance_without_direction(),
         // On the surface the normal is undefined, too.
         (None, _) => 0.0,
     }

@@ -125,7 +125,7 @@ pub fn one(
     })
 }
 
-/// A point of the axis of a plane or a cylinder of this name, m.
+/// A point of the axis of a plane, a cylinder, or a plate of this name, m.
 fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
     let names = |number: usize, wall: &schema::Wall| wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
     let (_, wall) = scenario.walls.iter().enumerate().find(|(number, wall)| names(*number, wall) == name)?;
@@ -134,7 +134,7 @@ fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
             let of_rotation = wall.rotation.as_ref().and_then(|rotation| rotation.point.as_ref());
             Some(vector(of_rotation.unwrap_or(point)))
         }
-        schema::WallShape::Cylinder { center, .. } => Some(vector(center)),
+        schema::WallShape::Cylinder { center, .. } | schema::WallShape::Plate { center, .. } => Some(vector(center)),
         schema::WallShape::Box { .. } | schema::WallShape::Facets { .. } | schema::WallShape::Mesh { .. } => None,
     }
 }

@@ -11,7 +11,7 @@ use crate::schedule::{Aim, Servo, Target};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Quantity, Scenario, Side};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{Mesh, State, Turning, Wall, WallShape};
+use concordem_solver::state::{FiniteShape, Mesh, State, Turning, Wall, WallShape};
 
 /// Adds the walls of `[[wall]]`.
 pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Result<(), AssemblyError> {
@@ -54,7 +54,9 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
 /// Rotation of a wall before the first step, with the fastest angular velocity of the run unless a history changes it.
 fn turning(scenario: &Scenario, rotation: &schema::WallRotation, shape: &schema::WallShape) -> Turning {
     let of_shape = match shape {
-        schema::WallShape::Plane { point, .. } | schema::WallShape::Cylinder { center: point, .. } => vector(point),
+        schema::WallShape::Plane { point, .. }
+        | schema::WallShape::Cylinder { center: point, .. }
+        | schema::WallShape::Plate { center: point, .. } => vector(point),
         _ => Vec3::zeros(),
     };
     let factor = largest(scenario, rotation.history.as_deref());
@@ -66,7 +68,9 @@ fn turning(scenario: &Scenario, rotation: &schema::WallRotation, shape: &schema:
 /// Unit vector of the axis about which a wall can turn; zero for shapes that cannot.
 pub(super) fn axis_of(shape: &schema::WallShape) -> Vec3 {
     match shape {
-        schema::WallShape::Plane { normal, .. } => vector(normal).normalize(),
+        schema::WallShape::Plane { normal, .. } | schema::WallShape::Plate { normal: Some(normal), .. } => {
+            vector(normal).normalize()
+        }
         schema::WallShape::Cylinder { axis, .. } => {
             let mut direction = Vec3::zeros();
             direction[axis.index()] = 1.0;
@@ -86,9 +90,10 @@ fn pushing(servo: &schema::Servo, shape: &schema::WallShape, face: usize) -> Vec
             normal[face / 2] = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
             normal
         }
-        schema::WallShape::Cylinder { .. } | schema::WallShape::Facets { .. } | schema::WallShape::Mesh { .. } => {
-            given.unwrap_or_default()
-        }
+        schema::WallShape::Cylinder { .. }
+        | schema::WallShape::Plate { .. }
+        | schema::WallShape::Facets { .. }
+        | schema::WallShape::Mesh { .. } => given.unwrap_or_default(),
     };
     direction.normalize()
 }
@@ -168,11 +173,27 @@ fn shapes(name: String, shape: &schema::WallShape, folder: &Path) -> Result<Vec<
             }
             faces
         }
-        schema::WallShape::Cylinder { center, axis, radius, side } => {
-            let mut direction = Vec3::zeros();
-            direction[axis.index()] = 1.0;
-            let (point, inside) = (vector(center), *side == Side::Inside);
-            vec![(name, WallShape::Cylinder { point, axis: direction, radius: radius.si(), inside })]
+        schema::WallShape::Cylinder { center, radius, side, length, .. } => {
+            let (center, axis, radius) = (vector(center), axis_of(shape), radius.si());
+            let inside = *side == Side::Inside;
+            let half_length = length.map(|length| 0.5 * length.si());
+            let shape = match (half_length, inside) {
+                (None, _) => WallShape::Cylinder { point: center, axis, radius, inside },
+                (Some(half_length), false) => WallShape::Finite(FiniteShape::Rod { center, axis, radius, half_length }),
+                (Some(half_length), true) => WallShape::Finite(FiniteShape::Tube { center, axis, radius, half_length }),
+            };
+            vec![(name, shape)]
+        }
+        schema::WallShape::Plate { center, edges, radius, .. } => {
+            let center = vector(center);
+            let shape = if let Some(edges) = edges {
+                let half_edges = edges.each_ref().map(|edge| 0.5 * vector(edge));
+                let normal = half_edges[0].cross(&half_edges[1]).normalize();
+                FiniteShape::Rectangle { center, normal, half_edges }
+            } else {
+                FiniteShape::Disc { center, normal: axis_of(shape), radius: radius.map_or(0.0, Quantity::si) }
+            };
+            vec![(name, WallShape::Finite(shape))]
         }
         schema::WallShape::Facets { path, unit } => {
             vec![(name, WallShape::Facets { triangles: triangles(folder, path, unit.si())? })]

@@ -1,10 +1,13 @@
 //! Checks of walls, sets, prescribed motions, forces, and clumps.
 
 use super::{Checker, SYMMETRY};
-use crate::schema::quantity::{Component, Length, vector};
+use crate::schema::quantity::{Component, Length, Number, vector};
 use crate::schema::{
     Clump, MeshMotion, Packing, ParticleSet, Quantity, Selection, Servo, Wall, WallRotation, WallShape,
 };
+
+/// Largest cosine of the angle between the edges of a rectangle.
+const PERPENDICULAR: f64 = 1e-9;
 
 impl Checker<'_> {
     pub(super) fn walls(&mut self) {
@@ -22,6 +25,7 @@ impl Checker<'_> {
                     self.range(&format!("{path}.normal"), "must not be zero", help);
                 }
                 WallShape::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
+                WallShape::Plate { edges, normal, radius, .. } => self.plate(&path, *edges, *normal, *radius),
                 _ => {}
             }
             if let WallShape::Mesh { path, unit, vertices, triangles } = &wall.shape {
@@ -40,6 +44,44 @@ impl Checker<'_> {
             if let Some(servo) = &wall.servo {
                 self.servo(&format!("wall[{at}]"), wall, servo);
             }
+        }
+    }
+
+    /// A plate is a rectangle with edges, or a disc with a normal and a radius.
+    fn plate(
+        &mut self,
+        key: &str,
+        edges: Option<[[Length; 3]; 2]>,
+        normal: Option<[Number; 3]>,
+        radius: Option<Length>,
+    ) {
+        let of_disc = [("normal", normal.is_some()), ("radius", radius.is_some())];
+        let help = "give `edges` of a rectangle, or `normal` and `radius` of a disc";
+        if let Some(edges) = edges {
+            for (name, _) in of_disc.into_iter().filter(|(_, given)| *given) {
+                self.conflict(&format!("{key}.{name}"), "the plate is a rectangle with `edges`", help);
+            }
+            let [a, b] = edges.each_ref().map(vector);
+            if a.norm() == 0.0 || b.norm() == 0.0 {
+                self.range(&format!("{key}.edges"), "an edge is zero", "give two vectors, each as long as the edge");
+            } else if a.dot(&b).abs() > PERPENDICULAR * a.norm() * b.norm() {
+                let help = "the edges of a rectangle are perpendicular; for another outline use \"facets\"";
+                self.range(&format!("{key}.edges"), "are not perpendicular to each other", help);
+            }
+            return;
+        }
+        match of_disc.map(|(_, given)| given) {
+            [false, false] => self.missing(key, "the plate has no outline", help),
+            [true, false] => self.missing(key, "the disc has no `radius`", help),
+            [false, true] => self.missing(key, "the disc has no `normal`", help),
+            [true, true] => {}
+        }
+        if normal.as_ref().is_some_and(|normal| vector(normal).norm() == 0.0) {
+            self.range(
+                &format!("{key}.normal"),
+                "must not be zero",
+                "give a direction across the disc: normal = [0, 0, 1]",
+            );
         }
     }
 
@@ -118,14 +160,14 @@ impl Checker<'_> {
             }
             // Meshes are checked apart.
             WallShape::Plane { .. } | WallShape::Mesh { .. } => {}
-            WallShape::Cylinder { .. } => {
+            WallShape::Cylinder { .. } | WallShape::Plate { edges: None, .. } => {
                 if rotation.point.is_some() {
                     let help = "remove `point`; its axis is that of the shape";
-                    self.conflict(&format!("{key}.point"), "a cylinder turns about its own axis", help);
+                    self.conflict(&format!("{key}.point"), "a wall of this shape turns about its own axis", help);
                 }
             }
-            WallShape::Box { .. } | WallShape::Facets { .. } => {
-                let help = "remove `rotation`, or use a \"plane\" or a \"cylinder\"";
+            WallShape::Box { .. } | WallShape::Plate { .. } | WallShape::Facets { .. } => {
+                let help = "remove `rotation`, or use a \"plane\", a \"cylinder\", or a \"plate\" with a `radius`";
                 self.conflict(key, "a wall of this shape does not stay in its place when it turns", help);
             }
         }
@@ -171,7 +213,8 @@ impl Checker<'_> {
                 if is_box { "the faces of a box have their own areas" } else { "only a pressure needs an area" };
             self.conflict(&format!("{key}.area"), message, "remove `area`");
         }
-        let needs_direction = matches!(wall.shape, WallShape::Cylinder { .. } | WallShape::Facets { .. });
+        let needs_direction =
+            matches!(wall.shape, WallShape::Cylinder { .. } | WallShape::Plate { .. } | WallShape::Facets { .. });
         match &servo.direction {
             None if needs_direction => {
                 let help = "give the direction in which the wall pushes: direction = [0, 0, -1]";

@@ -25,8 +25,8 @@ pub struct Wall {
     pub velocity: [Velocity; 3],
     /// Name of a history that multiplies the velocity, or the force or pressure of the servo; default: constant.
     pub history: Option<String>,
-    /// Rotation about the normal of a "plane" or the axis of a "cylinder"; default: none. Particles feel the velocity of the turning
-    /// surface. Example: `rotation = { angular_velocity = "10 rad/s" }`.
+    /// Rotation about the normal of a "plane" or a round "plate", or the axis of a "cylinder"; default: none. Particles feel the velocity
+    /// of the turning surface. Example: `rotation = { angular_velocity = "10 rad/s" }`.
     pub rotation: Option<WallRotation>,
     /// Servo: the wall moves until it presses on the particles with a given force or pressure. Default: none, the wall moves with
     /// `velocity`. Example: `servo = { pressure = "2 MPa", maximum_speed = "0.1 m/s" }`.
@@ -56,7 +56,7 @@ pub struct MeshMotion {
     pub vertices: Option<Vec<[Length; 3]>>,
 }
 
-/// Rotation of a plane about its normal, or of a cylinder about its axis.
+/// Rotation of a plane or a round plate about its normal, or of a cylinder about its axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallRotation {
@@ -64,7 +64,7 @@ pub struct WallRotation {
     /// `angular_velocity = "10 rad/s"`.
     pub angular_velocity: AngularVelocity,
     /// A point of the axis about which a "plane" turns, m; it moves with the wall. Default: the `point` of the shape. Not for a
-    /// "cylinder", which turns about its own axis.
+    /// "cylinder" and a "plate", which turn about their own axes.
     pub point: Option<[Length; 3]>,
     /// Name of a history that multiplies the angular velocity; default: constant.
     pub history: Option<String>,
@@ -86,8 +86,8 @@ pub struct Servo {
     /// present area between the neighboring faces. Example: `area = "36 mm^2"`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub area: Option<Area>,
-    /// Direction in which the wall pushes, a vector of any length. Required for "cylinder" and "facets", which move as a whole; a
-    /// "plane" and the faces of a "box" push along their normals.
+    /// Direction in which the wall pushes, a vector of any length. Required for "cylinder", "plate", and "facets", which move as a whole;
+    /// a "plane" and the faces of a "box" push along their normals.
     pub direction: Option<[Number; 3]>,
     /// Wanted elongation of a gauge, m, positive or negative: that which grows as the wall moves along its direction. Required unless
     /// `force` or `pressure` is given. The `history` of the wall multiplies it. Not for a "box". Example: `opening = "0.1 mm"`.
@@ -125,9 +125,9 @@ pub enum WallShape {
         /// Corner with the largest coordinates, m. Required.
         maximum: [Length; 3],
     },
-    /// An infinite circular cylinder.
+    /// A circular cylinder, infinite along its axis or of a given `length`.
     Cylinder {
-        /// A point on the axis, m. Required.
+        /// A point on the axis, m; with `length` the center. Required.
         center: [Length; 3],
         /// Direction of the axis; default: "z".
         #[serde(default)]
@@ -138,6 +138,23 @@ pub enum WallShape {
         /// Side on which the particles are; default: "inside".
         #[serde(default)]
         side: Side,
+        /// Length along the axis, m; default: infinite. With the particles outside, the cylinder then is a solid rod with flat ends; inside
+        /// it is a tube with open ends, which particles touch from both sides.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        length: Option<Length>,
+    },
+    /// A flat plate without thickness; particles touch it from both sides. A rectangle has `edges`, a disc `normal` and `radius`.
+    Plate {
+        /// Center, m. Required.
+        center: [Length; 3],
+        /// Two neighboring edges of a rectangle, vectors perpendicular to each other, m.
+        /// Example: `edges = [["20 mm", 0, 0], [0, "10 mm", 0]]`.
+        edges: Option<[[Length; 3]; 2]>,
+        /// Direction across a disc, a vector of any length. Example: `normal = [0, 0, 1]`.
+        normal: Option<[Number; 3]>,
+        /// Radius of a disc, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: Option<Length>,
     },
     /// Triangles of an STL file; particles touch them from both sides.
     Facets {

@@ -3,6 +3,7 @@
 pub mod clumps;
 pub mod columns;
 pub mod contacts;
+pub mod finite_walls;
 pub mod mesh;
 mod pairs;
 pub mod particles;
@@ -12,6 +13,7 @@ pub mod walls;
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use concordem_contact::Cell;
+pub use finite_walls::FiniteShape;
 pub use mesh::{Mesh, MeshError};
 pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
 pub use walls::{Turning, Wall, WallShape};

@@ -1,10 +1,11 @@
-//! Walls: plane, cylinder, and triangle surfaces with prescribed motion; [`Mesh`] for triangles with moving vertices.
+//! Walls: planes, cylinders, [`FiniteShape`]s, and triangle surfaces with prescribed motion; [`Mesh`] for triangles with moving vertices.
 //!
 //! In a periodic cell, which must be at rest, walls have images like particles: image i is the wall moved by `H i`. A
 //! plane across one of the edges is then a sheet that particles touch from both sides, because the next image of the
 //! space in front lies behind it.
 
 use super::Cell;
+use super::finite_walls::FiniteShape;
 use super::mesh::Mesh;
 use concordem_contact::math::{Mat3, Vec3};
 pub use concordem_contact::wall::ClosestPoint;
@@ -30,6 +31,8 @@ pub enum WallShape {
         /// Whether particles are inside (a vessel) or outside (a rod).
         inside: bool,
     },
+    /// Plate, rod, or tube.
+    Finite(FiniteShape),
     /// Triangles, which particles touch from both sides.
     Facets {
         /// Corners, m.
@@ -39,7 +42,7 @@ pub enum WallShape {
     Mesh(Mesh),
 }
 
-/// Rotation of a plane about its normal, or of a cylinder about its axis: the surface slides, and its place stays.
+/// Rotation of a plane or disc about its normal, or of a cylinder, rod, or tube about its axis: the surface slides, and its place stays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turning {
     /// A point of the axis at zero displacement, m.
@@ -112,12 +115,12 @@ impl Wall {
         match &self.shape {
             WallShape::Facets { triangles } => triangles.len(),
             WallShape::Mesh(mesh) => mesh.triangles().len(),
-            WallShape::Plane { .. } | WallShape::Cylinder { .. } => 1,
+            WallShape::Plane { .. } | WallShape::Cylinder { .. } | WallShape::Finite(_) => 1,
         }
     }
 
     /// Closest point of element `element` to the point `x` (m); `None` where its direction is undefined: `x` on the axis of a
-    /// cylinder or on a triangle.
+    /// cylinder, on a triangle, or on a plate.
     pub fn closest_point(&self, element: usize, x: &Vec3) -> Option<ClosestPoint> {
         let x = x - self.displacement;
         match &self.shape {
@@ -138,6 +141,7 @@ impl Wall {
                     ClosestPoint { normal: -outward, distance: rho - radius, interior: true }
                 })
             }
+            WallShape::Finite(shape) => shape.closest_point(&x),
             WallShape::Facets { triangles } => on_triangle(&x, &triangles[element]),
             WallShape::Mesh(mesh) => on_triangle(&x, &mesh.corners(element)),
         }
@@ -162,8 +166,8 @@ impl Wall {
     /// Whether the wall repeats with a periodic cell; otherwise what prevents it.
     ///
     /// # Errors
-    /// A plane across more than one edge of the cell, whose images would fill the space, a cylinder along none, or a vessel
-    /// that does not fit into the cell.
+    /// A plane across more than one edge of the cell, whose images would fill the space, a cylinder along none, and a vessel or a wall
+    /// of finite size that does not fit into the cell.
     pub fn repeats_with(&self, cell: &Cell) -> Result<(), &'static str> {
         match &self.shape {
             WallShape::Plane { normal, .. } if across(normal, &cell.matrix).is_none() => Err(
@@ -173,24 +177,27 @@ impl Wall {
                 let along = along(axis, &cell.matrix).ok_or(
                     "the images of a cylinder must not cut each other: in a periodic cell its axis must be parallel to an edge",
                 )?;
-                let edges = [0, 1, 2].map(|k| cell.matrix.column(k).into_owned());
-                let width = |i: usize, j: usize| edges[i].cross(&edges[j]).norm();
                 let others: [usize; 2] = [(along + 1) % 3, (along + 2) % 3];
-                let narrowest = others
-                    .map(|k| cell.volume() / width((k + 1) % 3, (k + 2) % 3))
-                    .into_iter()
-                    .fold(f64::INFINITY, f64::min);
+                let narrowest = others.map(|k| across_edge(cell, k).1).into_iter().fold(f64::INFINITY, f64::min);
                 if *inside && 2.0 * radius > narrowest {
                     return Err("the vessel is wider than the periodic cell, so that its images cut each other");
                 }
                 Ok(())
             }
+            WallShape::Finite(shape) => {
+                let fits = (0..3).all(|edge| {
+                    let (normal, width) = across_edge(cell, edge);
+                    2.0 * shape.half_extent(&normal) <= width * (1.0 + PARALLEL)
+                });
+                fits.then_some(())
+                    .ok_or("the wall is longer than the periodic cell is wide, so that its images cut each other")
+            }
             WallShape::Plane { .. } | WallShape::Facets { .. } | WallShape::Mesh(_) => Ok(()),
         }
     }
 
-    /// Images of an infinite wall nearer to the point `x` (m) than `reach` (m); of a vessel, the image that contains
-    /// `x`.
+    /// Images of a wall without [`Self::bounds`] nearer to the point `x` (m) than `reach` (m); of a vessel, the image that
+    /// contains `x`.
     ///
     /// Image numbers may exceed the range of the flags of a contact.
     pub fn images_near(&self, x: &Vec3, reach: f64, cell: &Cell) -> Vec<[i64; 3]> {
@@ -232,16 +239,35 @@ impl Wall {
                 }
                 near
             }
+            WallShape::Finite(shape) => {
+                let r = x - shape.center();
+                let numbers: [Vec<i64>; 3] = std::array::from_fn(|edge| {
+                    let (normal, width) = across_edge(cell, edge);
+                    let (place, reach) = (r.dot(&normal) / width, (shape.half_extent(&normal) + reach) / width);
+                    ((place - reach).ceil() as i64..=(place + reach).floor() as i64).collect()
+                });
+                let mut near = Vec::new();
+                for &i in &numbers[0] {
+                    for &j in &numbers[1] {
+                        near.extend(numbers[2].iter().map(|&k| [i, j, k]));
+                    }
+                }
+                near.retain(|image| {
+                    let shift = cell.matrix * Vec3::from(image.map(|n| n as f64));
+                    shape.closest_point(&(x - shift)).is_some_and(|found| found.distance < reach)
+                });
+                near
+            }
             WallShape::Facets { .. } | WallShape::Mesh(_) => Vec::new(),
         }
     }
 
-    /// Center and radius (m) of a ball around element `element`; `None` if the element is infinite.
+    /// Center and radius (m) of a ball around a triangle, element `element`; `None` for other shapes, which are few and may be large.
     pub fn bounds(&self, element: usize) -> Option<(Vec3, f64)> {
         let t = match &self.shape {
             WallShape::Facets { triangles } => triangles[element],
             WallShape::Mesh(mesh) => mesh.corners(element),
-            WallShape::Plane { .. } | WallShape::Cylinder { .. } => return None,
+            WallShape::Plane { .. } | WallShape::Cylinder { .. } | WallShape::Finite(_) => return None,
         };
         let center = (t[0] + t[1] + t[2]) / 3.0;
         let radius = t.iter().map(|c| (c - center).norm()).fold(0.0, f64::max);
@@ -272,6 +298,14 @@ fn across(normal: &Vec3, edges: &Mat3) -> Option<usize> {
     let cut = |k: &usize| normal.dot(&edges.column(*k)).abs() > PARALLEL * edges.column(*k).norm();
     let mut edges_cut = (0..3).filter(cut);
     edges_cut.next().filter(|_| edges_cut.next().is_none())
+}
+
+/// Unit normal of the face of a cell that edge `edge` crosses, towards its end, and the distance of the two faces, m.
+fn across_edge(cell: &Cell, edge: usize) -> (Vec3, f64) {
+    let column = |k: usize| cell.matrix.column(k % 3).into_owned();
+    let normal = column(edge + 1).cross(&column(edge + 2)).normalize();
+    let width = normal.dot(&column(edge));
+    (normal * width.signum(), width.abs())
 }
 
 /// The edge of a cell along a unit vector, if there is one.
