@@ -20,6 +20,7 @@ use concordem::state::Cell;
 use concordem_yade::assembly::{
     Assembly, Bodies, BodyState, Contacts, Origin, PAUSE_SOFT, PairParameters, PauseThreads, cell_of, motion_measure,
 };
+use concordem_yade::own_thread;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -324,10 +325,14 @@ impl Hosted {
         }
         let broken = inner.change(py, |Inner { assembly, host }| {
             let host = host.as_ref().ok_or(NO_HOST)?;
-            inside(pool, || {
+            let step = || {
                 gather(assembly, host, dt)?;
                 assembly.find_forces(dt, cell, false)
-            })
+            };
+            match pool {
+                Some(pool) => own_thread::inside(pool, step),
+                None => inside(None, step),
+            }
         })?;
         let broken = broken.map_err(PyRuntimeError::new_err)?;
         let Inner { assembly, host } = &*inner;
