@@ -323,7 +323,7 @@ impl Hosted {
             // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
             unsafe { pause(PAUSE_SOFT) };
         }
-        let broken = inner.change(py, |Inner { assembly, host }| {
+        let broken = inner.change_here(py, |Inner { assembly, host }| {
             let host = host.as_ref().ok_or(NO_HOST)?;
             let step = || {
                 gather(assembly, host, dt)?;

@@ -4,6 +4,7 @@
 //! computes, and looks for more work before it sleeps. For specimens of hundreds of particles this takes as long as the computation.
 
 use std::cell::{Cell, OnceCell};
+use std::sync::OnceLock;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -17,13 +18,6 @@ thread_local! {
     static OWN: OnceCell<Option<ThreadPool>> = const { OnceCell::new() };
 }
 
-/// Whether this is the first thread of the process. A script may use all processors there, which a pool of its own would prevent.
-fn is_first_thread() -> bool {
-    let this = std::fs::read_link("/proc/thread-self").ok();
-    let name = this.as_deref().and_then(|path| path.file_name());
-    name.is_none_or(|name| name.to_string_lossy() == std::process::id().to_string())
-}
-
 /// Run `work` inside `pool`, or on this thread if the pool has one thread. Results do not depend on this.
 pub fn inside<T: Send>(pool: &ThreadPool, work: impl FnOnce() -> T + Send) -> T {
     let count = COMPUTATIONS.get();
@@ -32,10 +26,23 @@ pub fn inside<T: Send>(pool: &ThreadPool, work: impl FnOnce() -> T + Send) -> T 
         return pool.install(work);
     }
     let make = || ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().ok();
-    OWN.with(|own| match own.get_or_init(|| if is_first_thread() { None } else { make() }) {
+    OWN.with(|own| match own.get_or_init(make) {
         Some(own) => own.install(work),
         None => pool.install(work),
     })
+}
+
+/// Run `work` with all processors. A thread that has a pool of its own would compute alone, so it uses another pool of the process.
+/// Results do not depend on this.
+pub fn with_all_processors<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    static ALL: OnceLock<Option<ThreadPool>> = OnceLock::new();
+    if !OWN.with(|own| matches!(own.get(), Some(Some(_)))) {
+        return work();
+    }
+    match ALL.get_or_init(|| ThreadPoolBuilder::new().build().ok()) {
+        Some(all) => all.install(work),
+        None => work(),
+    }
 }
 
 #[cfg(test)]
@@ -59,6 +66,25 @@ mod tests {
     fn a_pool_of_one_thread_computes_on_the_callers_thread() {
         let (found, caller) = threads(1);
         assert!(found.iter().all(|&thread| thread == caller));
+    }
+
+    #[test]
+    fn other_work_of_that_thread_uses_all_processors() {
+        let run = || {
+            let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+            let before = with_all_processors(|| std::thread::current().id());
+            for _ in 0..=WORTH {
+                inside(&pool, || ());
+            }
+            let caller = std::thread::current().id();
+            let after = with_all_processors(|| (std::thread::current().id(), rayon::current_num_threads()));
+            (caller, before, after, inside(&pool, || (std::thread::current().id(), rayon::current_num_threads())))
+        };
+        let (caller, before, after, ours) = std::thread::spawn(run).join().expect("the thread ends");
+        let all = ThreadPoolBuilder::new().build().expect("a pool").current_num_threads();
+        assert_eq!(before, caller);
+        assert!(after.0 != caller && after.1 == all);
+        assert_eq!(ours, (caller, 1));
     }
 
     #[test]
