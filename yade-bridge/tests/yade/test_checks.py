@@ -494,6 +494,32 @@ def test_yades_own_save_and_load_keep_the_bonds():
         O.load(path)
 
 
+def test_states_of_ended_threads_do_not_pile_up():
+    """O.run starts a thread; what Python keeps of it is deleted when the next one is kept (_thread_state.py)."""
+    from concordem.yade import _thread_state
+
+    engine()
+    worth, _thread_state.WORTH = _thread_state.WORTH, 16
+    try:
+        counts = []
+        for _ in range(30):
+            O.run(20, True)
+            counts.append(len(_thread_state._kept))
+        # A run of fewer steps keeps nothing.
+        O.run(10, True)
+        kept = list(_thread_state._kept)
+    finally:
+        _thread_state.WORTH = worth
+    if sys.version_info < (3, 12):
+        assert max(counts) <= 2, counts
+    else:
+        assert counts == list(range(counts[0], counts[0] + 30)), counts
+    assert len(kept) == counts[-1] and all(state for _, state in kept)
+    # The scene still runs, in this thread, too.
+    O.step()
+    O.run(40, True)
+
+
 def test_errors_are_one_line():
     """The message of an engine that stops a run, without the lines of YADE's log."""
     engine()

@@ -5,7 +5,7 @@ Python makes a state for it (an mmap of 16 KB, cleared by the kernel) and delete
 `PyGILState_Ensure` keeps that state.
 
 The state outlives the thread, 20 KB. The next thread that is kept deletes it; from Python 3.12 on, it stays: there, the deletion would
-take away the state of the thread that deletes. Therefore only threads of long runs are kept.
+take away the state of the thread that deletes. Therefore it keeps only threads of long runs.
 """
 
 from __future__ import annotations
@@ -15,8 +15,10 @@ import os
 import sys
 import threading
 
-#: Steps of a thread before its state is kept: some 0.1 s or more.
-WORTH = 1000
+#: From this version of Python on, states of ended threads stay.
+_STAYS = (3, 12)
+#: Steps of a thread before its state is kept.
+WORTH = 16 if sys.version_info < _STAYS else 1000
 #: Native id and steps of the thread that was here last; its state may be kept.
 _last, _steps = 0, 0
 #: Native ids and states of the threads that are kept.
@@ -41,7 +43,7 @@ def keep() -> None:
 
 def _delete_of_ended_threads() -> None:
     """Delete the kept states of threads that have ended. A thread with the id of an ended one only delays that."""
-    if sys.version_info >= (3, 12):
+    if sys.version_info >= _STAYS:
         return
     api = ctypes.pythonapi
     for entry in list(_kept):
