@@ -18,6 +18,7 @@ use concordem::schedule::simulation::RunError;
 use concordem::solver::SolverError;
 use concordem::state::ColumnError;
 use concordem::statics::StaticsError;
+use concordem_yade::own_thread::with_all_processors;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::panic::PanicException;
 use pyo3::prelude::*;
@@ -42,6 +43,11 @@ pub fn adopt_panics(py: Python<'_>) -> PyResult<()> {
 
 /// Run `work` without the interpreter's lock. A panic becomes `concordem.InternalError` here, so that the caller can react to it.
 pub fn detach<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    detach_here(py, || with_all_processors(work))
+}
+
+/// As [`detach`], but on this thread even if it has a pool of its own.
+pub fn detach_here<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|payload| internal(&*payload))
 }
 

@@ -20,6 +20,7 @@ use concordem::state::Cell;
 use concordem_yade::assembly::{
     Assembly, Bodies, BodyState, Contacts, Origin, PAUSE_SOFT, PairParameters, PauseThreads, cell_of, motion_measure,
 };
+use concordem_yade::own_thread;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -322,12 +323,16 @@ impl Hosted {
             // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
             unsafe { pause(PAUSE_SOFT) };
         }
-        let broken = inner.change(py, |Inner { assembly, host }| {
+        let broken = inner.change_here(py, |Inner { assembly, host }| {
             let host = host.as_ref().ok_or(NO_HOST)?;
-            inside(pool, || {
+            let step = || {
                 gather(assembly, host, dt)?;
                 assembly.find_forces(dt, cell, false)
-            })
+            };
+            match pool {
+                Some(pool) => own_thread::inside(pool, step),
+                None => inside(None, step),
+            }
         })?;
         let broken = broken.map_err(PyRuntimeError::new_err)?;
         let Inner { assembly, host } = &*inner;

@@ -6,10 +6,11 @@
 use std::ops::Deref;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
+use concordem_yade::own_thread::with_all_processors;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::errors::detach;
+use crate::errors::detach_here;
 
 /// Data behind a lock.
 pub struct Shared<T> {
@@ -71,9 +72,14 @@ impl<T: Send> Access<'_, T> {
     /// Change the data, without the interpreter's lock. A panic becomes `concordem.InternalError`, and the data are refused from then
     /// on.
     pub fn change<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> PyResult<R> {
+        self.change_here(py, |data| with_all_processors(|| work(data)))
+    }
+
+    /// As [`Self::change`], but on this thread even if it has a pool of its own.
+    pub fn change_here<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> PyResult<R> {
         let Content { data, fault } = &mut *self.0;
         *fault = true;
-        let outcome = detach(py, || work(data));
+        let outcome = detach_here(py, || work(data));
         *fault = outcome.is_err();
         outcome
     }

@@ -15,6 +15,7 @@ use concordem_solver::state::{Constraint, Deformation, Particles};
 
 use crate::body_motion::{symmetric, vector};
 use crate::linear_bond::viscous_force;
+use crate::own_thread;
 
 /// Elastic constants of a particle: Young's modulus (Pa; infinite for a rigid particle) and Poisson's ratio.
 #[repr(C)]
@@ -166,7 +167,7 @@ impl DeformationScratch {
     fn run(&mut self, deformable: &Deformable) -> Result<DeformationSums, String> {
         let Self { particles, bonds, pass, force, pool } = self;
         // Enter the pool only once, because waking its threads is slow.
-        let (sums, strain) = pool.install(|| {
+        let (sums, strain) = own_thread::inside(pool, || {
             // Strains that act in this step.
             pass.begin(deformable, particles, false);
             pass.clear();

@@ -14,3 +14,4 @@ mod deformation;
 pub mod functors;
 mod law_contact;
 mod linear_bond;
+pub mod own_thread;

@@ -1,15 +1,33 @@
 """A minimal test runner, because YADE's Python has no pytest. Every test starts with a new scene."""
 
+import os
 import sys
 import time
 import traceback
 
 
+def on_two_threads(function):
+    """Mark a test whose claim depends on the threads of YADE: it runs at -j1 and at -j2, the others at -j1 alone."""
+    function.threads = (1, 2)
+    return function
+
+
+def on_two_threads_only(function):
+    """Mark a test that claims nothing at -j1."""
+    function.threads = (2,)
+    return function
+
+
 def main(namespace):
-    """Run every function test_* and tell how long each took; if all pass, print a line that run.sh looks for."""
+    """Run the functions test_* for this number of threads (with CONCORDEM_TEST_FULL, all) and tell how long each took; if all pass,
+    print a line that run.sh looks for."""
+    from yade import O
+
     failed = 0
     for name, function in list(namespace.items()):
         if not name.startswith("test_") or not callable(function):
+            continue
+        if O.numThreads not in getattr(function, "threads", (1,)) and not os.environ.get("CONCORDEM_TEST_FULL"):
             continue
         started = time.perf_counter()
         try:

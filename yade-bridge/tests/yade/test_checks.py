@@ -11,7 +11,7 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 from specimen import *
-from harness import main, raises
+from harness import main, on_two_threads, raises
 from yade import export, utils
 
 import concordem.yade as bridge
@@ -58,6 +58,7 @@ def without(gone):
 # -- the memory ---------------------------------------------------------------------------------------------------------
 
 
+@on_two_threads
 def test_the_layout_is_found_in_a_used_heap():
     """Reads past an object found its neighbors' ids by chance (12 of 50 imports with -j2)."""
     layout = _scene.host().layout
@@ -68,6 +69,7 @@ def test_the_layout_is_found_in_a_used_heap():
         assert _layout.probe(_scene.host().names) == layout
 
 
+@on_two_threads
 def test_other_threads_do_not_read_a_running_scene():
     scene()
     seen = []
@@ -91,6 +93,7 @@ def test_other_threads_do_not_read_a_running_scene():
     assert seen[-1] == "read"
 
 
+@on_two_threads
 def test_pause_ends_between_two_steps():
     """YADE's own pause leaves a step under way: of 300 runs of this file under load, 2 read a torn scene and 2 crashed in O.reset."""
     for k in range(40):
@@ -118,6 +121,7 @@ def test_pause_ends_between_two_steps():
     assert O.iter == end
 
 
+@on_two_threads
 def test_pauses_by_engines_of_yade_end_between_two_steps():
     """Peri3dController calls YADE's own pause in the middle of a step, here a long one: YADE's O.wait returned within it."""
     import builtins
@@ -181,6 +185,7 @@ def test_a_script_in_the_loop_takes_over_and_removes():
     assert not bridge.engines() and e.solver.steps == 10
 
 
+@on_two_threads
 def test_the_engine_answers_during_a_run():
     e = engine()
     O.run(100000)
@@ -487,6 +492,32 @@ def test_yades_own_save_and_load_keep_the_bonds():
     os.remove(path + ".bonds.concordem")
     with raises(YadeError, "are missing"):
         O.load(path)
+
+
+def test_states_of_ended_threads_do_not_pile_up():
+    """O.run starts a thread; what Python keeps of it is deleted when the next one is kept (_thread_state.py)."""
+    from concordem.yade import _thread_state
+
+    engine()
+    worth, _thread_state.WORTH = _thread_state.WORTH, 16
+    try:
+        counts = []
+        for _ in range(30):
+            O.run(20, True)
+            counts.append(len(_thread_state._kept))
+        # A run of fewer steps keeps nothing.
+        O.run(10, True)
+        kept = list(_thread_state._kept)
+    finally:
+        _thread_state.WORTH = worth
+    if sys.version_info < (3, 12):
+        assert max(counts) <= 2, counts
+    else:
+        assert counts == list(range(counts[0], counts[0] + 30)), counts
+    assert len(kept) == counts[-1] and all(state for _, state in kept)
+    # The scene still runs, in this thread, too.
+    O.step()
+    O.run(40, True)
 
 
 def test_errors_are_one_line():

@@ -9,7 +9,7 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 from specimen import *
-from harness import main, raises
+from harness import main, on_two_threads, on_two_threads_only, raises
 from own_run import TABLES, alone, difference, in_yade
 from yade import utils
 
@@ -32,6 +32,7 @@ def engine_from_one_thread(**options):
     return bridge.take_over(**options)
 
 
+@on_two_threads
 def test_it_equals_yade_to_rounding():
     """Until the peak (step 200 at this rate, tests/physics/yade_trajectory.rs); with two threads YADE's own sums differ from
     run to run by as much."""
@@ -53,6 +54,7 @@ def test_it_equals_yade_to_rounding():
     assert abs(ours - x).max() > 0.1 * moved
 
 
+@on_two_threads
 def test_bits_do_not_depend_on_threads():
     """Starts from a saved scene, because YADE's earlier sums depend on its threads. run.sh runs one thread first; the other runs start
     from its files and compare with them."""
@@ -74,6 +76,7 @@ def test_bits_do_not_depend_on_threads():
             assert file.read() == hashes[0], "with -j%d other bits than with -j1" % O.numThreads
 
 
+@on_two_threads_only
 def test_waiting_threads_make_room():
     """Steps of 18,560 spheres take milliseconds, so before each one the spinning threads of YADE's loops are stopped; YADE's next loop
     starts new ones. With one thread of ours they keep running. Results are bitwise equal."""
@@ -200,6 +203,7 @@ def test_states_are_written_in_place_of_yades_updater():
     assert max(b.state.normDmg for b in O.bodies) > 0
 
 
+@on_two_threads
 def test_contacts_with_other_bodies_stay_yades():
     """A wall presses on the specimen: YADE computes only the wall's contacts."""
     concrete(**TENSION)
@@ -377,6 +381,7 @@ def test_uniaxial_strainer_loads_the_engine():
     assert abs(modulus / theirs - 1) < 1e-6 and engine.broken == 0
 
 
+@on_two_threads
 def test_run_in_the_background():
     engine = engine_from_one_thread()
     O.run(200)
@@ -404,15 +409,15 @@ def test_nothing_leaks():
     path = os.path.join(WORK, "leak.yade.gz")
     bridge.save(path)
     pages = []
-    for cycle in range(100):
+    for cycle in range(50):
         bridge.load(path)
         steps(1)
         O.reset()
-        if cycle in (19, 99):
+        if cycle in (9, 49):
             with open("/proc/self/statm") as file:
                 pages.append(int(file.read().split()[1]))
-    # A leak of 3,493 bonds of 200 bytes and 1,160 bodies per cycle would be 20,000 pages in 80 cycles.
-    print("pages after 20 and after 100 cycles of load and reset:", pages)
+    # A leak of 3,493 bonds of 200 bytes and 1,160 bodies per cycle would be 10,000 pages in 40 cycles.
+    print("pages after 10 and after 50 cycles of load and reset:", pages)
     assert pages[1] - pages[0] < 1000
 
 

@@ -15,6 +15,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::prefetch::{AHEAD, prefetch};
 
 use crate::assembly::{Assembly, BodyState, PAUSE_SOFT};
+use crate::own_thread;
 pub use arrays::{BodyArrays, BondedStep, ConcreteScene, Facts};
 #[cfg(test)]
 pub use arrays::{CellArrays, ContactArrays, PairCoefficients};
@@ -183,7 +184,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
             let (dt, sample, present) = (step.dt, step.sample != 0, step.present);
             let cell = cell(step.cell, dt);
             let context = step.context as usize;
-            let broken = pool.install(|| {
+            let broken = own_thread::inside(pool, || {
                 assembly.take_motions(dt, |k, body| {
                     if present(context as *const std::ffi::c_void, k, body) == 0 {
                         return Err(format!(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
-from . import _hooks, _interactions, _rules, _vtk
+from . import _hooks, _interactions, _rules, _thread_state, _vtk
 from ._concrete import Concrete, cell_of, class_of, engine_of, scatter, sort_anew
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._rules import refuse
@@ -28,6 +28,7 @@ _registered: dict[str, BondedEngine] = {}
 
 def _run(name: str) -> None:
     """One step of an engine; called by its PyRunner."""
+    _thread_state.keep()
     engine = _registered.get(name)
     try:
         if engine is None:
