@@ -28,6 +28,7 @@ from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
 from ._micro import micro_simulation
 from ._protocol import CallbackElements, FiniteElements, check_pair
 from ._pictures import write_vtk
+from ._report import write_page
 from ._scikit import ScikitDynamics
 from ._sequential import HandOver, hand_over
 from ._surface import Skin, SurfaceCoupling, SurfaceExchange
@@ -64,5 +65,6 @@ __all__ = [
     "handover_damage",
     "handover_tensor",
     "micro_simulation",
+    "write_page",
     "write_vtk",
 ]
