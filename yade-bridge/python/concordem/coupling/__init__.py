@@ -7,6 +7,8 @@ tetrahedra, quadrilaterals, or triangles. :class:`CallbackElements` wraps functi
 Materials of the elements: :class:`Elastic`, :class:`Damaging` (the damage-plastic model :class:`DamagePlastic`), and
 :class:`CellMaterial`, a periodic cell of particles at each integration point; :class:`Layers` gives elements different ones.
 
+The module :mod:`concordem.coupling.precice` couples with finite elements of other codes through preCICE.
+
 Particles that move with elements: :class:`VolumeCoupling`; :class:`Embedding` has its formulas. Particles that touch elements:
 :class:`SurfaceCoupling`, with their :class:`Skin`. Elements that touch elements: :class:`ContactCoupling` of :class:`ContactBody`.
 
