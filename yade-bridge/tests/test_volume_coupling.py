@@ -156,7 +156,7 @@ def test_chain_and_bar_in_tension_have_the_stiffness_of_the_chain(along, error):
     still, moving = np.zeros((5, 3)), np.zeros((5, 3))
     moving[simulation.state.ids == 4] = [pull / (100 * STEP), 0, 0]
     volume.step(100, motion=(moving, still))
-    volume.step(2500, motion=(still, still))
+    volume.step(1000, motion=(still, still))
     order = np.argsort(simulation.state.ids)
     shift = simulation.state.positions[order, 0] - spacing * np.arange(-1, 4)
     # Three bonds from the end to the slave, and 2.5 bonds' lengths of the bar. The strain of 1e-5 changes the stiffness of
