@@ -10,7 +10,7 @@ Three set-ups:
   as long, the coefficient of restitution is 1/n (wave theory of Saint-Venant).
 - A rigid sphere is pressed into a block: Hertz.
 
-Writes contact.png, contact.json, and a series of VTK files of the balls (ball-*-*.vtu) into the folder `--output`. Takes a minute.
+Writes contact.png, contact.json, contact.html, and a series of VTK files of the balls (ball-*-*.vtu) into the folder `--output`. Takes a minute.
 
     python3 contact_bodies.py --output results
 """
@@ -264,6 +264,17 @@ def main():
     (options.output / "contact.json").write_text(json.dumps(result, indent=1) + "\n")
     print(json.dumps(result, indent=1))
     picture(options.output / "contact.png", rows, bodies, bars)
+    coupling.write_page(
+        options.output / "contact.html", "Bodies in contact", "Three balls of finite elements collide with friction, in the set-up of Stránský 2018, "
+        "section 5.4; two bars collide.", options.output / "contact.png",
+        [("momentum lost, over that of the start", result["lost_momentum"], "1"), ("angular momentum lost", result["lost_angular_momentum"], "1"),
+         ("energy of the elements at the end, over that of the start", result["energy_of_elements"], "1"),
+         ("energy that went into the contacts", result["energy_of_contacts"], "1"), ("largest error of their sum", result["largest_energy_error"], "1")],
+        [(f"largest force on ball {k}", force / 1e6, "MN") for k, force in enumerate(result["largest_force"])]
+        + [("restitution of equal bars (theory 1)", bars[1.0]["restitution"], "1"), ("if one is twice as long (theory 0.5)", bars[2.0]["restitution"], "1"),
+           ("rigid sphere on a block, force over that of Hertz", block["force"], "1")],
+        ["contact.json", "ball-*-*.vtu"],
+    )
 
 
 if __name__ == "__main__":

@@ -26,6 +26,8 @@ LOADS = {
     "bending": ([0, 0, 0], [0, 1e-3, 0], ("moment", 1)), "torsion": ([0, 0, 0], [0, 0, 1e-3], ("moment", 2)),
 }
 COMPRESSION = -3e-5
+# Steps of the motion of the upper end and of the rest after it, per spacing of the length.
+RAMP, HOLD = 150, 500
 
 
 def bond():
@@ -87,7 +89,7 @@ def load(simulation, step, columns, length, kind, factor=1.0):
     center = np.array([0.5 * columns * SPACING, 0.5 * columns * SPACING, top[:, 2].mean()])
     shift, turn, (what, axis) = LOADS[kind] if isinstance(kind, str) else kind
     shift, turn = factor * np.array(shift) * length * SPACING, factor * np.array(turn) * length * SPACING
-    ramp, hold = 150 * length, 500 * length
+    ramp, hold = RAMP * length, HOLD * length
 
     def answer():
         contacts, on_top = simulation.forces().contacts, np.zeros(len(state), dtype=bool)
@@ -173,7 +175,7 @@ def in_contact(columns, length):
     scenario = concordem.Scenario(**coupling.contact_tables(bodies), integration={"time_step": STEP, "allow_energy_error": True}, stop={"steps": 10**9})
     contact = coupling.ContactCoupling(scenario.simulation(threads=1), bodies)
     press = -COMPRESSION * length * SPACING
-    ramp, hold = 150 * length, 400 * length
+    ramp, hold = RAMP * length, HOLD * length
     before = 0.0
     for k in range(ramp + hold):
         rate = 0.5 * np.pi / (ramp * STEP) * np.sin(np.pi * (k + 0.5) / ramp) if k < ramp else 0.0

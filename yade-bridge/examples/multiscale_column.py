@@ -5,7 +5,7 @@ The set-up of Stránský 2018, section 5.3 (multi1): unit bricks, sides fixed, t
 with a link modulus of 4 MPa and eight in the bottom brick with 2 MPa; the top brick is elastic. Before large strains, the stress of
 each layer is its oedometric modulus times its strain, with the modulus of the static network of its cell.
 
-Writes column.png, column.json, and bricks-*.vtu into the folder `--output`. Takes half a minute.
+Writes column.png, column.json, column.html, and bricks-*.vtu into the folder `--output`. Takes half a minute.
 
     python3 multiscale_column.py --output results
 """
@@ -97,6 +97,15 @@ def main():
     axes.set(xlabel="compressive strain of the layer", ylabel="stress, kPa (dotted: E_oed times strain)")
     axes.legend(frameon=False)
     figure.savefig(options.output / "column.png", dpi=130)
+    coupling.write_page(
+        options.output / "column.html", "A column with cells of particles", "Three bricks are compressed; in the lower two, each integration point is a "
+        "periodic cell of particles. The set-up of Stránský 2018, section 5.3.", options.output / "column.png",
+        [("residual of the ledger of the elements, over the internal work", balance, "1"),
+         ("force through the bottom layer, over that through the top", small[0]["stress"] / small[2]["stress"], "1")],
+        [(f"stress of the {name} layer at a strain of 1e-4, over E_oed strain", row["stress"] / (row["modulus"] * row["strain"]), "1")
+         for name, row in zip(("bottom", "middle", "top"), small)],
+        ["column.json", "bricks-*.vtu"],
+    )
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ that has moved: with a skin that stays behind they would pass by.
 Two things differ from his set-up. Time steps of 1 ms in place of 5 ms, just below the stable step of his elements, 5.16 ms; and a contact
 modulus of 1 MPa in place of 0.1 MPa, with which the first sphere passes through the beam.
 
-Writes surface.png, surface.json, and series of VTK files of beam (beam-*.vtu) and spheres (spheres-*.vtu) into the folder `--output`.
+Writes surface.png, surface.json, surface.html, and series of VTK files of beam (beam-*.vtu) and spheres (spheres-*.vtu) into the folder `--output`.
 Takes some 20 seconds.
 
     python3 surface_beam.py --output results
@@ -155,6 +155,16 @@ def main():
     for name, value in result.items():
         print(f"{name}: {value}")
     picture(options.output / "surface.png", rows, elements, stale)
+    coupling.write_page(
+        options.output / "surface.html", "Spheres hit a beam", "Three spheres hit a beam of finite elements and touch it outside its original outline, "
+        "in the set-up of Stránský 2018, section 5.1.", options.output / "surface.png",
+        [("work through the skin on the beam", result["work"], "J"), ("momentum lost, over that of the spheres", result["lost_momentum"], "1"),
+         ("largest residual of the ledger of the elements", result["largest_balance"], "J"),
+         ("largest residual of the ledger of the particles", result["largest_residual"], "J")],
+        [("largest displacement of the tip", result["largest_tip_displacement"], "m"), ("farthest contact, x", result["farthest_contact_x"], "m"),
+         ("time per step", 1e3 * seconds, "ms")],
+        ["surface.json", "beam-*.vtu", "spheres-*.vtu"],
+    )
 
 
 if __name__ == "__main__":

@@ -329,10 +329,21 @@ impl Simulation {
     }
 
     /// Forces of all contacts at the current positions, for operators. Returns Forces.
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    ///
+    /// `border`: rows of particles. Of the contacts between particles, only those between one of these and another particle are then
+    /// evaluated; with an empty list, none. Contacts with walls are the same. Raises ValueError for rows that do not exist.
+    #[pyo3(signature = (border=None))]
+    fn forces<'py>(&self, py: Python<'py>, border: Option<Vec<u32>>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let pool = self.pool.as_ref();
-        let record = |Inner { run, .. }: &mut Inner| inside(pool, || run.solver.record(&mut run.state));
+        let count = inner.run.state.particles.len();
+        let member = border.map(|rows| members_of(&rows, count)).transpose()?;
+        let record = |Inner { run, .. }: &mut Inner| {
+            inside(pool, || match &member {
+                Some(member) => run.solver.record_border(&mut run.state, member),
+                None => run.solver.record(&mut run.state),
+            })
+        };
         let forces = inner.change(py, record)?.or_raise()?;
         let (c, w) = (&forces.contacts, &forces.walls);
         let contacts = (
@@ -529,6 +540,19 @@ impl Simulation {
             state.clock.step
         ))
     }
+}
+
+/// Whether each of `count` particles is among these rows.
+fn members_of(rows: &[u32], count: usize) -> PyResult<Vec<bool>> {
+    let mut member = vec![false; count];
+    for &row in rows {
+        let Some(place) = member.get_mut(row as usize) else {
+            let message = format!("border names row {row}, but there are {count} particles; rows are counted from 0");
+            return Err(PyValueError::new_err(message));
+        };
+        *place = true;
+    }
+    Ok(member)
 }
 
 /// The event log as a table.

@@ -156,7 +156,7 @@ def test_chain_and_bar_in_tension_have_the_stiffness_of_the_chain(along, error):
     still, moving = np.zeros((5, 3)), np.zeros((5, 3))
     moving[simulation.state.ids == 4] = [pull / (100 * STEP), 0, 0]
     volume.step(100, motion=(moving, still))
-    volume.step(2500, motion=(still, still))
+    volume.step(1000, motion=(still, still))
     order = np.argsort(simulation.state.ids)
     shift = simulation.state.positions[order, 0] - spacing * np.arange(-1, 4)
     # Three bonds from the end to the slave, and 2.5 bonds' lengths of the bar. The strain of 1e-5 changes the stiffness of
@@ -260,3 +260,18 @@ def test_a_wave_reflects_as_the_overlap_lets_it(monkeypatch, overlap, low, high)
     # Half a spacing of overlap replaces the missing half of the particle.
     best, _, _ = wave_overlap.reflected(0.5, 8)
     assert best < 0.1 * back
+
+
+def test_forces_of_a_border_are_those_of_its_contacts():
+    simulation = chain(0.0, 2e-4, -1e-4, 3e-4, 0.0, **BEAMS)
+    simulation.state.writable("velocities")[:] = np.random.default_rng(2).normal(size=(5, 3))
+    simulation.step(20)
+    every, rows = simulation.forces().contacts, [1, 2]
+    crosses = np.isin(every.pair, rows).sum(axis=1) == 1
+    assert 0 < crosses.sum() < len(crosses)
+    border = simulation.forces(border=rows).contacts
+    for one, other in zip(border, every):
+        assert np.array_equal(one, other[crosses])
+    assert len(simulation.forces(border=[]).contacts.force) == 0
+    with pytest.raises(ValueError, match="border names row 5, but there are 5 particles"):
+        simulation.forces(border=[5])

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::record::{ContactForces, WallForces};
 use super::{LawLoops, StepContext, Tile, TileMap, Totals};
 use crate::state::Wall;
-use crate::state::contacts::{ContactBlock, Contacts};
+use crate::state::contacts::{ContactBlock, Contacts, Pair};
 
 /// Sums to which an evaluation adds forces and virials; all slices are by particle.
 pub struct ParticleSums<'a> {
@@ -37,8 +37,9 @@ pub trait EvaluatedContacts: Contacts {
     /// `b` of a pair numbers the elements of all walls. Adds forces on particles to `sums`, and forces of the particles
     /// on the walls to `walls`.
     fn evaluate_walls(&mut self, context: &StepContext<'_>, walls: &mut [Wall], sums: ParticleSums<'_>) -> Totals;
-    /// Append the forces of all contacts at the present positions; histories stay.
-    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
+    /// Append the forces of all contacts at the present positions; histories stay. With `border` (whether each particle belongs to a
+    /// set), only those of contacts between a member and another particle.
+    fn record(&self, context: &StepContext<'_>, border: Option<&[bool]>, out: &mut ContactForces);
     /// Append the forces of all contacts with walls at the present positions; histories stay.
     fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces);
     /// Copy of the block.
@@ -62,9 +63,17 @@ impl<L: LawLoops> EvaluatedContacts for ContactBlock<L> {
     fn evaluate_walls(&mut self, context: &StepContext<'_>, walls: &mut [Wall], sums: ParticleSums<'_>) -> Totals {
         L::evaluate_walls(self, context, walls, sums, None)
     }
-    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
+    fn record(&self, context: &StepContext<'_>, border: Option<&[bool]>, out: &mut ContactForces) {
         // In pieces, because the records of all contacts take as much memory as the contacts.
         const PIECE: usize = 1 << 16;
+        if let Some(member) = border {
+            let crosses = |pair: &Pair| member[pair.a as usize] != member[pair.b as usize];
+            let contacts = self.pair.iter().enumerate().filter(|(_, pair)| crosses(pair));
+            let contacts: Vec<_> = contacts.map(|(k, _)| L::record_contact(self, k, context)).collect();
+            out.extend(&contacts);
+            out.end_block();
+            return;
+        }
         out.reserve(self.len());
         for start in (0..self.len()).step_by(PIECE) {
             let piece = start..self.len().min(start + PIECE);

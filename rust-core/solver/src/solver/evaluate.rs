@@ -81,7 +81,7 @@ impl Solver {
 
     /// The forces of [`Solver::record`], with the present neighbor list, or with `evaluated` those of
     /// [`Solver::last_forces`].
-    pub(super) fn record_forces(&self, state: &State, evaluated: bool) -> Forces {
+    pub(super) fn record_forces(&self, state: &State, evaluated: bool, border: Option<&[bool]>) -> Forces {
         let softening = self.softening_of(state, evaluated);
         let context = StepContext {
             particles: &state.particles,
@@ -105,7 +105,7 @@ impl Solver {
         };
         let mut forces = Forces::default();
         for block in state.bonds.iter().chain(&state.contacts) {
-            block.record(&context, &mut forces.contacts);
+            block.record(&context, border, &mut forces.contacts);
         }
         if let Some(block) = &state.wall_contacts
             && !evaluated

@@ -56,7 +56,12 @@ impl Solver {
     }
 
     /// The forces of [`Solver::record`] with iterated strains: those of the last iteration. The state does not change.
-    pub(super) fn record_iterated(&mut self, state: &mut State, mut strain: f64) -> Result<Forces, SolverError> {
+    pub(super) fn record_iterated(
+        &mut self,
+        state: &mut State,
+        mut strain: f64,
+        border: Option<&[bool]>,
+    ) -> Result<Forces, SolverError> {
         let kept = (state.walls.clone(), self.force.clone(), self.torque.clone());
         // The work of expansion belongs to the step.
         let expansion = self.expansion.take();
@@ -65,7 +70,7 @@ impl Solver {
         self.expansion = expansion;
         let (_, start) = found?;
         start.restore(state);
-        let forces = self.record_forces(state, false);
+        let forces = self.record_forces(state, false, border);
         start.reset(state);
         (state.walls, self.force, self.torque) = kept;
         Ok(forces)

@@ -305,14 +305,27 @@ impl Solver {
     /// # Errors
     /// Input that the neighbor search rejects.
     pub fn record(&mut self, state: &mut State) -> Result<Forces, SolverError> {
+        self.record_of(state, None)
+    }
+
+    /// [`Self::record`] without the contacts inside a set and outside it: those between a member and another particle, and those with
+    /// walls. `member`: whether each particle belongs to the set. Only these contacts are evaluated.
+    ///
+    /// # Errors
+    /// As [`Self::record`].
+    pub fn record_border(&mut self, state: &mut State, member: &[bool]) -> Result<Forces, SolverError> {
+        self.record_of(state, Some(member))
+    }
+
+    fn record_of(&mut self, state: &mut State, border: Option<&[bool]>) -> Result<Forces, SolverError> {
         let strain = self.begin_deformation(state);
         if self.needs_rebuild(state, strain) {
             self.rebuild_neighbor_list(state, strain)?;
         }
         if deformation::iteration(self.model.deformable.as_ref()).is_some() {
-            return self.record_iterated(state, strain);
+            return self.record_iterated(state, strain, border);
         }
-        Ok(self.record_forces(state, false))
+        Ok(self.record_forces(state, false, border))
     }
 
     /// Forces of all contacts between particles in the last [`Self::find_forces`]: those whose sums are [`Self::forces`]. They
@@ -321,7 +334,7 @@ impl Solver {
     /// At the same positions, [`Self::record`] would give the forces of one more step with the same velocities, so with one shear
     /// increment too many.
     pub fn last_forces(&self, state: &State) -> Forces {
-        self.record_forces(state, true)
+        self.record_forces(state, true, None)
     }
 
     /// Everything before the kick: strains, neighbor list, contact forces, and particle-level failure. Returns

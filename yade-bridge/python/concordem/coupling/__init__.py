@@ -7,6 +7,8 @@ tetrahedra, quadrilaterals, or triangles. :class:`CallbackElements` wraps functi
 Materials of the elements: :class:`Elastic`, :class:`Damaging` (the damage-plastic model :class:`DamagePlastic`), and
 :class:`CellMaterial`, a periodic cell of particles at each integration point; :class:`Layers` gives elements different ones.
 
+The module :mod:`concordem.coupling.precice` couples with finite elements of other codes through preCICE.
+
 Particles that move with elements: :class:`VolumeCoupling`; :class:`Embedding` has its formulas. Particles that touch elements:
 :class:`SurfaceCoupling`, with their :class:`Skin`. Elements that touch elements: :class:`ContactCoupling` of :class:`ContactBody`.
 
@@ -28,6 +30,7 @@ from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
 from ._micro import micro_simulation
 from ._protocol import CallbackElements, FiniteElements, check_pair
 from ._pictures import write_vtk
+from ._report import write_page
 from ._scikit import ScikitDynamics
 from ._sequential import HandOver, hand_over
 from ._surface import Skin, SurfaceCoupling, SurfaceExchange
@@ -64,5 +67,6 @@ __all__ = [
     "handover_damage",
     "handover_tensor",
     "micro_simulation",
+    "write_page",
     "write_vtk",
 ]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._errors import CouplingError
 from ._protocol import FiniteElements, Reals, _vectors
 from ._record import MotionRecord, written
+from ._rescue import rescued
 from ._surface import Skin, _check_steps
 
 if TYPE_CHECKING:
@@ -248,12 +249,15 @@ class ContactCoupling:
         simulation: of a scenario with the tables of :func:`contact_tables`.
         bodies: in the same order.
         record: whether to record the motion of meshes and spheres for :meth:`write_motion`; from step 0 on.
+        rescue: folder for the states of both sides if a step fails; the error then has a note that names the files. Default: none.
 
     Raises CouplingError for pairs that do not fit, time steps above the stable one with the contacts, spheres that a body has pressed
     through, and skins so stretched that the spheres do not cover them.
     """
 
-    def __init__(self, simulation: Simulation, bodies: Sequence[ContactBody], record: bool = False) -> None:
+    def __init__(
+        self, simulation: Simulation, bodies: Sequence[ContactBody], record: bool = False, rescue: str | PathLike[str] | None = None,
+    ) -> None:
         state = simulation.state
         if state.cell is not None:
             raise CouplingError("the contact coupling takes bodies with a surface; remove the periodic cell", "Periodic")
@@ -277,6 +281,7 @@ class ContactCoupling:
                 raise CouplingError(f'the mesh "{body.name}" has other triangles than the skin; give the body of the scenario', "Mesh")
         self._check_places()
         rows = self._rows()
+        self._rescue = rescue
         self._record = MotionRecord(state.step) if record else None
         if state.step == 0:
             # Elements that move at the start: the first contacts see it.
@@ -330,7 +335,8 @@ class ContactCoupling:
 
     def forces(self) -> list[Reals]:
         """Contact forces on the nodes of each skin at the present instant, N, (n, 3) each."""
-        forces = self.simulation.forces()
+        # Contacts between particles do not reach the bodies.
+        forces = self.simulation.forces(border=[])
         state = self.simulation.state
         walls, positions = forces.walls, state.positions
         force, moment = np.zeros((len(state), 3)), np.zeros((len(state), 3))
@@ -413,7 +419,6 @@ class ContactCoupling:
 
     def step(self, count: int = 1, loads: Sequence[ArrayLike | None] | None = None) -> None:
         """Advance all sides by `count` steps, under further forces on the nodes of each body, N, (n, 3) each."""
-        simulation = self.simulation
         given = [None] * len(self.bodies) if loads is None else list(loads)
         if len(given) != len(self.bodies):
             raise ValueError(f"{len(given)} loads for {len(self.bodies)} bodies; give one per body, or None")
@@ -421,40 +426,46 @@ class ContactCoupling:
             np.zeros_like(body.elements.nodes) if load is None else _vectors("load", load, len(body.elements.nodes))
             for body, load in zip(self.bodies, given, strict=True)
         ]
-        for _ in range(count):
-            number = simulation.state.step
-            for body in self.bodies:
-                _check_steps(body.elements, simulation.state)
-            if simulation.stopped is not None:
-                raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
-            contact = self.forces()
-            rows = self._rows()
-            state = simulation.state
-            # Free particles have no targets; what stands in their rows has no effect.
-            targets, spins = np.array(state.velocities), np.array(state.angular_velocities)
-            self.last = []
-            for k, (body, nodal) in enumerate(zip(self.bodies, contact, strict=True)):
-                elements, nodes = body.elements, body.skin.nodes
-                vertices, before = body.vertices, elements.velocity[nodes].copy()
-                load = outer[k].copy()
-                load[nodes] += nodal
-                elements.step(load)
-                after = elements.velocity[nodes]
-                simulation.drive_mesh(body.name, after)
-                if body.spheres is not None:
-                    targets[rows[k]], spins[rows[k]] = body.spheres.motion(vertices, after)
-                self._note(body, after, targets[rows[k]], spins[rows[k]])
-                # Forces at an instant work over the half steps before and after it.
-                work = float(np.vdot(nodal, 0.5 * elements.time_step * (before + after)))
-                total: Reals = nodal.sum(axis=0)
-                self.last.append(ContactExchange(total, np.cross(vertices, nodal).sum(axis=0), work, nodal))
-                self.work[k] += work
-                self.impulse[k] += elements.time_step * total
-            simulation.set_motion(targets, spins)
-            simulation.step(1)
-            if simulation.state.step == number:
-                raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
-            self._check_places()
+        with rescued(self._rescue, self.simulation, [body.elements for body in self.bodies]):
+            for _ in range(count):
+                self._advance(outer)
+
+    def _advance(self, outer: list[Reals]) -> None:
+        """One step."""
+        simulation = self.simulation
+        number = simulation.state.step
+        for body in self.bodies:
+            _check_steps(body.elements, simulation.state)
+        if simulation.stopped is not None:
+            raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
+        contact = self.forces()
+        rows = self._rows()
+        state = simulation.state
+        # Free particles have no targets; what stands in their rows has no effect.
+        targets, spins = np.array(state.velocities), np.array(state.angular_velocities)
+        self.last = []
+        for k, (body, nodal) in enumerate(zip(self.bodies, contact, strict=True)):
+            elements, nodes = body.elements, body.skin.nodes
+            vertices, before = body.vertices, elements.velocity[nodes].copy()
+            load = outer[k].copy()
+            load[nodes] += nodal
+            elements.step(load)
+            after = elements.velocity[nodes]
+            simulation.drive_mesh(body.name, after)
+            if body.spheres is not None:
+                targets[rows[k]], spins[rows[k]] = body.spheres.motion(vertices, after)
+            self._note(body, after, targets[rows[k]], spins[rows[k]])
+            # Forces at an instant work over the half steps before and after it.
+            work = float(np.vdot(nodal, 0.5 * elements.time_step * (before + after)))
+            total: Reals = nodal.sum(axis=0)
+            self.last.append(ContactExchange(total, np.cross(vertices, nodal).sum(axis=0), work, nodal))
+            self.work[k] += work
+            self.impulse[k] += elements.time_step * total
+        simulation.set_motion(targets, spins)
+        simulation.step(1)
+        if simulation.state.step == number:
+            raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
+        self._check_places()
 
     def write_motion(self, folder: str | PathLike[str]) -> list[dict[str, Any]]:
         """Write the recorded motion to the folder; returns the tables ``[[slave]]`` with which a scenario in that folder repeats the run

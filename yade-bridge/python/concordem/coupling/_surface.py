@@ -12,6 +12,7 @@ from .._errors import CouplingError
 from ._embedding import _cells_of
 from ._protocol import FiniteElements, Reals, _vectors
 from ._record import MotionRecord, written
+from ._rescue import rescued
 
 if TYPE_CHECKING:
     from .._core import Simulation
@@ -95,11 +96,15 @@ class SurfaceCoupling:
         skin: which node is which vertex.
         mesh: name of the wall; by default the only mesh of the scenario.
         record: whether to record the motion of the skin for :meth:`write_motion`; from step 0 on.
+        rescue: folder for the states of both sides if a step fails; the error then has a note that names the files. Default: none.
 
     Raises CouplingError for pairs that do not fit, and for a mesh that is not where its nodes are.
     """
 
-    def __init__(self, simulation: Simulation, elements: FiniteElements, skin: Skin, mesh: str | None = None, record: bool = False) -> None:
+    def __init__(
+        self, simulation: Simulation, elements: FiniteElements, skin: Skin, mesh: str | None = None, record: bool = False,
+        rescue: str | PathLike[str] | None = None,
+    ) -> None:
         state = simulation.state
         if state.cell is not None:
             raise CouplingError("the surface coupling takes specimens with a surface; remove the periodic cell", "Periodic")
@@ -127,6 +132,7 @@ class SurfaceCoupling:
         """Momentum passed to the elements so far, N s, (3,)."""
         self.last: SurfaceExchange | None = None
         """The last exchange."""
+        self._rescue = rescue
         self._record = MotionRecord(state.step) if record else None
         if self._record is not None:
             self._record.add("wall", self.mesh, self._places(), elements.velocity[skin.nodes])
@@ -148,32 +154,38 @@ class SurfaceCoupling:
 
     def step(self, count: int = 1, load: ArrayLike | None = None) -> None:
         """Advance both sides by `count` steps, under further forces `load` on the nodes, N, (n, 3)."""
-        elements, simulation, nodes = self.elements, self.simulation, self.skin.nodes
+        elements = self.elements
         outer = np.zeros_like(elements.nodes) if load is None else _vectors("load", load, len(elements.nodes))
-        for _ in range(count):
-            _check_steps(elements, simulation.state)
-            present = simulation.mesh(self.mesh).positions
-            self._check_places(present)
-            number = simulation.state.step
-            simulation.step(1)
-            if simulation.state.step == number:
-                raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
-            # Forces of the positions before the step.
-            force = simulation.mesh(self.mesh).forces
-            nodal = outer.copy()
-            nodal[nodes] += force
-            dt, before = elements.time_step, elements.velocity[nodes].copy()
-            elements.step(nodal)
-            after = elements.velocity[nodes]
-            simulation.place_mesh(self.mesh, self._places(), after)
-            if self._record is not None:
-                self._record.add("wall", self.mesh, self._places(), after)
-            # Forces at an instant work over the half steps before and after it.
-            work = float(np.vdot(force, 0.5 * dt * (before + after)))
-            total: Reals = force.sum(axis=0)
-            self.last = SurfaceExchange(total, np.cross(present, force).sum(axis=0), work, force)
-            self.work += work
-            self.impulse = self.impulse + dt * total
+        with rescued(self._rescue, self.simulation, [self.elements]):
+            for _ in range(count):
+                self._advance(outer)
+
+    def _advance(self, outer: Reals) -> None:
+        """One step."""
+        elements, simulation, nodes = self.elements, self.simulation, self.skin.nodes
+        _check_steps(elements, simulation.state)
+        present = simulation.mesh(self.mesh).positions
+        self._check_places(present)
+        number = simulation.state.step
+        simulation.step(1)
+        if simulation.state.step == number:
+            raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
+        # Forces of the positions before the step.
+        force = simulation.mesh(self.mesh).forces
+        nodal = outer.copy()
+        nodal[nodes] += force
+        dt, before = elements.time_step, elements.velocity[nodes].copy()
+        elements.step(nodal)
+        after = elements.velocity[nodes]
+        simulation.place_mesh(self.mesh, self._places(), after)
+        if self._record is not None:
+            self._record.add("wall", self.mesh, self._places(), after)
+        # Forces at an instant work over the half steps before and after it.
+        work = float(np.vdot(force, 0.5 * dt * (before + after)))
+        total: Reals = force.sum(axis=0)
+        self.last = SurfaceExchange(total, np.cross(present, force).sum(axis=0), work, force)
+        self.work += work
+        self.impulse = self.impulse + dt * total
 
     def write_motion(self, folder: str | PathLike[str]) -> list[dict[str, Any]]:
         """Write the recorded motion to the folder; returns the tables ``[[slave]]`` with which a scenario in that folder repeats the run
