@@ -11,7 +11,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 import numpy as np
 
 from specimen import *
-from harness import main, raises
+from harness import main, on_two_threads, raises
 from own_run import alone, difference, in_yade
 from yade import utils
 from yade.minieigenHP import Matrix3, Quaternion, Vector3
@@ -249,6 +249,7 @@ def as_own_run(functor_steps, **options):
     return simulation
 
 
+@on_two_threads
 def test_a_specimen_that_breaks_follows_our_own_run():
     """1,160 spheres, 3,493 beams. YADE adds forces in another order (1e-16 of each), and its integrator rounds otherwise; a
     breaking specimen enlarges that, see tests/yade/test_engine.py."""
@@ -432,6 +433,7 @@ def test_bodies_that_come_and_go():
     assert law().error == maker().error == ""
 
 
+@on_two_threads
 def test_what_makes_no_sense_stops_the_run():
     def stops(functor, text, count=1000):
         # A run that is restarted without a correction stops again.
@@ -502,14 +504,14 @@ def test_nothing_leaks():
     path = os.path.join(WORK, "leak.yade.gz")
     O.save(path)
     pages = []
-    for cycle in range(100):
+    for cycle in range(40):
         O.load(path)
         run(1)
         O.reset()
-        if cycle in (19, 99):
+        if cycle in (9, 39):
             pages.append(memory())
-    # A leak of 3,493 beams of 500 bytes per cycle would be 34,000 pages in 80 cycles.
-    print("pages after 20 and after 100 cycles of load and reset:", pages)
+    # A leak of 3,493 beams of 500 bytes per cycle would be 12,000 pages in 30 cycles.
+    print("pages after 10 and after 40 cycles of load and reset:", pages)
     assert pages[1] - pages[0] < 1000
 
 

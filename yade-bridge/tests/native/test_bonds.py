@@ -9,7 +9,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 from specimen import *
-from harness import main, raises
+from harness import main, on_two_threads, on_two_threads_only, raises
 from own_run import TABLES, alone, difference, in_yade, toml
 from yade import utils
 from yade.minieigenHP import Matrix3, Vector3
@@ -65,6 +65,7 @@ def test_attributes_and_defaults():
         BondedEngine_Rust(nonsense=1)
 
 
+@on_two_threads
 def test_agrees_with_yade():
     """100 steps of tension. Sums in another order differ by 1e-16 of the force per step, which the specimen amplifies to at most 1e-10 of
     the displacement (measured for the engine without headers: 1.1e-11)."""
@@ -80,6 +81,7 @@ def test_agrees_with_yade():
     assert worst < 1e-9 * way
 
 
+@on_two_threads
 def test_same_bits_for_any_threads():
     found = set()
     for threads in (1, 2, 3):
@@ -92,6 +94,7 @@ def test_same_bits_for_any_threads():
     print("BITS bonded engine: %s" % found.pop())
 
 
+@on_two_threads_only
 def test_waiting_threads_make_room():
     """Steps of 18,560 spheres take milliseconds, so before each one the spinning threads of YADE's loops are stopped; YADE's next loop
     starts new ones. With one thread of ours they keep running. Results are bitwise equal."""
@@ -475,10 +478,12 @@ def same_as_alone(kind):
     print("BITS %s: %s" % (kind, digest()))
 
 
+@on_two_threads
 def test_beams_follow_our_own_run():
     same_as_alone("beams")
 
 
+@on_two_threads
 def test_deformable_particles_follow_our_own_run():
     """Reactions at the ends strain their particles, so the engine must read YADE's blockedDOFs."""
     same_as_alone("deformable")
@@ -507,6 +512,7 @@ def test_energies():
     assert abs(named["bondIntegration"]) < 0.2 * named["bondDamage"]
 
 
+@on_two_threads
 def test_background_and_reset():
     e = engine()
     O.run(200)
@@ -534,14 +540,14 @@ def test_nothing_leaks():
     path = os.path.join(WORK, "leak.yade.gz")
     O.save(path)
     pages = []
-    for cycle in range(100):
+    for cycle in range(40):
         O.load(path)
         run(2)
         O.reset()
-        if cycle in (19, 99):
+        if cycle in (9, 39):
             pages.append(memory())
-    # A leak of the bonds, at least 1 MB per cycle, would be 20,000 pages in 80 cycles.
-    print("pages after 20 and after 100 cycles:", pages)
+    # A leak of the bonds, at least 1 MB per cycle, would be 7,500 pages in 30 cycles.
+    print("pages after 10 and after 40 cycles:", pages)
     assert pages[1] - pages[0] < 1000
 
 

@@ -11,7 +11,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 import numpy as np
 
 from specimen import *
-from harness import main, raises
+from harness import main, on_two_threads, raises
 from own_run import DAMPING, TABLES, alone, in_yade, toml
 from yade import utils
 from yade.minieigenHP import Matrix3, Vector3
@@ -201,6 +201,7 @@ dashpots = %s
 """
 
 
+@on_two_threads
 def test_the_bonded_engine_in_bits():
     """A chain in tension until it breaks. Sums over two bonds do not depend on the order, so law and pass are bitwise equal to the bonded
     engine."""
@@ -291,6 +292,7 @@ def test_a_row_follows_our_own_run():
     assert law().broken >= 1 and worst < 2001 * 2**-53 * abs(start).max() and law().error == maker().error == ""
 
 
+@on_two_threads
 def test_a_specimen_that_breaks_follows_our_own_run():
     """1,160 spheres, 3,493 bonds, without contacts after breakage. YADE adds forces in another order (1e-16 of each), the pass adds virials
     by ids, and YADE's integrator rounds differently; a breaking specimen amplifies that, see tests/yade/test_engine.py."""
@@ -336,6 +338,7 @@ def test_stiff_particles_are_rigid_ones():
     assert len(found) == 1
 
 
+@on_two_threads
 def test_saved_and_loaded():
     """Save and load in the middle of a run, before a bond breaks; results are bitwise equal for any number of threads."""
     for name in ("deformable.yade.gz", "deformable.xml.bz2"):
@@ -360,6 +363,7 @@ def test_saved_and_loaded():
     print("BITS deformable chain: %s" % straight)
 
 
+@on_two_threads
 def test_the_pass_does_not_depend_on_threads():
     """Many bonds per particle, prescribed motion: strains are bitwise equal for one, two, and three threads of the pass, and any -j."""
     found = set()
@@ -408,6 +412,7 @@ def test_periodic_cell():
     assert abs(found[0] - found[1]).max() < 1e-9 * abs(found[0]).max() and abs(found[0]).max() > 0.1
 
 
+@on_two_threads
 def test_the_ledger_closes():
     """A row is pulled until it breaks: the external work is in O.energy, including dashpots, lag, and the outer halves of the end particles.
     The displacement of a step, 4e-9 m, is a difference of positions known to 1e-18 m; errors have both signs."""
@@ -478,6 +483,7 @@ def stops(functor, text):
     assert text in functor().error, functor().error
 
 
+@on_two_threads
 def test_invalid_parameters_stop_the_run():
     # Invalid particle parameters also stop the engine.
     for options, text in (
@@ -579,14 +585,14 @@ def test_nothing_leaks():
     path = os.path.join(WORK, "leak.yade.gz")
     O.save(path)
     pages = []
-    for cycle in range(100):
+    for cycle in range(40):
         O.load(path)
         run(1)
         O.reset()
-        if cycle in (19, 99):
+        if cycle in (9, 39):
             pages.append(memory())
-    # A leak of 3,493 bonds of 600 bytes per cycle would be 40,000 pages in 80 cycles.
-    print("pages after 20 and after 100 cycles of load and reset:", pages)
+    # A leak of 3,493 bonds of 600 bytes per cycle would be 15,000 pages in 30 cycles.
+    print("pages after 10 and after 40 cycles of load and reset:", pages)
     assert pages[1] - pages[0] < 1000
 
 

@@ -9,7 +9,7 @@ import sys
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 from specimen import *
-from harness import main
+from harness import main, on_two_threads
 from yade import utils
 from yade.minieigenHP import Quaternion, Vector3
 
@@ -73,6 +73,7 @@ def generated_whip(**options):
     whip(m, Ip2_CohesiveBeamMat_CohesiveBeamMat_CohesiveBeamPhys_Rust(cohesiveThresholdIter=1), Law2_ScGeom_CohesiveBeamPhys_Rust())
 
 
+@on_two_threads
 def test_a_generated_law_has_the_bits_of_the_hand_written_one():
     for strength in (math.inf, 1e7):
         m = BeamMat_Rust(young=60e9, poisson=0.3, radius=0.5e-3, density=2500, tensileStrength=strength)
@@ -98,6 +99,7 @@ def test_attributes_are_keys_and_fields():
     assert Law2_ScGeom_HertzMindlinPhys_Rust().bases == ["ScGeom", "HertzMindlinPhys_Rust"]
 
 
+@on_two_threads
 def test_mistakes_are_named():
     for options, wanted in (
         (dict(radius=math.nan), "the radius of the beam is missing"),
