@@ -92,7 +92,9 @@ void BondConcordem::init_style()
   if (atom->molecular != Atom::MOLECULAR)
     error->all(FLERR, "{} needs atoms with bond lists; use `atom_style bpm/sphere`", style_.name);
   if (utils::strmatch(force->bond_style, "^hybrid"))
-    error->all(FLERR, "{} does not support bond_style hybrid; use it alone", style_.name);
+    error->all(FLERR, "{} does not support bond_style hybrid. For parameters by bond type, use it alone, with one `bond_coeff` per type. "
+                      "Beside bonds of LAMMPS, keep their bond style, and use `fix ID GROUP concordem/bond {} ...` for the bonds of a "
+                      "group", style_.name, style_.law);
   // Parameters may come from a restart file.
   if (has_fix()) style_.find_fix();
   else add_fix();

@@ -110,7 +110,9 @@ void PairConcordem::add_fix()
 void PairConcordem::init_style()
 {
   if (utils::strmatch(force->pair_style, "^hybrid"))
-    error->all(FLERR, "{} does not support pair_style hybrid; use it alone", style_.name);
+    error->all(FLERR, "{} does not support pair_style hybrid. For parameters by atom type, use it alone, with `materials FILE`. Beside a "
+                      "pair style of LAMMPS, use that style for all atoms, then `neigh_modify exclude group GROUP GROUP` and `fix ID GROUP "
+                      "concordem/bond none contact {} ...` for the contacts within a group", style_.name, style_.law);
   if (dynamic_cast<BondConcordem *>(force->bond)) {
     // The bond style may have been defined after our coefficients; its fix evaluates the contacts.
     hand_over();

@@ -510,13 +510,65 @@ fn errors_name_the_remedy() {
             format!(
                 "{head}pair_style hybrid concordem/frictional\npair_coeff * * concordem/frictional {LINEAR}\nrun 0\n"
             ),
-            "does not support pair_style hybrid",
+            "`fix ID GROUP concordem/bond none contact frictional ...` for the contacts within a group",
+        ),
+        (
+            format!(
+                "{head}bond_style hybrid concordem/cohesive_beam\n{}run 0\n",
+                coeff.replace('*', "* concordem/cohesive_beam")
+            ),
+            "`fix ID GROUP concordem/bond cohesive_beam ...` for the bonds of a group",
         ),
     ] {
         for processors in [1, 2] {
             let output = attempt_in(Host::Lammps, folder.path(), &script, processors);
             let printed = text(&output);
             assert!(!output.status.success() && printed.contains(wanted), "`{wanted}` is not in\n{printed}\n{script}");
+        }
+    }
+}
+
+/// The remedies for `pair_style hybrid` and `bond_style hybrid`: a style of LAMMPS for one pair of spheres, our fix for another pair far
+/// away. Each pair moves with the same bits as if the other did not exist, because nothing acts between them.
+#[test]
+fn our_fix_beside_a_style_of_lammps_equals_each_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let atoms = [0.0, 0.0099, 0.05, 0.0599].map(|x| Atom {
+        kind: if x < 0.03 { 1 } else { 2 },
+        velocity: Vec3::new(if x > 0.0 && x < 0.03 { 0.5 } else { 0.0 }, 0.0, 0.0),
+        ..Atom::resting(Vec3::new(x, 0.0, 0.0), 0.005)
+    });
+    let (low, high) = (Vec3::repeat(-0.03), Vec3::new(0.13, 0.08, 0.08));
+    data_file_for(Host::Lammps, &folder.path().join("pairs.data"), &atoms, &[[3, 4]], low, high);
+    let head = head_for(Host::Lammps, "pairs.data", "f f f", 5e-4, 1e-7)
+        + "special_bonds lj 0 1 1 coul 1 1 1\ngroup ours type 1\nfix motion all nve/sphere\n";
+    let granular = "pair_style granular\npair_coeff * * hertz/material 5e8 0.5 0.2 tangential mindlin NULL 1.0 0.4 damping \
+                    coeff_restitution\nneigh_modify exclude group ours ours\nspecial_bonds lj/coul 1 1 1\n";
+    let contacts = "fix ours ours concordem/bond none contact hertz_mindlin young 1e9 poisson 0.2 friction_coefficient 0.4 \
+                    restitution 0.7\n";
+    let harmonic = "bond_style harmonic\nbond_coeff 1 1e5 0.0098\n";
+    let zero = "bond_style zero\nbond_coeff *\n";
+    let bonds = format!("fix ours ours concordem/bond {BEAM} bond distance 1.2\n");
+    let no_pairs = "pair_style zero 0.012\npair_coeff * *\n";
+    for (host, without, ours) in [
+        (format!("{zero}{granular}"), format!("{zero}{no_pairs}"), contacts),
+        (format!("{no_pairs}{harmonic}"), format!("{no_pairs}{zero}"), bonds.as_str()),
+    ] {
+        let forces = |styles: &str, processors: usize| -> Vec<String> {
+            let script = format!(
+                "{head}{styles}run 50\nwrite_dump all custom end.dump id x vx fx modify sort id format float %.17g\n"
+            );
+            run_in(Host::Lammps, folder.path(), &script, processors);
+            let dump = std::fs::read_to_string(folder.path().join("end.dump")).unwrap();
+            dump.lines().skip(9).map(ToOwned::to_owned).collect()
+        };
+        let (host_alone, ours_alone) = (forces(&host, 1), forces(&format!("{without}{ours}"), 1));
+        let force = |row: &String| row.split_whitespace().last().unwrap().parse::<f64>().unwrap().abs();
+        assert!(force(&host_alone[2]) > 0.1 && force(&ours_alone[0]) > 0.1, "{host_alone:?}\n{ours_alone:?}");
+        for processors in [1, 2] {
+            let both = forces(&format!("{host}{ours}"), processors);
+            assert_eq!(both[..2], ours_alone[..2], "ours, {processors} processors, {host}{ours}");
+            assert_eq!(both[2..], host_alone[2..], "LAMMPS', {processors} processors, {host}{ours}");
         }
     }
 }
