@@ -36,10 +36,48 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
 
     /// Store the result that the law computed in columns for contact `i`, which survives the step.
-    fn commit_result(&mut self, i: usize, result: &BatchResult<L::State>);
+    fn commit_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R);
 }
 
-/// Result of a law for a contact without damage that survives the step, in steps without a sample.
+/// Result of a law for a contact that survives the step, in steps without a sample.
+///
+/// The caller reads each part when it stores it. A law that reads them from its columns keeps few numbers in registers;
+/// [`BatchResult`] is a result whose parts are known.
+pub trait ColumnResult<S> {
+    /// Line between the centers.
+    fn branch(&self) -> BranchVector;
+    /// Force on A, N.
+    fn force(&self) -> Vec3;
+    /// Torques on A and B about their centers, N·m.
+    fn torques(&self) -> [Vec3; 2];
+    /// [`EnergySplit::viscous`](super::EnergySplit) and `integration`, J; `None` if both are zero.
+    fn energy(&self) -> Option<[f64; 2]>;
+    /// [`EnergySplit::friction`](super::EnergySplit), J; `None` if it is zero.
+    fn friction(&self) -> Option<f64>;
+    /// History after the step; `None` if it did not change.
+    fn state(&self) -> Option<S>;
+    /// Contribution to the deformation of the particles, if they deform.
+    fn virial(&self) -> Option<ParticleVirial>;
+    /// [`EnergySplit::damage`](super::EnergySplit), J; `None` under laws without damage.
+    fn damage(&self) -> Option<f64> {
+        None
+    }
+    /// What the event log records of a contact that is damaged.
+    fn damaged(&self) -> DamagedContact {
+        DamagedContact::default()
+    }
+}
+
+/// What the event log records of a contact that is damaged.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DamagedContact {
+    /// Distance of the contact point from the center of A, m.
+    pub arm_a: f64,
+    /// Energy stored in normal and shear deformation, J.
+    pub stored: [f64; 2],
+}
+
+/// [`ColumnResult`] of a contact under a law without damage.
 #[derive(Debug, Clone, Copy)]
 pub struct BatchResult<S> {
     /// Line between the centers.
@@ -56,6 +94,43 @@ pub struct BatchResult<S> {
     pub state: Option<S>,
     /// Contribution to the deformation of the particles, if they deform.
     pub virial: Option<ParticleVirial>,
+}
+
+impl<S: Copy> ColumnResult<S> for BatchResult<S> {
+    #[inline(always)]
+    fn branch(&self) -> BranchVector {
+        self.branch
+    }
+
+    #[inline(always)]
+    fn force(&self) -> Vec3 {
+        self.force
+    }
+
+    #[inline(always)]
+    fn torques(&self) -> [Vec3; 2] {
+        self.torques
+    }
+
+    #[inline(always)]
+    fn energy(&self) -> Option<[f64; 2]> {
+        self.energy
+    }
+
+    #[inline(always)]
+    fn friction(&self) -> Option<f64> {
+        self.friction
+    }
+
+    #[inline(always)]
+    fn state(&self) -> Option<S> {
+        self.state
+    }
+
+    #[inline(always)]
+    fn virial(&self) -> Option<ParticleVirial> {
+        self.virial
+    }
 }
 
 /// Measure and evaluate the first `count` contacts of a batch; kinematics may use columns.

@@ -2,7 +2,9 @@
 
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry, torques};
-use concordem_contact::law::{Batch, BatchResult, ContactLaw, EnergySplit, LawState, Response, Status};
+use concordem_contact::law::{
+    Batch, ColumnResult, ContactLaw, DamagedContact, EnergySplit, LawState, Response, Status,
+};
 use concordem_contact::math::Vec3;
 
 use super::tile::{LOCAL, PendingContact, TileEvaluator};
@@ -36,16 +38,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         virial: Option<&ParticleVirial>,
     ) {
         let inherits = self.inherits(i);
-        let PendingContact { contact, slot, begins } = self.pending[i];
+        let PendingContact { contact, slot, pair, begins, counted } = self.pending[i];
         let k = contact as usize;
-        let pair = self.tile.pair[k];
         let a = pair.a as usize;
         let flags = &mut self.tile.flags[k];
         let history = &mut self.tile.history[k];
         let totals = &mut self.totals;
         let &PointKinematics { normal, arm_a, arm_b, .. } = point;
         let mut dissipated = response.energy.dissipated();
-        if inherits && !flags.has(ContactFlags::NOT_OWNED) && point.elongation_old < 0.0 {
+        if inherits && counted && point.elongation_old < 0.0 {
             let law = &self.rows[flags.row as usize];
             let [regained, undone] = inherited_energy(law, point, response);
             totals.energy.damage -= regained;
@@ -53,7 +54,6 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             totals.energy.integration -= undone;
         }
         self.tile.previous[k] = PreviousGeometry { normal, length: point.length };
-        let counted = !flags.has(ContactFlags::NOT_OWNED);
         if counted {
             totals.energy.damage += response.energy.damage;
             totals.energy.friction += response.energy.friction;
@@ -113,56 +113,69 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             torque_b -= response.moment;
         }
         let torques = &[torque_a, torque_b];
-        self.accumulate(k, slot, &Action { length: point.length, normal: &normal, force: &force, torques, virial });
+        self.accumulate(i, slot, &Action { length: point.length, normal: &normal, force: &force, torques, virial });
     }
 
-    /// Commit the result that a law computed in columns for contact `i` of the batch, which survives without damage.
+    /// Commit the result that a law computed in columns for contact `i` of the batch, which survives.
+    ///
+    /// Each part of the result is read where it is stored, so that the parts need no registers before.
     #[inline(always)]
-    pub(super) fn commit_batch_result(&mut self, i: usize, result: &BatchResult<L::State>) {
-        debug_assert!(!SAMPLE && result.virial.is_some() == self.deforms());
-        let PendingContact { contact, slot, .. } = self.pending[i];
+    pub(super) fn commit_batch_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R) {
+        let PendingContact { contact, slot, pair, counted, .. } = self.pending[i];
         let k = contact as usize;
-        let BatchResult { branch: BranchVector { length, normal }, force, torques, energy, friction, state, virial } =
-            result;
-        self.tile.previous[k] = PreviousGeometry { normal: *normal, length: *length };
-        if let Some(state) = state {
-            self.tile.history[k] = *state;
+        let BranchVector { length, normal } = result.branch();
+        self.tile.previous[k] = PreviousGeometry { normal, length };
+        if counted {
+            let energy = &mut self.totals.energy;
+            if let Some(damage) = result.damage() {
+                energy.damage += damage;
+            }
+            if let Some([viscous, integration]) = result.energy() {
+                energy.viscous += viscous;
+                energy.integration += integration;
+            }
+            if let Some(friction) = result.friction() {
+                energy.friction += friction;
+            }
         }
-        let counted = !self.tile.flags[k].has(ContactFlags::NOT_OWNED);
-        if let Some([viscous, integration]) = energy
-            && counted
-        {
-            self.totals.energy.viscous += viscous;
-            self.totals.energy.integration += integration;
+        if let Some(state) = result.state() {
+            let damage = L::damage(&state);
+            self.tile.history[k] = state;
+            if let Some(dissipated) = result.damage()
+                && damage >= self.context.damage_threshold
+                && !self.tile.flags[k].has(ContactFlags::REPORTED)
+            {
+                self.tile.flags[k].bits |= ContactFlags::REPORTED;
+                let DamagedContact { arm_a, stored: [stored_normal, stored_shear] } = result.damaged();
+                let position = self.context.poses[pair.a as usize].position + normal * arm_a;
+                let stored = [stored_normal, stored_shear, 0.0, 0.0];
+                log_event(&mut self.totals.bond_events, pair, damage, position, dissipated, stored, false);
+            }
         }
-        if let Some(friction) = friction
-            && counted
-        {
-            self.totals.energy.friction += friction;
-        }
-        // Damage could exceed the threshold of the event log, which is not checked here.
-        debug_assert!(L::damage(&self.tile.history[k]) == 0.0);
-        self.accumulate(k, slot, &Action { length: *length, normal, force, torques, virial: virial.as_ref() });
+        let virial = result.virial();
+        debug_assert!(!SAMPLE && virial.is_some() == self.deforms());
+        let (force, torques) = (&result.force(), &result.torques());
+        self.accumulate(i, slot, &Action { length, normal: &normal, force, torques, virial: virial.as_ref() });
     }
 
     /// Add a contact to the totals and to its particles: directly if they lie in the tile, otherwise through its halo
     /// slot.
     #[inline(always)]
-    fn accumulate(&mut self, k: usize, slot: u32, action: &Action<'_>) {
+    fn accumulate(&mut self, i: usize, slot: u32, action: &Action<'_>) {
         let &Action { length, normal, force, torques, virial } = action;
-        let (pair, flags, totals) = (self.tile.pair[k], &self.tile.flags[k], &mut self.totals);
-        let counted = !flags.has(ContactFlags::NOT_OWNED);
+        let PendingContact { contact, pair, counted, .. } = self.pending[i];
+        let totals = &mut self.totals;
         totals.active += u64::from(counted);
         if PERIODIC && counted {
             totals.virial += (normal * length) * force.transpose();
-            if flags.image != [0, 0, 0] {
-                let i = flags.image;
+            let i = self.tile.flags[contact as usize].image;
+            if i != [0, 0, 0] {
                 totals.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
             }
         }
         if SAMPLE
             && counted
-            && let (Some(rates), Some(&rest)) = (&self.context.expansion, self.tile.rest_length.get(k))
+            && let (Some(rates), Some(&rest)) = (&self.context.expansion, self.tile.rest_length.get(contact as usize))
         {
             let [before, after] = rates.work(pair.a, pair.b, rest, force.dot(normal));
             totals.expansion[0] += before;

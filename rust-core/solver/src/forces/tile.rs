@@ -9,7 +9,7 @@ use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials}
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
 use concordem_contact::kinematics::{MotionMeasure, MotionSink, MotionSource, PointKinematics, Pose, PreviousGeometry};
 use concordem_contact::law::{
-    Batch, BatchResult, ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status,
+    Batch, ColumnResult, ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status,
 };
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
@@ -124,16 +124,20 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
         let mut pending = 0;
         while k < count && pending < SIZE {
             evaluator.prefetch(k + 2 * BATCH);
-            let slot = if is_local(evaluator.tile.pair[k].b, evaluator.tile.base, evaluator.tile.length) {
+            let pair = evaluator.tile.pair[k];
+            let slot = if is_local(pair.b, evaluator.tile.base, evaluator.tile.length) {
                 LOCAL
             } else {
                 next_slot += 1;
                 next_slot - 1
             };
             // Bonds have a force from the start; candidates from the step in which their surfaces meet.
-            let carried = evaluator.tile.flags[k].carries();
+            let flags = evaluator.tile.flags[k];
+            let carried = flags.carries();
             if carried || evaluator.activate(k) {
-                evaluator.pending[pending] = PendingContact { contact: k as u32, slot, begins: !carried };
+                let counted = !flags.has(ContactFlags::NOT_OWNED);
+                evaluator.pending[pending] =
+                    PendingContact { contact: k as u32, slot, pair, begins: !carried, counted };
                 pending += 1;
             } else if slot != LOCAL {
                 evaluator.clear_slot(slot);
@@ -173,8 +177,12 @@ pub(super) struct PendingContact {
     pub contact: u32,
     /// Its slot in the halo, or [`LOCAL`].
     pub slot: u32,
+    /// Its particles.
+    pub pair: Pair,
     /// Whether the contact begins in this step.
     pub begins: bool,
+    /// Whether the sums of this process count the contact: it is not owned by another one.
+    pub counted: bool,
 }
 
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
@@ -218,6 +226,14 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         if self.deforms() {
             prefetch_row(self.context.surface_displacement, b);
         }
+    }
+
+    /// Rotations of two particles in the step, where their poses contain orientations: in scenes with beams. A separate function,
+    /// or else the compiler would select the address of each number for every contact.
+    #[cold]
+    #[inline(never)]
+    fn rotations_in_step(&self, Pair { a, b }: Pair) -> [Quat; 2] {
+        [a, b].map(|p| self.context.particles.rotation_increment[p as usize])
     }
 
     /// How far the surfaces of a contact's particles had moved towards each other one step ago, m.
@@ -282,29 +298,29 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
-        let k = self.pending[i].contact as usize;
-        let Pair { a, b } = self.tile.pair[k];
-        let mut both = [self.context.poses[a as usize], self.context.poses[b as usize]];
+        let PendingContact { contact, pair, .. } = self.pending[i];
+        let (k, Pair { a, b }) = (contact as usize, pair);
+        let [pose_a, pose_b] = [a, b].map(|p| &self.context.poses[p as usize]);
+        let mut rotations = [pose_a.rotation, pose_b.rotation];
         if self.context.oriented {
-            for (pose, p) in both.iter_mut().zip([a, b]) {
-                pose.rotation = self.context.particles.rotation_increment[p as usize];
-            }
+            rotations = self.rotations_in_step(pair);
         }
-        (both, self.image(k).displacement)
+        let both = [(pose_a, rotations[0]), (pose_b, rotations[1])];
+        (both.map(|(pose, rotation)| Pose { rotation, ..*pose }), self.image(k).displacement)
     }
 
     #[inline(always)]
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift) {
-        let k = self.pending[i].contact as usize;
-        let Pair { a, b } = self.tile.pair[k];
+        let PendingContact { contact, pair: Pair { a, b }, .. } = self.pending[i];
+        let k = contact as usize;
         let particles = self.context.particles;
         ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
     }
 
     #[inline(always)]
     fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3) {
-        let k = self.pending[i].contact as usize;
-        let Pair { a, b } = self.tile.pair[k];
+        let PendingContact { contact, pair: Pair { a, b }, .. } = self.pending[i];
+        let k = contact as usize;
         debug_assert!(self.context.oriented);
         let both = [&self.context.poses[a as usize], &self.context.poses[b as usize]];
         (both.map(|pose| pose.position), both.map(|pose| pose.rotation), self.image(k).displacement)
@@ -312,7 +328,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn constants(&self, i: usize) -> (ContactGeometry, PreviousGeometry, bool) {
-        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
+        let Pair { a, b } = self.pending[i].pair;
         let [radius_a, radius_b] = [a, b].map(|p| self.context.poses[p as usize].radius);
         let ([mass_a, mass_b], (Reference { length, area }, bonded)) = (self.masses(i), self.reference(i));
         let geometry = ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a, mass_b };
@@ -332,13 +348,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn masses(&self, i: usize) -> [f64; 2] {
-        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
+        let Pair { a, b } = self.pending[i].pair;
         [a, b].map(|p| self.context.particles.mass[p as usize])
     }
 
     #[inline(always)]
     fn surface_displacement(&self, i: usize) -> Symmetric {
-        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
+        let Pair { a, b } = self.pending[i].pair;
         self.context.surface_displacement[a as usize].0 + self.context.surface_displacement[b as usize].0
     }
 }
@@ -422,7 +438,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn commit_result(&mut self, i: usize, found: &BatchResult<L::State>) {
+    fn commit_result<R: ColumnResult<L::State>>(&mut self, i: usize, found: &R) {
         self.commit_batch_result(i, found);
     }
 }

@@ -74,13 +74,6 @@ impl FiniteInput {
 }
 
 impl FiniteMeasure {
-    /// A measure without increments, for contacts whose response is already known: length (m), gap (m), and normal.
-    #[inline(always)]
-    pub fn without_increments(length: f64, gap: f64, normal: Vec3) -> Self {
-        let turn = Turn { bisector: normal, cosine: 1.0, sine: 0.0 };
-        Self { length, gap, normal, shear_increment: Vec3::zeros(), turn }
-    }
-
     /// The measure as the input of a law.
     #[inline(always)]
     pub fn point(&self, geometry: &ContactGeometry, previous: &PreviousGeometry, bonded: bool) -> PointKinematics {

@@ -9,10 +9,11 @@
 use super::{Cpm, CpmFormulation, CpmState, StressResponse};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
-use crate::kinematics::sphere_sphere::{FiniteInput, FiniteMeasure, Yade, YadeInput, YadeMeasure, write_yade_input};
-use crate::kinematics::{ImageShift, MotionMeasure, PointKinematics};
-use crate::law::batch::{Batch, evaluate_batch, evaluate_one};
-use crate::law::{EnergySplit, Reference, Response, Status};
+use crate::kinematics::deformable::ParticleVirial;
+use crate::kinematics::sphere_sphere::{FiniteInput, Yade, YadeInput, write_yade_input};
+use crate::kinematics::{BranchVector, ImageShift, MotionMeasure, PointKinematics, torques};
+use crate::law::batch::{Batch, ColumnResult, DamagedContact, evaluate_batch, evaluate_one};
+use crate::law::{EnergySplit, Reference};
 use crate::math::Vec3;
 
 crate::columns! {
@@ -28,8 +29,14 @@ crate::columns! {
 
     /// Response of a contact; a damage of NaN marks a contact that needs the scalar path.
     struct ColumnResponse {
+        branch: BranchVector,
+        /// Distance of the contact point from the center of A, m.
+        arm_a: f64,
         /// On A, N.
         force: Vec3,
+        /// On A and B about their centers, N·m.
+        torque_a: Vec3,
+        torque_b: Vec3,
         /// J.
         stored_normal: f64,
         stored_shear: f64,
@@ -55,16 +62,6 @@ crate::columns! {
         predicted_damage: f64,
     }
 
-    /// Output of [`PlainThesis`].
-    struct ThesisOutput {
-        /// m.
-        length: f64,
-        /// m.
-        gap: f64,
-        normal: Vec3,
-        result: ColumnResponse,
-    }
-
     /// Input of [`YadePublic`].
     struct YadeContact {
         motion: YadeInput,
@@ -75,12 +72,6 @@ crate::columns! {
         /// 1 for a bond, else 0.
         bonded: f64,
         history: History,
-    }
-
-    /// Output of [`YadePublic`].
-    struct YadeOutput {
-        measure: YadeMeasure,
-        result: ColumnResponse,
     }
 }
 
@@ -105,33 +96,97 @@ impl From<History> for CpmState {
 
 impl ColumnResponse {
     #[inline(always)]
-    fn new(force: Vec3, stresses: &StressResponse) -> Self {
+    fn new(point: &PointKinematics, force: Vec3, stresses: &StressResponse) -> Self {
+        let &PointKinematics { length, normal, arm_a, arm_b, .. } = point;
+        let [torque_a, torque_b] = torques(&normal, &force, [arm_a, arm_b]);
+        let branch = BranchVector { length, normal };
         let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = stresses.energy;
         let mut history = History::from(&stresses.state);
         if stresses.lost {
             history.omega = f64::NAN;
         }
-        Self { force, stored_normal, stored_shear, friction, damage, integration, history }
+        Self {
+            branch,
+            arm_a,
+            force,
+            torque_a,
+            torque_b,
+            stored_normal,
+            stored_shear,
+            friction,
+            damage,
+            integration,
+            history,
+        }
     }
 }
 
-/// Response of contact `i`; `None` if its damage needs the scalar path.
-#[inline(always)]
-fn response(results: &<ColumnResponse as Item>::Arrays, i: usize) -> Option<Response<CpmState>> {
-    let history = results.history.get(i);
-    if history.omega.is_nan() {
-        return None;
+/// Response of contact `i`, read from the columns.
+struct ContactResponse<'a> {
+    columns: &'a <ColumnResponse as Item>::Arrays,
+    i: usize,
+}
+
+impl ColumnResult<CpmState> for ContactResponse<'_> {
+    #[inline(always)]
+    fn branch(&self) -> BranchVector {
+        self.columns.branch.get(self.i)
     }
-    let energy = EnergySplit {
-        stored_normal: results.stored_normal.get(i),
-        stored_shear: results.stored_shear.get(i),
-        damage: results.damage.get(i),
-        friction: results.friction.get(i),
-        integration: results.integration.get(i),
-        ..EnergySplit::default()
-    };
-    let (force, moment) = (results.force.get(i), Vec3::zeros());
-    Some(Response { force, moment, state: history.into(), status: Status::Lives, energy })
+
+    #[inline(always)]
+    fn force(&self) -> Vec3 {
+        self.columns.force.get(self.i)
+    }
+
+    #[inline(always)]
+    fn torques(&self) -> [Vec3; 2] {
+        [self.columns.torque_a.get(self.i), self.columns.torque_b.get(self.i)]
+    }
+
+    #[inline(always)]
+    fn energy(&self) -> Option<[f64; 2]> {
+        Some([0.0, self.columns.integration.get(self.i)])
+    }
+
+    #[inline(always)]
+    fn friction(&self) -> Option<f64> {
+        Some(self.columns.friction.get(self.i))
+    }
+
+    #[inline(always)]
+    fn state(&self) -> Option<CpmState> {
+        Some(self.columns.history.get(self.i).into())
+    }
+
+    #[inline(always)]
+    fn virial(&self) -> Option<ParticleVirial> {
+        None
+    }
+
+    #[inline(always)]
+    fn damage(&self) -> Option<f64> {
+        Some(self.columns.damage.get(self.i))
+    }
+
+    #[inline(always)]
+    fn damaged(&self) -> DamagedContact {
+        let stored = [self.columns.stored_normal.get(self.i), self.columns.stored_shear.get(self.i)];
+        DamagedContact { arm_a: self.columns.arm_a.get(self.i), stored }
+    }
+}
+
+/// Commit the first `count` contacts of a batch from the columns; those whose damage needs branches, and those that inherit the
+/// energy of a bond, on the scalar path.
+#[inline(always)]
+fn commit_columns<B: Batch<Cpm>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &Columns) {
+    let columns = columns.output::<ColumnResponse>();
+    for i in 0..count {
+        if columns.history.omega[i].is_nan() || batch.inherits(i) {
+            evaluate_one(mode, i, dt, batch);
+        } else {
+            batch.commit_result(i, &ContactResponse { columns, i });
+        }
+    }
 }
 
 impl ThesisInput {
@@ -186,13 +241,13 @@ impl PlainThesis<'_> {
 
 impl Formula for PlainThesis<'_> {
     type Input = ThesisInput;
-    type Output = ThesisOutput;
+    type Output = ColumnResponse;
 
     #[inline(always)]
-    fn apply(&self, input: ThesisInput) -> ThesisOutput {
+    fn apply(&self, input: ThesisInput) -> ColumnResponse {
         let (k, stresses) = self.evaluate(&input);
         let force = (k.normal * stresses.normal_stress + stresses.shear_stress) * input.area;
-        ThesisOutput { length: k.length, gap: k.gap, normal: k.normal, result: ColumnResponse::new(force, &stresses) }
+        ColumnResponse::new(&k, force, &stresses)
     }
 }
 
@@ -217,15 +272,14 @@ struct YadePublic<'a, const RATCHETING: bool> {
 
 impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
     type Input = YadeContact;
-    type Output = YadeOutput;
+    type Output = ColumnResponse;
 
     #[inline(always)]
-    fn apply(&self, input: YadeContact) -> YadeOutput {
+    fn apply(&self, input: YadeContact) -> ColumnResponse {
         let law = self.law;
         let YadeContact { motion, area, history, .. } = input;
         let (geometry, previous, bonded) = input.constants();
-        let measure = self.kinematics.measure(&motion, &ImageShift::default());
-        let k = measure.point(&geometry, &previous, bonded);
+        let k = self.kinematics.measure(&motion, &ImageShift::default()).point(&geometry, &previous, bonded);
         let old = CpmState::from(history);
         let stresses = law.evaluate_with_damage(&k, &old, |kappa| {
             if kappa == old.kappa {
@@ -237,7 +291,7 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
             }
         });
         let force = k.normal * (stresses.normal_stress * area) + stresses.shear_stress * area;
-        YadeOutput { measure, result: ColumnResponse::new(force, &stresses) }
+        ColumnResponse::new(&k, force, &stresses)
     }
 }
 
@@ -311,17 +365,7 @@ fn thesis_batch<B: Batch<Cpm>>(law: &Cpm, count: usize, dt: f64, batch: &mut B, 
         predict_damage(law, count, columns);
     }
     columns.apply(&PlainThesis { law });
-    for i in 0..count {
-        let (input, output) = columns.both::<ThesisInput, ThesisOutput>();
-        let Some(response) = response(&output.result, i).filter(|_| !batch.inherits(i)) else {
-            evaluate_one(MotionMeasure::Finite, i, dt, batch);
-            continue;
-        };
-        // From the columns, because reading the particles again would take a tenth of the step.
-        let (geometry, previous, bonded) = input.get(i).constants();
-        let measure = FiniteMeasure::without_increments(output.length.get(i), output.gap.get(i), output.normal.get(i));
-        batch.commit(i, &measure.point(&geometry, &previous, bonded), &response);
-    }
+    commit_columns(MotionMeasure::Finite, count, dt, batch, columns);
 }
 
 #[inline(always)]
@@ -342,14 +386,5 @@ fn yade_batch<const RATCHETING: bool, B: Batch<Cpm>>(
         input.history.set(i, batch.history(i).into());
     }
     columns.apply(&YadePublic { law, kinematics: Yade::<RATCHETING> { dt } });
-    for i in 0..count {
-        let (input, output) = columns.both::<YadeContact, YadeOutput>();
-        let Some(response) = response(&output.result, i) else {
-            evaluate_one(mode, i, dt, batch);
-            continue;
-        };
-        let measure: YadeMeasure = output.measure.get(i);
-        let (geometry, previous, bonded) = input.get(i).constants();
-        batch.commit(i, &measure.point(&geometry, &previous, bonded), &response);
-    }
+    commit_columns(mode, count, dt, batch, columns);
 }
