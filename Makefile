@@ -118,6 +118,7 @@ test-studies:
 	@.ci/timed mesoscale validation/mesoscale.py
 	@.ci/timed laboratory .venv/bin/python validation/laboratory.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
+	@.ci/timed thermal-shock .venv/bin/python validation/thermal_shock.py
 	@.ci/timed instructions validation/instructions.py
 
 test-python:
@@ -244,5 +245,6 @@ validate-full: $(CONCORDEM)
 	validation/mesoscale.py --full
 	.venv/bin/python validation/laboratory.py --full
 	.venv/bin/python validation/fineness.py --full
+	.venv/bin/python validation/thermal_shock.py --full
 	$(CARGO) run --release -p concordem --example beam_study -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full
