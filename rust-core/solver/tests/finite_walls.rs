@@ -43,8 +43,11 @@ fn tube() -> FiniteShape {
     FiniteShape::Tube { center: Vec3::zeros(), axis: Vec3::z(), radius: 2.0, half_length: 3.0 }
 }
 
+/// Point of a surface, from two numbers between 0 and 1.
+type SurfacePoint = Box<dyn Fn(f64, f64) -> Vec3>;
+
 /// Shapes around the axis `e`, with points of their surfaces for two parameters between 0 and 1.
-fn shapes() -> Vec<(FiniteShape, Box<dyn Fn(f64, f64) -> Vec3>)> {
+fn shapes() -> Vec<(FiniteShape, SurfacePoint)> {
     let turn = quaternion_of_rotation_vector(&Vec3::new(0.3, -0.7, 0.4));
     let [u, v, e] = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| rotate(&turn, &axis));
     let center = Vec3::new(0.2, -0.1, 0.3);
