@@ -97,7 +97,6 @@ for place in "${@:-all}"; do
       # Compiles everything again, with HDF5, as `pip install` of the source package does; BUILD_FOLDER keeps what was compiled.
       rm -rf "$root/builder" "$root/built" "$root/from-sdist"
       python3 -m venv "$root/builder"
-      "$root/builder/bin/pip" install --quiet --disable-pip-version-check cmake
       env PATH="$root/builder/bin:$PATH" ${BUILD_FOLDER:+CARGO_TARGET_DIR="$BUILD_FOLDER"} "$root/builder/bin/pip" wheel --quiet \
         --disable-pip-version-check --no-deps --wheel-dir "$root/built" target/wheels/concordem-*.tar.gz
       wheel=$(ls "$root"/built/concordem-*.whl)

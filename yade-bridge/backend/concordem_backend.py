@@ -16,6 +16,18 @@ import maturin
 from maturin import *  # noqa: F403  (the other hooks)
 
 
+def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) -> list[str]:
+    """What pip fetches for the build: CMake, too, which HDF5 needs, unless one runs here.
+
+    That of another virtual environment is on the path, but does not run, because pip hides the packages of that environment.
+    """
+    try:
+        runs = subprocess.run(["cmake", "--version"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+    except OSError:
+        runs = False
+    return [*maturin.get_requires_for_build_wheel(config_settings), *([] if runs else ["cmake"])]
+
+
 def build_wheel(
     wheel_directory: str, config_settings: dict[str, Any] | None = None, metadata_directory: str | None = None
 ) -> str:
