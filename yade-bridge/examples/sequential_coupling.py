@@ -5,7 +5,7 @@ The study of Stránský 2018, section 6.3: 1,000 spheres in a periodic cell, two
 half the speed. Each hand-over gives the stress and damage of the particles to one material point, which continues in simple
 compression. Then the state at the peak goes to a mesh of hexahedra, element by element, which compresses further.
 
-Writes into the folder `--output`: curves.png, sequential.json, and series of VTK files of particles (particles-*.vtu) and elements
+Writes into the folder `--output`: curves.png, sequential.json, sequential.html, and series of VTK files of particles (particles-*.vtu) and elements
 (elements-*.vtu). Takes a minute.
 
     python3 sequential_coupling.py --output results --formulas printed
@@ -238,6 +238,18 @@ def main():
     axes.set(xlabel="compressive strain, 10⁻³", ylabel="stress, MPa", xlim=(0, 5), ylim=(0, None))
     axes.legend(frameon=False, fontsize=8)
     figure.savefig(options.output / "curves.png", dpi=130)
+    difference = max(abs(row["start_stress"] / row["stress"] - 1) for row in rows)
+    coupling.write_page(
+        options.output / "sequential.html", "Concrete breaks as particles, and goes on as a continuum",
+        "Particles are compressed; at twelve points of the test, a damage-plastic element takes over stress and damage. The study of Stránský 2018, "
+        "section 6.3.", options.output / "curves.png",
+        [("largest change of the axial stress by a hand-over, over it", difference, "1"),
+         ("residual of the ledger of the elements that go on, over the internal work", elements[0], "1")],
+        [("peak of the particles (published 39.6)", -result["cpm"]["peak"] / 1e6, "MPa"),
+         ("peak of the continuum (published 40.0)", -result["dpm"]["peak"] / 1e6, "MPa"),
+         ("largest damage of an element at the end", elements[1], "1")],
+        ["sequential.json", "particles-*.vtu", "elements-*.vtu"],
+    )
 
 
 if __name__ == "__main__":

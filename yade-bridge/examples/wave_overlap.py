@@ -6,7 +6,7 @@ The bar ends `overlap` (e) behind the slave. A packet of waves of length L, wave
 continuous bar with the impedance Z = m c/d: the slave carries no mass, so half of a particle, m/2, is missing at its place; and the end of
 the bar behind it answers as Z tan(k e). Together they reflect the share x^2/(1 + x^2) of the energy, x = (tan(k e) - k d/2)/2.
 
-Writes overlap.png and overlap.json into the folder `--output`. Takes some two minutes.
+Writes overlap.png, overlap.json, and overlap.html into the folder `--output`. Takes some two minutes.
 
     python3 wave_overlap.py --output results
 """
@@ -110,6 +110,17 @@ def main():
     axis.set(xlabel="overlap behind the slave, spacings d", ylabel="reflected share of the energy (lines: theory)", ylim=(1e-7, 1))
     axis.legend(frameon=False)
     figure.savefig(options.output / "overlap.png", dpi=110)
+    shown = [row for row in result["overlap"] if row["wavelength"] == 10]
+    coupling.write_page(
+        options.output / "overlap.html", "A wave through the overlap of elements and particles",
+        "A packet of waves runs from a bar of finite elements into a chain of particles. The elements end at the overlap behind the slave.",
+        options.output / "overlap.png",
+        [("largest energy that is neither reflected nor transmitted, over that of the packet",
+          max(abs(1 - row["reflected"] - row["transmitted"]) for row in result["overlap"]), "1")],
+        [(f"reflected at an overlap of {row['overlap']} spacings, waves of 10 (theory {row['theory']:.2g})", row["reflected"], "1") for row in shown]
+        + [(f"reflected with a damping of {row['damping']} of the frequency", row["reflected"], "1") for row in result["damping"]],
+        ["overlap.json"],
+    )
 
 
 if __name__ == "__main__":
