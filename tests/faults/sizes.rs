@@ -175,7 +175,7 @@ fn predicted_memory_agrees_with_the_measured_peak() {
 /// The same for kinds of runs to which they were not fitted: other laws, deformable particles, operators, clumps, snapshots,
 /// periodic cells, particles without contacts.
 #[test]
-#[ignore = "takes minutes; run it after changes of the state or of the result file"]
+#[ignore = "takes minutes; make test-full runs it"]
 #[cfg(target_os = "linux")]
 fn predicted_memory_holds_for_other_scenarios() {
     let deformable = "deformable = { young = \"200 GPa\", poisson = 0.3 }";

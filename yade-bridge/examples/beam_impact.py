@@ -13,7 +13,7 @@ The source leaves open the place and the shape of the impactor (here two rows of
 contacts (here 0.5). His module passes the forces one step late. It publishes no figures of this run.
 
 Writes impact.png, impact.json, impact.html, and series of VTK files of elements (elements-*.vtu) and particles (particles-*.vtu) into the
-folder `--output`. Takes half a minute.
+folder `--output`. Takes some seconds.
 
     python3 beam_impact.py --output results
 """
@@ -158,12 +158,14 @@ def picture(path, series, elements):
         size = np.full(len(centers), 2 * RADIUS)
         axis.add_collection(EllipseCollection(size, size, np.zeros(len(centers)), units="xy", offsets=centers[:, :2], transOffset=axis.transData,
                                               facecolors="C1", edgecolors="k", linewidths=0.2))
-        axis.set(xlim=(-0.52, 0.52), ylim=(-0.17, 0.12), aspect="equal", ylabel="y, m", title=f"t = {moment * 1e3:.1f} ms")
+        axis.set(xlim=(-0.52, 0.52), ylim=(-0.1, 0.15), aspect="equal", ylabel="y, m", title=f"t = {moment * 1e3:.1f} ms")
     t = np.array(series["time"]) * 1e3
     axes["speed"].plot(t, series["impactor"])
     axes["speed"].set(xlabel="time, ms", ylabel="velocity of the impactor, m/s")
-    for name, label in [("kinetic", "particles, kinetic"), ("elements", "elements, kinetic + internal"), ("work", "work of the slaves on the elements")]:
-        axes["energy"].plot(t, series[name], label=label)
+    # The last two coincide.
+    for name, line, label in [("kinetic", "-", "particles, kinetic"), ("elements", "-", "elements, kinetic + internal"),
+                              ("work", "--", "work of the slaves on the elements")]:
+        axes["energy"].plot(t, series[name], line, label=label)
     axes["energy"].set(xlabel="time, ms", ylabel="energy, J")
     axes["energy"].legend(frameon=False, fontsize=8)
     for name in ("damaged", "broken"):
@@ -201,7 +203,8 @@ def main():
         "in the set-up of Stránský 2018, section 5.2.", options.output / "impact.png",
         [("work of the slaves on the nodes", result["work"], "J"), ("external work in the ledger of the elements", result["external_work"], "J"),
          ("impulse along y, passed to the elements", result["impulse"][1], "N s"),
-         ("largest loss of force in an exchange, over the largest force", lost[0], "1"), ("of moment", lost[1], "1"), ("of work", lost[2], "1"),
+         ("largest loss of force in an exchange, over the largest force", lost[0], "1"), ("largest loss of moment, over the largest moment", lost[1], "1"),
+         ("largest loss of work, over the largest work", lost[2], "1"),
          ("largest residual of the ledger of the elements", result["largest_balance"], "J"),
          ("largest residual of the ledger of the particles", result["largest_residual"], "J")],
         [("kinetic energy at the start", result["kinetic_at_start"], "J"), ("velocity of the impactor at the end", result["impactor_velocity"], "m/s"),

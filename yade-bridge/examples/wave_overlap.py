@@ -6,7 +6,7 @@ The bar ends `overlap` (e) behind the slave. A packet of waves of length L, wave
 continuous bar with the impedance Z = m c/d: the slave carries no mass, so half of a particle, m/2, is missing at its place; and the end of
 the bar behind it answers as Z tan(k e). Together they reflect the share x^2/(1 + x^2) of the energy, x = (tan(k e) - k d/2)/2.
 
-Writes overlap.png, overlap.json, and overlap.html into the folder `--output`. Takes some two minutes.
+Writes overlap.png, overlap.json, and overlap.html into the folder `--output`. Takes half a minute.
 
     python3 wave_overlap.py --output results
 """

@@ -1,6 +1,8 @@
-"""Scenarios for all tests."""
+"""Scenarios and examples for all tests."""
 
+import importlib
 import signal
+from pathlib import Path
 
 import concordem
 import pytest
@@ -28,6 +30,22 @@ def two() -> concordem.Scenario:
 def concrete() -> concordem.Scenario:
     """About a thousand spheres of concrete in tension, until bonds break."""
     return concordem.Scenario.template("cpm-small")
+
+
+@pytest.fixture(scope="session")
+def import_example():
+    """Function that imports an example of the couplings by its name. The test is skipped without scikit-fem (Debian's own Python)."""
+
+    def load(name):
+        pytest.importorskip("skfem")
+        folder = Path(__file__).resolve().parents[1] / "examples"
+        if not folder.exists():
+            pytest.skip("the examples are not beside the tests")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.syspath_prepend(folder)
+            return importlib.import_module(name)
+
+    return load
 
 
 @pytest.fixture(autouse=True)

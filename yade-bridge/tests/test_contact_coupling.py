@@ -3,7 +3,6 @@
 Tests of the finite elements need scikit-fem, and are skipped where it is missing (Debian's own Python).
 """
 
-from pathlib import Path
 
 import concordem
 import numpy as np
@@ -205,15 +204,8 @@ def test_a_coupled_run_continues_bit_by_bit(tmp_path):
 
 
 @pytest.fixture
-def example(monkeypatch):
-    pytest.importorskip("skfem")
-    folder = Path(__file__).resolve().parents[1] / "examples"
-    if not folder.exists():
-        pytest.skip("the examples are not beside the tests")
-    monkeypatch.syspath_prepend(folder)
-    import contact_bodies
-
-    return contact_bodies
+def example(import_example):
+    return import_example("contact_bodies")
 
 
 @pytest.mark.parametrize("longer", [1.0, 2.0])

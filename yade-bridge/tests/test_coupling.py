@@ -659,16 +659,8 @@ def test_elements_can_run_in_threads():
 # ---- Examples of the book ------------------------------------------------------------------------------------------------------
 
 
-def test_layers_of_the_multiscale_column_have_their_oedometric_stress(monkeypatch):
-    skfem()
-    from pathlib import Path
-
-    folder = Path(__file__).resolve().parents[1] / "examples"
-    if not folder.exists():
-        pytest.skip("the examples are not beside the tests")
-    monkeypatch.syspath_prepend(folder)
-    import multiscale_column
-
+def test_layers_of_the_multiscale_column_have_their_oedometric_stress(import_example):
+    multiscale_column = import_example("multiscale_column")
     rows, _, balance = multiscale_column.column(1e-4, 400)
     # Measured 0.9998, 0.9992, 0.9998 of the modulus: the geometry of the cells changes by the strain times some 10.
     for row in rows:

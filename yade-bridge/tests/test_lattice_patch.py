@@ -3,26 +3,14 @@
 Tests of the finite elements need scikit-fem, and are skipped where it is missing (Debian's own Python).
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from concordem import coupling
 
 
 @pytest.fixture(scope="module")
-def lattice():
-    pytest.importorskip("skfem")
-    folder = Path(__file__).resolve().parents[1] / "examples"
-    if not folder.exists():
-        pytest.skip("the examples are not beside the tests")
-    import sys
-
-    sys.path.insert(0, str(folder))
-    try:
-        import lattice_block
-    finally:
-        sys.path.remove(str(folder))
+def lattice(import_example):
+    lattice_block = import_example("lattice_block")
     # Every case settles within 2e-7 in 100 steps per spacing (measured).
     lattice_block.RAMP, lattice_block.HOLD = 60, 150
     return lattice_block

@@ -328,16 +328,8 @@ def test_skins_and_pairs_that_do_not_fit_are_refused():
         stopped.step(3)
 
 
-def test_spheres_touch_the_bent_beam_outside_its_outline(monkeypatch):
-    pytest.importorskip("skfem")
-    from pathlib import Path
-
-    folder = Path(__file__).resolve().parents[1] / "examples"
-    if not folder.exists():
-        pytest.skip("the examples are not beside the tests")
-    monkeypatch.syspath_prepend(folder)
-    import surface_beam
-
+def test_spheres_touch_the_bent_beam_outside_its_outline(import_example):
+    surface_beam = import_example("surface_beam")
     rows, elements, _ = surface_beam.run()
     force = np.array(rows["force"])
     stale = np.array(surface_beam.run(follow=False)[0]["force"])

@@ -242,16 +242,8 @@ def test_pairs_that_do_not_fit_are_refused():
 
 
 @pytest.mark.parametrize(("overlap", "low", "high"), [(0.0, 0.8, 1.4), (1.0, 0.6, 1.4)])
-def test_a_wave_reflects_as_the_overlap_lets_it(monkeypatch, overlap, low, high):
-    pytest.importorskip("skfem")
-    from pathlib import Path
-
-    folder = Path(__file__).resolve().parents[1] / "examples"
-    if not folder.exists():
-        pytest.skip("the examples are not beside the tests")
-    monkeypatch.syspath_prepend(folder)
-    import wave_overlap
-
+def test_a_wave_reflects_as_the_overlap_lets_it(import_example, overlap, low, high):
+    wave_overlap = import_example("wave_overlap")
     back, beyond, theory = wave_overlap.reflected(overlap, 8)
     # The theory is for a continuous bar. Dispersion of the chain adds a fifth at 8 spacings (a third at 6, a seventh at 10).
     assert low * theory < back < high * theory

@@ -31,7 +31,7 @@ def _table(rows: Sequence[Row]) -> str:
             raise CouplingError(f'"{name}" is {value}; nothing was written', "NotFinite")
         else:
             shown = str(value) if isinstance(value, int) else f"{value:.4g}"
-        lines.append(f'<tr><td>{escape(name)}</td><td class="number">{escape(shown)}</td><td>{escape(unit)}</td></tr>')
+        lines.append(f'<tr><td>{escape(name)}</td><td class="number">{escape(shown)}</td><td>{escape("" if unit == "1" else unit)}</td></tr>')
     return "<table>\n" + "\n".join(lines) + "\n</table>\n"
 
 
@@ -47,8 +47,8 @@ def write_page(
     """Write a page (HTML) that shows a coupled run. It needs no other file: the picture (PNG) is inside.
 
     Args: `summary`: one paragraph. `balance`: energy and momentum over the interface; `results`: other figures; rows of name, value, and
-    unit, as text or number. `files`: names of the files beside the page, such as ``"beam-*.vtu"``. Raises CouplingError for a picture
-    that is no PNG and for numbers that are not finite; nothing is written then.
+    unit, as text or number; the unit "1" is not shown. `files`: names of the files beside the page, such as ``"beam-*.vtu"``. Raises
+    CouplingError for a picture that is no PNG and for numbers that are not finite; nothing is written then.
     """
     data = Path(picture).read_bytes()
     if not data.startswith(b"\x89PNG\r\n\x1a\n"):
