@@ -32,7 +32,7 @@ templates! {
     "concrete-splitting": "concrete cylinder that splits between two plates (Brazilian test); half a minute",
     "concrete-triaxial": "periodic cell of concrete, consolidated and compressed at constant lateral stress; half a minute",
     "concrete-mesoscale": "aggregates, mortar, and the weaker zone between them, pulled until the cube breaks; a minute",
-    "concrete-fibers": "a prism of concrete with steel fibers, pulled until they are pulled out; seconds",
+    "concrete-fibers": "a prism of concrete with steel fibers, pulled until its fibers slip; seconds",
     "granular-box": "a column of frictional spheres collapses in a box",
     "hertz-impact": "two glass spheres collide",
     "beam-tension": "cylinder of silica made of cohesive beams (Jebahi et al. 2015), pulled until it breaks; a minute",
