@@ -279,4 +279,69 @@ fn images_of_plates() {
     }
     let long = Wall::new("long", WallShape::Finite(plate(4.1)), 0, Vec3::zeros());
     assert!(long.repeats_with(&cell).is_err());
+    // A rod and a tube as long as the cell are infinite cylinders.
+    let (axis, radius) = (Vec3::y(), 1.0);
+    let of = |shape: WallShape, place: Vec3| {
+        let (mut state, model) = scene(place, rectangle(), 0.0);
+        state.cell = Some(cell);
+        state.walls = vec![Wall::new("w", shape, 0, Vec3::zeros())];
+        assert!(state.walls[0].repeats_with(&cell).is_ok());
+        let mut solver = Solver::new(model, &mut state).unwrap();
+        solver.step(&mut state).unwrap();
+        solver.forces()[0]
+    };
+    let center = Vec3::new(2.0, 1.5, 2.5);
+    for y in [0.0, 0.4, 1.5, 2.999, 7.3] {
+        for (finite, inside, rho) in [
+            (FiniteShape::Rod { center, axis, radius, half_length: 1.5 }, false, 1.4),
+            (FiniteShape::Tube { center, axis, radius, half_length: 1.5 }, true, 0.6),
+        ] {
+            let place = Vec3::new(2.0 + 0.6 * rho, y, 2.5 + 0.8 * rho);
+            let infinite = WallShape::Cylinder { point: center, axis, radius, inside };
+            let [found, expected] = [WallShape::Finite(finite.clone()), infinite].map(|shape| of(shape, place));
+            assert!(expected.norm() > 0.05 * STIFFNESS, "{finite:?} {y}");
+            assert!((found - expected).norm() < STIFFNESS * 1e-13, "{finite:?} {y} {found} {expected}");
+        }
+    }
+}
+
+/// Where the closest point has no direction, there is a distance all the same: on a plate, and on the axes of a rod and a tube, also beyond
+/// the tube's ends.
+#[test]
+fn distance_without_direction() {
+    let disc = FiniteShape::Disc { center: Vec3::zeros(), normal: Vec3::z(), radius: 2.0 };
+    let cell = Cell::new_box(Vec3::new(20.0, 20.0, 20.0));
+    for (shape, place, distance) in [
+        (rectangle(), [0.3, 0.2, 0.0], 0.0),
+        (disc, [0.3, 0.2, 0.0], 0.0),
+        (rod(), [0.0, 0.0, 0.5], -2.0),
+        (tube(), [0.0, 0.0, 0.5], 2.0),
+        (tube(), [0.0, 0.0, 6.0], 13.0_f64.sqrt()),
+    ] {
+        let place = Vec3::from(place);
+        assert!(shape.closest_point(&place).is_none(), "{shape:?}");
+        assert!((shape.distance(&place) - distance).abs() < 1e-15 * 4.0, "{shape:?}");
+        // A particle there is a neighbor of the wall, in a periodic cell, too.
+        let wall = Wall::new("w", WallShape::Finite(shape), 0, Vec3::zeros());
+        assert_eq!(wall.distance(0, &place), distance);
+        assert_eq!(wall.images_near(&place, distance + 0.1, &cell), [[0; 3]]);
+        assert!(wall.images_near(&place, distance - 0.1, &cell).is_empty() || distance < 0.1);
+    }
+}
+
+/// A ball that starts exactly on the axis of a tube meets its mantle as one that starts beside the axis.
+#[test]
+fn start_on_the_axis_of_a_tube() {
+    let shape = FiniteShape::Tube { center: Vec3::zeros(), axis: Vec3::z(), radius: RADIUS * 1.001, half_length: 3.0 };
+    let turned = |x: f64| {
+        let (mut state, model) = scene(Vec3::new(x, 0.0, 0.0), shape.clone(), 0.0);
+        state.particles.velocity[0] = Vec3::x();
+        let mut solver = Solver::new(model, &mut state).unwrap();
+        (0..5000_u32).find(|_| {
+            solver.step(&mut state).unwrap();
+            state.particles.velocity[0].x < 0.0
+        })
+    };
+    let (on, beside) = (turned(0.0).expect("it meets the mantle"), turned(1e-9).expect("it meets the mantle"));
+    assert!(on.abs_diff(beside) <= 1, "{on} {beside}");
 }

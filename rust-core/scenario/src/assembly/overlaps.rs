@@ -65,29 +65,31 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
     let place = particles.position[p];
     let others = if count > 1 { format!("; {count} particles overlap walls") } else { String::new() };
     let message = format!(
-        "particle {} at ({:.6e}, {:.6e}, {:.6e}) m lies {} deep in the wall \"{}\" before the first step{others}; move the \
-         wall or the particle, or turn the normal of the wall toward the particles",
+        "particle {} at ({:.6e}, {:.6e}, {:.6e}) m lies {} deep in the wall \"{}\" before the first step{others}; {}",
         particles.id[p],
         place.x,
         place.y,
         place.z,
         length(depth * particles.radius[p]),
-        state.walls[w].name
+        state.walls[w].name,
+        remedy(&state.walls[w].shape)
     );
     Err(unfit(&key_of_wall(scenario, w), message))
 }
 
+fn remedy(shape: &Shape) -> &'static str {
+    match shape {
+        Shape::Plane { .. } | Shape::Facets { .. } | Shape::Mesh(_) => {
+            "move the wall or the particle, or turn the normal of the wall toward the particles"
+        }
+        Shape::Cylinder { .. } | Shape::Finite(_) => "move the wall or the particle",
+    }
+}
+
 /// Distance from `x` (m) to an element of a wall, m; negative behind it. In a periodic cell planes have two sides.
 fn distance(wall: &Wall, element: usize, x: &Vec3, cell: Option<&Cell>) -> f64 {
-    match (wall.closest_point_of_image(element, x, cell, [0; 3]), &wall.shape) {
-        (Some(closest_point), _) => closest_point.distance,
-        // On the axis of a cylinder the normal is undefined.
-        (None, Shape::Cylinder { radius, inside: true, .. }) => *radius,
-        (None, Shape::Cylinder { radius, .. }) => -radius,
-        (None, Shape::Finite(shape)) => shape.distance_without_direction(),
-        // On the surface the normal is undefined, too.
-        (None, _) => 0.0,
-    }
+    let found = wall.closest_point_of_image(element, x, cell, [0; 3]);
+    found.map_or_else(|| wall.distance(element, x), |found| found.distance)
 }
 
 /// Key of the wall with this number in the state; a box has six.

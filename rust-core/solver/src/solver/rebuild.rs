@@ -363,8 +363,7 @@ fn wall_candidates(
                 }
                 continue;
             }
-            let closest_point = wall.closest_point(e as usize, &particles.position[p]);
-            if closest_point.is_some_and(|found| found.distance < reach) {
+            if wall.distance(e as usize, &particles.position[p]) < reach {
                 pairs.push((pair, [0; 3]));
             }
         }

@@ -127,12 +127,18 @@ impl FiniteShape {
         }
     }
 
-    /// Distance (m) of a point where [`Self::closest_point`] is `None`.
-    pub fn distance_without_direction(&self) -> f64 {
+    /// Distance of the point `x` (m) from the surface, m, negative inside a rod; also where [`Self::closest_point`] is `None`.
+    pub fn distance(&self, x: &Vec3) -> f64 {
+        if let Some(found) = self.closest_point(x) {
+            return found.distance;
+        }
         match self {
             Self::Rectangle { .. } | Self::Disc { .. } => 0.0,
             Self::Rod { radius, .. } => -radius,
-            Self::Tube { radius, .. } => *radius,
+            Self::Tube { axis, radius, half_length, .. } => {
+                let Cylindrical { along, rho, .. } = Cylindrical::of(&(x - self.center()), axis);
+                (radius - rho).hypot((along.abs() - half_length).max(0.0))
+            }
         }
     }
 }

@@ -147,6 +147,19 @@ impl Wall {
         }
     }
 
+    /// Distance of the point `x` (m) from element `element`, m, negative behind it; also where [`Self::closest_point`] is `None`.
+    pub fn distance(&self, element: usize, x: &Vec3) -> f64 {
+        if let Some(found) = self.closest_point(element, x) {
+            return found.distance;
+        }
+        match &self.shape {
+            WallShape::Cylinder { radius, inside: true, .. } => *radius,
+            WallShape::Cylinder { radius, .. } => -radius,
+            WallShape::Finite(shape) => shape.distance(&(x - self.displacement)),
+            WallShape::Plane { .. } | WallShape::Facets { .. } | WallShape::Mesh(_) => 0.0,
+        }
+    }
+
     /// [`Self::closest_point`] of the image `image` of the wall in a periodic cell.
     pub fn closest_point_of_image(
         &self,
@@ -254,7 +267,7 @@ impl Wall {
                 }
                 near.retain(|image| {
                     let shift = cell.matrix * Vec3::from(image.map(|n| n as f64));
-                    shape.closest_point(&(x - shift)).is_some_and(|found| found.distance < reach)
+                    shape.distance(&(x - shift)) < reach
                 });
                 near
             }
