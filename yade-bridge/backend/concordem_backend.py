@@ -16,8 +16,8 @@ import maturin
 from maturin import *  # noqa: F403  (the other hooks)
 
 
-def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) -> list[str]:
-    """What pip fetches for the build: CMake, too, which HDF5 needs, unless one runs here.
+def _cmake() -> list[str]:
+    """CMake, which HDF5 needs, unless one runs here.
 
     That of another virtual environment is on the path, but does not run, because pip hides the packages of that environment.
     """
@@ -25,7 +25,17 @@ def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) 
         runs = subprocess.run(["cmake", "--version"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
     except OSError:
         runs = False
-    return [*maturin.get_requires_for_build_wheel(config_settings), *([] if runs else ["cmake"])]
+    return [] if runs else ["cmake"]
+
+
+def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) -> list[str]:
+    """What pip fetches to build a wheel."""
+    return [*maturin.get_requires_for_build_wheel(config_settings), *_cmake()]
+
+
+def get_requires_for_build_editable(config_settings: dict[str, Any] | None = None) -> list[str]:
+    """What pip fetches for an editable installation."""
+    return [*maturin.get_requires_for_build_editable(config_settings), *_cmake()]
 
 
 def build_wheel(

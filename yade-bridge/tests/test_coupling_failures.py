@@ -117,7 +117,11 @@ def test_units_and_time_steps_that_do_not_fit():
 def test_states_that_cannot_be_written_are_named(tmp_path):
     run, elements, skin = surface.bombarded(stop={"steps": 2})
     coupled = coupling.SurfaceCoupling(run, elements, skin, rescue=tmp_path)
-    elements.save = lambda: (lambda: None)
-    with pytest.raises(concordem.CouplingError, match="has ended") as caught:
-        coupled.step(3)
-    assert "only these are in" in caught.value.__notes__[0] and "particles.h5" in caught.value.__notes__[0]
+    def broken():
+        raise RuntimeError("foreign")
+
+    for save in (lambda: (lambda: None), broken):
+        elements.save = save
+        with pytest.raises(concordem.CouplingError, match="has ended") as caught:
+            coupled.step(3)
+        assert "only these are in" in caught.value.__notes__[0] and "particles.h5" in caught.value.__notes__[0]

@@ -23,12 +23,13 @@ def main(namespace):
     print a line that run.sh looks for."""
     from yade import O
 
-    failed = 0
+    failed = ran = 0
     for name, function in list(namespace.items()):
         if not name.startswith("test_") or not callable(function):
             continue
         if O.numThreads not in getattr(function, "threads", (1,)) and not os.environ.get("CONCORDEM_TEST_FULL"):
             continue
+        ran += 1
         started = time.perf_counter()
         try:
             function()
@@ -38,7 +39,8 @@ def main(namespace):
             print("FAILED", name)
             traceback.print_exc()
     sys.stdout.flush()
-    if failed:
+    if failed or not ran:
+        print(f"{failed} of {ran} tests failed")
         sys.exit(1)
     print("ALL TESTS PASSED")
     sys.stdout.flush()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from html import escape
+from numbers import Integral
 from os import PathLike
 from pathlib import Path
 from typing import Sequence
@@ -30,7 +31,7 @@ def _table(rows: Sequence[Row]) -> str:
         elif not np.isfinite(value):
             raise CouplingError(f'"{name}" is {value}; nothing was written', "NotFinite")
         else:
-            shown = str(value) if isinstance(value, int) else f"{value:.4g}"
+            shown = str(value) if isinstance(value, Integral) else f"{value:.4g}"
         lines.append(f'<tr><td>{escape(name)}</td><td class="number">{escape(shown)}</td><td>{escape("" if unit == "1" else unit)}</td></tr>')
     return "<table>\n" + "\n".join(lines) + "\n</table>\n"
 
@@ -50,6 +51,8 @@ def write_page(
     unit, as text or number; the unit "1" is not shown. `files`: names of the files beside the page, such as ``"beam-*.vtu"``. Raises
     CouplingError for a picture that is no PNG and for numbers that are not finite; nothing is written then.
     """
+    if isinstance(files, str):
+        raise ValueError(f"files is the text {files!r}; give a list of names")
     data = Path(picture).read_bytes()
     if not data.startswith(b"\x89PNG\r\n\x1a\n"):
         raise CouplingError(f"{picture} is no PNG; nothing was written", "Picture")

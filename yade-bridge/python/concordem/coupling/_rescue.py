@@ -8,7 +8,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Iterator, Sequence
 
-from .._errors import ConcordemError
 from ._protocol import FiniteElements
 
 if TYPE_CHECKING:
@@ -22,12 +21,12 @@ def rescued(folder: str | PathLike[str] | None, simulation: Simulation, elements
     `particles.h5` is a checkpoint (`Simulation.load`), `elements-K.pickle` what `save` of elements K returned (`pickle.load`, then
     `restore`). The step that failed may be done on one side only: repair its cause, and compare steps before going on.
     """
+    target = None if folder is None else Path(folder)
     try:
         yield
-    except (ConcordemError, ValueError) as error:
-        if folder is None:
+    except Exception as error:
+        if target is None:
             raise
-        target = Path(folder)
         notes = []
         try:
             target.mkdir(parents=True, exist_ok=True)
@@ -38,7 +37,7 @@ def rescued(folder: str | PathLike[str] | None, simulation: Simulation, elements
                 (target / name).write_bytes(pickle.dumps(side.save()))
                 notes.append(name)
             error.add_note(f"the states at the error are in {target}: {', '.join(notes)}")
-        # What cannot be pickled raises any of the last three.
-        except (ConcordemError, OSError, pickle.PicklingError, TypeError, AttributeError) as second:
+        # The elements are foreign: their `save` and the pickling of its result may raise anything, which must not hide the first error.
+        except Exception as second:
             error.add_note(f"of the states at the error only these are in {target}: {', '.join(notes) or 'none'}, because {second}")
         raise

@@ -39,7 +39,9 @@ class Exchange(NamedTuple):
 
 
 def check_slaves(state: Any, slaves: NDArray[np.int64]) -> None:
-    """Raises CouplingError for ids that do not exist and for members of clumps."""
+    """Raises ValueError for no ids and for what is no id, CouplingError for ids that do not exist and for members of clumps."""
+    if slaves.size == 0 or not np.issubdtype(slaves.dtype, np.integer):
+        raise ValueError("slaves must be the ids of one particle or more")
     missing = np.setdiff1d(slaves, state.ids)
     if missing.size:
         raise CouplingError(f"there is no particle with the id {missing[0]}; give ids of state.ids", "Slaves")
@@ -120,8 +122,6 @@ class VolumeCoupling:
         self.simulation, self.elements = simulation, elements
         self.slaves = np.unique(np.asarray(slaves))
         """Ids of the slaves, ascending."""
-        if self.slaves.size == 0 or not np.issubdtype(self.slaves.dtype, np.integer):
-            raise ValueError("slaves must be the ids of one particle or more")
         check_slaves(state, self.slaves)
         rows = self._rows()
         if check_pair(elements, state.positions[rows], state.time_step, 0.0) != 1:

@@ -59,23 +59,30 @@ class _Participant:
         participant = self.participant
         if participant.requires_initial_data():
             participant.write_data(self.mesh, self._write, self._vertices, self._forces())
-        participant.initialize()
-        with TemporaryDirectory() as folder:
-            kept: Reals | None = None
-            checkpoint = Path(folder) / "window.h5"
-            while participant.is_coupling_ongoing():
-                if participant.requires_writing_checkpoint():
-                    self.simulation.save(checkpoint)
-                    kept = self._displacement.copy()
-                step = self._advance()
-                participant.advance(step)
-                if participant.requires_reading_checkpoint():
-                    if kept is None:
-                        raise CouplingError("preCICE goes back to a state that it did not ask to write", "Checkpoint")
-                    self.simulation, self._displacement = Simulation.load(checkpoint), kept.copy()
-                elif participant.is_time_window_complete():
-                    self.windows += 1
-        participant.finalize()
+        try:
+            participant.initialize()
+            with TemporaryDirectory() as folder:
+                self._windows(Path(folder) / "window.h5")
+        finally:
+            # Also after an error, so that the other code does not wait.
+            participant.finalize()
+
+    def _windows(self, checkpoint: Path) -> None:
+        """All time windows; `checkpoint` is the file of the state at the start of one."""
+        participant = self.participant
+        kept: Reals | None = None
+        while participant.is_coupling_ongoing():
+            if participant.requires_writing_checkpoint():
+                self.simulation.save(checkpoint)
+                kept = self._displacement.copy()
+            step = self._advance()
+            participant.advance(step)
+            if participant.requires_reading_checkpoint():
+                if kept is None:
+                    raise CouplingError("preCICE goes back to a state that it did not ask to write", "Checkpoint")
+                self.simulation, self._displacement = Simulation.load(checkpoint), kept.copy()
+            elif participant.is_time_window_complete():
+                self.windows += 1
 
     def _advance(self) -> float:
         """One step of the particles. Returns its length, s."""
@@ -124,8 +131,9 @@ class SurfaceParticipant(_Participant):
         velocity: name of the velocities (m/s) with which the vertices came, in the middle of the step; by default the change of the
             displacement over the step.
 
-    Forces at the end of a step are those of the positions there. With initial data and serial coupling in which the elements go first, the scheme is that
-    of :class:`concordem.coupling.SurfaceCoupling`.
+    Forces at the end of a step are those of the positions there. With initial data, serial coupling in which the elements go first, and one step
+    per time window, the scheme is that of :class:`concordem.coupling.SurfaceCoupling`. In longer windows the elements take the forces of the
+    end of the last one: an error of first order in the window.
     """
 
     def __init__(
@@ -157,7 +165,7 @@ class VolumeParticipant(_Participant):
         slaves: ids of the slaves.
         mesh, read, write: see :class:`SurfaceParticipant`; the vertices are the slaves, by ascending id.
 
-    Displacements do not tell how the elements rotate: slaves do not spin. Moments on them have no counterpart in the other code;
+    Raises CouplingError in the first step if something else moves a slave. Displacements do not tell how the elements rotate: slaves do not spin. Moments on them have no counterpart in the other code;
     `lost_moment` has the largest sum of them. Where it counts, use :class:`concordem.coupling.VolumeCoupling`.
     """
 
@@ -188,3 +196,13 @@ class VolumeParticipant(_Participant):
         spins[rows] = 0.0
         simulation.set_motion(targets, spins)
         simulation.step(1)
+        wanted = self._points + displacement
+        gap = np.linalg.norm(simulation.state.positions[slave_rows(simulation.state, self.slaves)] - wanted, axis=1)
+        # Positions are rounded by 1e-16 of their size.
+        if gap.max() > 1e-9 * np.abs(wanted).max():
+            worst = int(np.argmax(gap))
+            message = (
+                f"slave {self.slaves[worst]} is {gap[worst]:.3g} m away from its place; prescribe all velocities and angular velocities of the "
+                "slaves as zero, without histories"
+            )
+            raise CouplingError(message, "Slaves")
