@@ -3,7 +3,7 @@
 use concordem_contact::law::{ContactStiffness, Frictional};
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::{Cell, FiniteShape, Particles, Sphere, State, Wall, WallShape};
+use concordem_solver::state::{Cell, FiniteShape, Particles, Sphere, State, Turning, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
 const RADIUS: f64 = 0.5;
@@ -326,6 +326,51 @@ fn distance_without_direction() {
         assert_eq!(wall.distance(0, &place), distance);
         assert_eq!(wall.images_near(&place, distance + 0.1, &cell), [[0; 3]]);
         assert!(wall.images_near(&place, distance - 0.1, &cell).is_empty() || distance < 0.1);
+    }
+}
+
+/// A ball on a turning disc moves as on a turning plane; turning rods and tubes act as infinite cylinders that turn.
+#[test]
+fn turning_walls() {
+    let turning = Turning { center: Vec3::zeros(), angular_velocity: Vec3::z() * 3.0, previous: Vec3::z() * 3.0 };
+    let run = |shape: WallShape, place: Vec3, push: Vec3| {
+        let (mut state, mut model) = scene(place, rectangle(), 0.4);
+        let mut wall = Wall::new("w", shape, 0, Vec3::zeros());
+        wall.turning = Some(turning);
+        state.walls = vec![wall];
+        model.gravity = push * GRAVITY;
+        let mut solver = Solver::new(model, &mut state).unwrap();
+        for _ in 0..500 {
+            solver.step(&mut state).unwrap();
+        }
+        (state.particles.position[0], state.particles.angular_velocity[0], state.walls[0].torque)
+    };
+    let (zero, axis, radius, half_length) = (Vec3::zeros(), Vec3::z(), 2.0, 3.0);
+    let cylinder = |inside: bool| WallShape::Cylinder { point: zero, axis, radius, inside };
+    let cases = [
+        (
+            FiniteShape::Disc { center: zero, normal: axis, radius },
+            WallShape::Plane { point: zero, normal: axis },
+            [1.0, 0.0, 0.4999],
+            -axis,
+        ),
+        (FiniteShape::Rod { center: zero, axis, radius, half_length }, cylinder(false), [2.4999, 0.0, 0.0], -Vec3::x()),
+        (FiniteShape::Tube { center: zero, axis, radius, half_length }, cylinder(true), [1.5001, 0.0, 0.0], Vec3::x()),
+    ];
+    for (finite, infinite, place, push) in cases {
+        let [found, expected] =
+            [WallShape::Finite(finite.clone()), infinite].map(|shape| run(shape, Vec3::from(place), push));
+        // It has been dragged along.
+        assert!(
+            (expected.0 - Vec3::from(place)).norm() > 1e-4 && expected.1.norm() > 0.01 && expected.2.norm() > 1e-3,
+            "{finite:?} {expected:?}"
+        );
+        // Rounding of 500 steps.
+        assert!(
+            (found.0 - expected.0).norm() < 1e-12 && (found.1 - expected.1).norm() < 1e-10,
+            "{finite:?} {found:?} {expected:?}"
+        );
+        assert!((found.2 - expected.2).norm() < 1e-9 * expected.2.norm(), "{finite:?} {found:?} {expected:?}");
     }
 }
 

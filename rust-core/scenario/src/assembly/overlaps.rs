@@ -93,7 +93,7 @@ fn distance(wall: &Wall, element: usize, x: &Vec3, cell: Option<&Cell>) -> f64 {
 }
 
 /// Key of the wall with this number in the state; a box has six.
-fn key_of_wall(scenario: &Scenario, number: usize) -> String {
+pub(super) fn key_of_wall(scenario: &Scenario, number: usize) -> String {
     let mut first = 0;
     for (at, wall) in scenario.walls.iter().enumerate() {
         first += if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };

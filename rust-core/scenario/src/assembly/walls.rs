@@ -4,6 +4,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::histories::{history, largest};
+use super::overlaps::key_of_wall;
 use super::time_step::Step;
 use super::{AssemblyError, material_index, opening, unfit};
 use crate::files::open_regular;
@@ -35,11 +36,14 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
         }
     }
     if let Some(cell) = &state.cell {
-        for wall in &state.walls {
+        for (number, wall) in state.walls.iter().enumerate() {
             wall.repeats_with(cell).map_err(|problem| {
                 unfit(
-                    "wall.shape",
-                    format!("wall `{}`: {problem}; or use \"facets\", or a packing without a cell", wall.name),
+                    &key_of_wall(scenario, number),
+                    format!(
+                        "wall `{}`: {problem}; make it fit, use \"facets\", or a packing without a cell",
+                        wall.name
+                    ),
                 )
             })?;
         }

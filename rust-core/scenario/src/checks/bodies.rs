@@ -66,7 +66,9 @@ impl Checker<'_> {
                 self.range(&format!("{key}.edges"), "an edge is zero", "give two vectors, each as long as the edge");
             } else if a.dot(&b).abs() > PERPENDICULAR * a.norm() * b.norm() {
                 let help = "the edges of a rectangle are perpendicular; for another outline use \"facets\"";
-                self.range(&format!("{key}.edges"), "are not perpendicular to each other", help);
+                let angle = (a.dot(&b) / (a.norm() * b.norm())).acos().to_degrees();
+                let message = format!("are not perpendicular to each other: they meet at {angle:.9} degrees");
+                self.range(&format!("{key}.edges"), message, help);
             }
             return;
         }

@@ -85,7 +85,7 @@ impl Checker<'_> {
                     let help = "remove `length`; in two dimensions a cylinder is a circle";
                     self.conflict(&format!("{path}.length"), "lies across the plane", help);
                 }
-                WallShape::Plate { center, edges, .. } => {
+                WallShape::Plate { center, edges, normal, radius } => {
                     let upright = |[a, b]: &[[Length; 3]; 2]| {
                         let across = |edge: &[Length; 3]| edge[0].si() == 0.0 && edge[1].si() == 0.0;
                         (across(a) && b[2].si() == 0.0) || (across(b) && a[2].si() == 0.0)
@@ -94,7 +94,8 @@ impl Checker<'_> {
                         let help = "write 0; in two dimensions the plate is a line in the plane";
                         self.conflict(&format!("{path}.center[2]"), "lies outside the plane", help);
                     }
-                    if !edges.as_ref().is_some_and(upright) {
+                    let outlined = edges.is_some() || normal.is_some() || radius.is_some();
+                    if outlined && !edges.as_ref().is_some_and(upright) {
                         let help = "give edges of which one is across the plane: edges = [[\"20 mm\", 0, 0], [0, 0, \"1 mm\"]]";
                         self.conflict(&path, "the plate is not perpendicular to the plane z = 0", help);
                     }
