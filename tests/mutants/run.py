@@ -5,7 +5,7 @@
 copy once, and runs its tests once per mutant, with the number of the mutant in the environment. A mutant is killed by the
 first test that fails, that ends abnormally, or that takes far longer than without it; it survives if all tests pass.
 
-    tests/mutants/run.py --check            does every mutant apply? Seconds; compiles nothing
+    tests/mutants/run.py --check            does every mutant apply, and is it Rust? Seconds; compiles nothing
     tests/mutants/run.py                    all mutants; an hour or two. Stop it at any time: it goes on there
     tests/mutants/run.py --area law --only ID --limit 10
     tests/mutants/run.py --report           write result.json from what is known; runs no mutant
@@ -178,6 +178,19 @@ def mutated_sources(mutants):
         ordered = sorted(spans.items(), key=lambda entry: (entry[0][0], -entry[0][1]))
         sources[f"rust-core/{file}"] = splice(text, 0, len(text), ordered, active)
     return sources
+
+
+def parse(sources):
+    """Fail if a mutated source is not Rust. One such mutant keeps all others from running; types are checked when they are built."""
+
+    def parsed(path):
+        command = ["rustfmt", "--edition", "2024", "--emit", "stdout"]
+        return path, subprocess.run(command, input=sources[path], capture_output=True, text=True, check=False)
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        wrong = [f"{path}: {done.stderr.strip()}" for path, done in pool.map(parsed, sources) if "error: " in done.stderr]
+    if wrong:
+        raise Fault("mutants that are not Rust\n" + "\n".join(wrong))
 
 
 def tracked_files():
@@ -505,7 +518,7 @@ def run(mutants, selected, suite, arguments):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="only look whether every mutant applies")
+    parser.add_argument("--check", action="store_true", help="only look whether every mutant applies and is Rust")
     parser.add_argument("--report", action="store_true", help="only build, and write result.json from what is known")
     parser.add_argument("--only", action="append", metavar="ID", help="run these mutants; may be repeated")
     parser.add_argument("--area", action="append", choices=AREAS, help="run the mutants of these areas; may be repeated")
@@ -520,6 +533,7 @@ def main():
             raise Fault(f"no such mutants: {', '.join(sorted(unknown))}")
         sources = mutated_sources(mutants)
         if arguments.check:
+            parse(sources)
             print(f"{len(mutants)} mutants apply to {len(sources)} files")
             return 0
         selected = [m for m in mutants if (not arguments.only or m["id"] in arguments.only)
