@@ -134,8 +134,11 @@ def span(mutant, text):
     if "within" in mutant:
         start = find_once(text, mutant["within"], f"{name} `within`")
         text = mutant["within"]
-    start += find_once(text, mutant["original"], f"{name} `original`")
-    return start, start + len(mutant["original"])
+    found = find_once(text, mutant["original"], f"{name} `original`")
+    end = found + len(mutant["original"])
+    if text[end:end + 1] in (".", "?") and re.search(r" [-+*/] ", re.sub(r"\(.*\)", "", mutant["original"])):
+        raise Fault(f"{name} `original` is no operand: {text[end:end + 12]!r} belongs to its last part only")
+    return start + found, start + end
 
 
 def choose(active, mutants, original):

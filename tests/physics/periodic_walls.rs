@@ -115,10 +115,28 @@ fn walls_that_do_not_repeat_are_refused() {
     for (shape, word) in [
         ("{ kind = \"plane\", point = [0.5, 0, 0], normal = [1, 1, 0] }", "parallel to two edges"),
         ("{ kind = \"cylinder\", center = [0.5, 0.5, 0], radius = 0.6 }", "wider than the periodic cell"),
+        (
+            "{ kind = \"plate\", center = [0.5, 0.5, 0], edges = [[1.01, 0, 0], [0, 1, 0]] }",
+            "longer than the periodic cell",
+        ),
     ] {
         let text = scene([0.2, 0.5, 0.5], [1.0, 0.0, 0.0], shape, "[stop]\nsteps = 1");
         let (key, message) = refusal(built(&text, Path::new(".")));
-        assert!(key == "wall.shape" && message.contains(word), "{key}: {message}");
+        assert!(key == "wall[0].shape" && message.contains(word), "{key}: {message}");
+    }
+}
+
+/// A particle whose center lies on a plate or on the axis of a rod, where the closest point has no direction, is refused, too.
+#[test]
+fn centers_on_finite_walls_are_refused() {
+    for shape in [
+        "{ kind = \"plate\", center = [0.5, 0.5, 0.5], edges = [[0.8, 0, 0], [0, 0.8, 0]] }",
+        "{ kind = \"plate\", center = [0.5, 0.5, 0.5], normal = [0, 0, 1], radius = 0.4 }",
+        "{ kind = \"cylinder\", center = [0.5, 0.5, 0.5], axis = \"x\", radius = 0.1, length = 0.8, side = \"outside\" }",
+    ] {
+        let text = scene([0.4, 0.5, 0.5], [0.0; 3], shape, "[stop]\nsteps = 1");
+        let (key, message) = refusal(built(&text, Path::new(".")));
+        assert!(key == "wall[0].shape" && message.contains("deep in the wall \"w\""), "{key}: {message}");
     }
 }
 
