@@ -215,3 +215,14 @@ def test_pairs_that_do_not_fit_are_refused():
     ended, elements, skin = surface.bombarded(stop={"steps": 2})
     with pytest.raises(concordem.CouplingError, match="has ended"):
         precice.SurfaceParticipant(ended, Participant(elements, 9, nodes=skin.nodes)).run()
+
+
+def test_slaves_that_something_else_moves_are_refused():
+    elements = volume.bar(poisson=0.0, across=1)
+    elements.velocity[:, 0] = 20 * elements.nodes[:, 0]
+    embedding = coupling.VolumeCoupling(volume.chain(0.0, 0.0, 0.0, 0.0), elements, [0, 1]).embedding
+    # Only particle 0 is prescribed; forces move particle 1, too.
+    run = volume.chain(0.0, 0.0, 0.0, 0.0, slave_end=-1e-3)
+    adapter = precice.VolumeParticipant(run, Participant(elements, 100, embedding=embedding), [0, 1])
+    with pytest.raises(concordem.CouplingError, match="slave 1 is .* m away from its place; prescribe"):
+        adapter.run()
