@@ -22,15 +22,15 @@ pub(super) enum Test {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Beam {
     /// Width b, 1 m in two dimensions.
-    width: f64,
+    pub(super) width: f64,
     /// Height h.
-    height: f64,
+    pub(super) height: f64,
     /// Distance of the supports l.
-    span: f64,
+    pub(super) span: f64,
     /// Distance of the rollers; 0 in three-point bending.
-    inner_span: f64,
+    pub(super) inner_span: f64,
     /// Depth a₀ of the notch in the middle of the lower side; `None` without one, or with cuts of other forms.
-    notch: Option<f64>,
+    pub(super) notch: Option<f64>,
 }
 
 /// One result: symbol, name, unit, and value in this unit.
@@ -138,7 +138,7 @@ impl Beam {
     /// is bent in three points on a span of four heights, to 1 %.
     ///
     /// ASTM E399: `K = F l/(b h^(3/2)) 3√α (1.99 − α (1 − α)(2.15 − 3.93α + 2.7α²))/(2 (1 + 2α)(1 − α)^(3/2))`, `α = a₀/h`.
-    fn stress_intensity(&self, stress: f64, notch: f64) -> Option<f64> {
+    pub(super) fn stress_intensity(&self, stress: f64, notch: f64) -> Option<f64> {
         if self.inner_span > 0.0 || (self.span / (4.0 * self.height) - 1.0).abs() > 0.01 {
             return None;
         }

@@ -15,6 +15,7 @@ mod properties;
 mod provenance;
 mod rose;
 mod samples;
+mod size_effect;
 mod slices;
 pub mod structure;
 mod summary;
@@ -76,6 +77,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         heading(&runs),
         properties::section(&runs, reference),
         laboratory::section(&runs),
+        size_effect::section(&runs),
         curves::section(&runs, reference),
         samples::section(&runs)?,
         phases::section(&runs)?,

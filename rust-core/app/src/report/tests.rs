@@ -18,8 +18,12 @@ impl WriteColumns for Nothing {
 }
 
 /// A synthetic specimen: a curve with the given peak, an energy ledger that closes, and an inclined crack.
-#[expect(clippy::too_many_lines, reason = "a result file, table by table")]
 fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> ResultFile {
+    synthetic_run(path, peak_stress, peak_strain, format!("title = \"{title}\"\n# a < b & c\n"))
+}
+
+#[expect(clippy::too_many_lines, reason = "a result file, table by table")]
+fn synthetic_run(path: &Path, peak_stress: f64, peak_strain: f64, scenario: String) -> ResultFile {
     const NAMES: [&str; 19] = [
         "time",
         "step",
@@ -42,7 +46,7 @@ fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> Re
         "damaged",
     ];
     let header = RunHeader {
-        scenario: format!("title = \"{title}\"\n# a < b & c\n"),
+        scenario,
         provenance: vec![("threads".into(), "2".into()), ("time_step".into(), "2.4787e-7 s".into())],
         series: NAMES.map(|name| SeriesColumn::new(name, "1", "")).to_vec(),
         operators: vec![],
@@ -154,6 +158,47 @@ fn a_page_has_all_figures_and_loads_nothing_from_elsewhere() {
     if let Ok(path) = std::env::var("CONCORDEM_TEST_REPORT") {
         std::fs::write(path, page).unwrap();
     }
+}
+
+/// Notched beams of three heights whose strengths follow `5 MPa/√(1 + D/50 mm)`; one beam of another concrete, and one of other proportions.
+#[test]
+fn beams_of_several_heights_give_the_size_effect() {
+    let folder = tempfile::tempdir().unwrap();
+    let template = concordem_scenario::schema::template("concrete-bending").unwrap().text;
+    let beam = |name: &str, height: f64, span: f64, friction: &str| {
+        let low = -0.5 * height - 2.0;
+        let scenario = template
+            .replacen(
+                "[\"100 mm\", \"20 mm\", \"20 mm\"]",
+                &format!("[\"{} mm\", \"20 mm\", \"{height} mm\"]", 4.5 * height),
+                1,
+            )
+            .replacen("[0, \"-12 mm\", \"-12 mm\"]", &format!("[0, \"-12 mm\", \"{low} mm\"]"), 1)
+            .replacen("[0, 0, \"8.7 mm\"]", &format!("[0, 0, \"{} mm\"]", 2.0 + height / 2.0), 1)
+            .replacen("span = \"90 mm\"", &format!("span = \"{} mm\"", span * height), 1)
+            .replacen("friction_coefficient = 0.8", friction, 1);
+        let peak = 5e6 / (1.0 + height / 50.0).sqrt();
+        synthetic_run(&folder.path().join(name), peak, 1.6e-4, scenario)
+    };
+    let usual = "friction_coefficient = 0.8";
+    let mut inputs = Vec::from([10.0, 20.0, 40.0].map(|height| beam(&format!("{height}.h5"), height, 4.0, usual)));
+    inputs.push(beam("other.h5", 30.0, 4.0, "friction_coefficient = 0.7"));
+    inputs.push(beam("long.h5", 30.0, 4.1, usual));
+    let html = page(&inputs, &ReferenceFigures::default()).unwrap();
+    // The peak of the curve is at a sample, so that its strength is exact.
+    for text in [
+        "<h2>Size effect</h2>",
+        "notch 0.5000 of the height: 3 beams of 10.00, 20.00, 40.00 mm",
+        "5.000 ± ",
+        "50.00 ± ",
+        "K<sub>If</sub>",
+    ] {
+        assert!(html.contains(text), "{text}");
+    }
+    assert!(
+        !page(&inputs[1..], &ReferenceFigures::default()).unwrap().contains("Size effect"),
+        "two heights are not enough"
+    );
 }
 
 #[test]
