@@ -19,6 +19,8 @@ pub enum Shape {
     Cylinder(Vec3, usize, f64, bool, Option<f64>),
     /// Center and edges of a rectangle.
     Plate(Vec3, [Vec3; 2]),
+    /// Center, normal, and radius of a disc.
+    Disc(Vec3, Vec3, f64),
 }
 
 /// A wall.
@@ -246,7 +248,7 @@ impl Case {
         for wall in &mut case.walls {
             v(&mut wall.velocity);
             match &mut wall.shape {
-                Shape::Plane(point, normal) => {
+                Shape::Plane(point, normal) | Shape::Disc(point, normal, _) => {
                     v(point);
                     v(normal);
                 }
@@ -409,6 +411,10 @@ impl Case {
                 ),
                 Shape::Plate(center, [a, b]) => {
                     format!("{{ kind = \"plate\", center = {}, edges = [{}, {}] }}", list(center), list(a), list(b))
+                }
+                Shape::Disc(center, normal, radius) => {
+                    let [center, normal] = [center, normal].map(list);
+                    format!("{{ kind = \"plate\", center = {center}, normal = {normal}, radius = {radius:?} }}")
                 }
             };
             let _ = writeln!(text, "[[wall]]\nname = \"w{k}\"\nmaterial = \"m\"\nshape = {shape}");

@@ -11,6 +11,7 @@ use concordem_tests::random::Random;
 
 use crate::case::{Action, Case, Loading, Shape, Turn};
 use crate::compare::{Differences, MOST_DIRECTIONS, NOISE, chaotic, differences, excess, turnover};
+use crate::finite_walls;
 use crate::heat::SPECIFIC_HEAT;
 use crate::run::{Options, Outcome, Run, run};
 
@@ -384,6 +385,9 @@ fn twins(case: &Case, base: &Run, folder: &Path, add: &mut dyn FnMut(&'static st
     });
     if let Some(twin) = shifted(case) {
         compare("image shift", &twin, &unturned, &|name| depends_on_images(name, moving));
+    }
+    if let Some(twin) = finite_walls::infinite(case, &base.state.particles.position) {
+        compare("infinite walls", &twin, &unturned, &|_| false);
     }
     if let Some(twin) = with_facets(case) {
         compare("facets", &twin, &unturned, &|_| false);

@@ -143,7 +143,7 @@ fn features(case: &Case) -> String {
         (case.cell.is_some(), "cell"),
         (loading != "None", loading.as_str()),
         (!case.walls.is_empty(), "walls"),
-        (case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plate(..))), "plate"),
+        (case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plate(..) | Shape::Disc(..))), "plate"),
         (case.membrane.is_some(), "membrane"),
         (!case.clumps.is_empty(), "clump"),
         (case.materials.contains("deformable"), "deformable"),
