@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
+use concordem::fracture::Event;
 use concordem::output::ResultFile;
 use concordem::state::columns::{ColumnData, StoredColumn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{TableColumn, scalars, table};
+use crate::arrays::{TableColumn, rows, scalars, table, vectors};
 use crate::errors::{OrRaise, caught};
-use crate::simulation::events;
 
 /// A result file of a finished run. Opening it verifies the file.
 #[pyclass(frozen, name = "Result", module = "concordem")]
@@ -103,6 +103,28 @@ impl PyResultFile {
     fn __repr__(&self) -> String {
         format!("<concordem.Result {}>", self.0.path().display())
     }
+}
+
+/// The event log as a table.
+pub fn events<'py>(py: Python<'py>, events: &[Event]) -> PyResult<Bound<'py, PyAny>> {
+    fn of<'py, T: numpy::Element + Copy>(py: Python<'py>, events: &[Event], get: fn(&Event) -> T) -> Bound<'py, PyAny> {
+        let values: Vec<T> = events.iter().map(get).collect();
+        scalars(py, &values).into_any()
+    }
+    let positions: Vec<_> = events.iter().map(|event| event.position).collect();
+    let shares: Vec<[f64; 4]> = events.iter().map(|event| event.mode_shares).collect();
+    let columns = [
+        ("time", "s", of(py, events, |e| e.time)),
+        ("step", "1", of(py, events, |e| e.step)),
+        ("a", "1", of(py, events, |e| e.id_a)),
+        ("b", "1", of(py, events, |e| e.id_b)),
+        ("position", "m", vectors(py, &positions)?.into_any()),
+        ("mode_shares", "1", rows::<_, f64>(py, &shares, 4)?.into_any()),
+        ("energy", "J", of(py, events, |e| e.energy)),
+        ("damage", "1", of(py, events, |e| e.damage)),
+    ];
+    let column = |(name, unit, values): (&str, &str, _)| TableColumn { name: name.into(), unit: unit.into(), values };
+    table(py, columns.into_iter().map(column).collect())
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

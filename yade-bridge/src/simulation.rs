@@ -22,12 +22,17 @@ use pyo3::types::PyDict;
 use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
 use crate::errors::{OrRaise, caught, detach, of_assembly, of_restart};
 use crate::meshes::{free_mesh, mesh_number, no_mesh};
+use crate::results::events;
 use crate::scenario::Scenario;
 use crate::scripted::{Replacement, ScriptedLaw};
 use crate::shared::{Access, Shared};
 use crate::state::{Addresses, State};
 use crate::warnings::warn;
 use crate::work::{REPORT, SLICE, close, guarded, inside, pool, reporter};
+
+mod snapshot;
+
+pub use snapshot::SimulationSnapshot;
 
 /// The data that steps change.
 pub struct Inner {
@@ -50,6 +55,8 @@ pub struct Simulation {
     summary: Summary,
     /// Laws in Python, which the blocks of contacts know by number.
     _laws: Vec<Arc<ScriptedLaw>>,
+    /// Tells its snapshots from those of others.
+    identity: Arc<()>,
 }
 
 impl Inner {
@@ -116,7 +123,8 @@ impl Simulation {
             "the simulation is running in another thread; access it from its progress function, or wait",
             "the simulation failed in the middle of a step, so its state is invalid; load a checkpoint, or start again",
         );
-        Ok(Self { inner, pool: pool(threads)?, scenario: scenario.clone().unbind(), summary, _laws: scripted })
+        let (scenario, identity) = (scenario.clone().unbind(), Arc::new(()));
+        Ok(Self { inner, pool: pool(threads)?, scenario, summary, _laws: scripted, identity })
     }
 
     /// Lock the data; an error if another thread is stepping, or if a step failed.
@@ -207,6 +215,21 @@ impl Simulation {
         let inner = self.lock()?;
         let (state, text) = (&inner.run.state, &self.scenario.get().inner.source.text);
         detach(py, || checkpoint::write(&path, state, text))?.or_raise()
+    }
+
+    /// Everything that steps change, in memory, to go back to with `restore`: state, motion and loads set from Python, records so far.
+    fn snapshot(&self) -> PyResult<SimulationSnapshot> {
+        Ok(SimulationSnapshot::of(&*self.lock()?, &self.identity))
+    }
+
+    /// Go back to a snapshot of this simulation; it then continues bit by bit, with its threads and its laws in Python. Arrays of `state`
+    /// stay valid and show the state of the snapshot. `net_forces` are zero until the next step.
+    ///
+    /// Raises ValueError for a snapshot of another simulation.
+    fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, SimulationSnapshot>) -> PyResult<()> {
+        let kept = snapshot.get();
+        kept.check(&self.identity)?;
+        self.lock()?.change(py, |inner| kept.restore(inner))?.or_raise()
     }
 
     /// Run until a condition of the scenario's `[stop]` is met; returns its name.
@@ -555,29 +578,8 @@ fn members_of(rows: &[u32], count: usize) -> PyResult<Vec<bool>> {
     Ok(member)
 }
 
-/// The event log as a table.
-pub fn events<'py>(py: Python<'py>, events: &[Event]) -> PyResult<Bound<'py, PyAny>> {
-    fn of<'py, T: numpy::Element + Copy>(py: Python<'py>, events: &[Event], get: fn(&Event) -> T) -> Bound<'py, PyAny> {
-        let values: Vec<T> = events.iter().map(get).collect();
-        scalars(py, &values).into_any()
-    }
-    let positions: Vec<_> = events.iter().map(|event| event.position).collect();
-    let shares: Vec<[f64; 4]> = events.iter().map(|event| event.mode_shares).collect();
-    let columns = [
-        ("time", "s", of(py, events, |e| e.time)),
-        ("step", "1", of(py, events, |e| e.step)),
-        ("a", "1", of(py, events, |e| e.id_a)),
-        ("b", "1", of(py, events, |e| e.id_b)),
-        ("position", "m", vectors(py, &positions)?.into_any()),
-        ("mode_shares", "1", rows::<_, f64>(py, &shares, 4)?.into_any()),
-        ("energy", "J", of(py, events, |e| e.energy)),
-        ("damage", "1", of(py, events, |e| e.damage)),
-    ];
-    let column = |(name, unit, values): (&str, &str, _)| TableColumn { name: name.into(), unit: unit.into(), values };
-    table(py, columns.into_iter().map(column).collect())
-}
-
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Simulation>()?;
+    module.add_class::<SimulationSnapshot>()?;
     module.add_class::<State>()
 }

@@ -61,6 +61,66 @@ def test_checkpoints_go_on_with_the_same_bits(concrete, tmp_path):
         concordem.Simulation.load(tmp_path / "half.h5")
 
 
+def test_a_snapshot_goes_back_with_the_same_bits_and_its_records(concrete):
+    # Records are taken before and after the snapshot.
+    data = concrete.to_dict()
+    data["output"] = data.get("output", {}) | {"sample_interval": 7}
+    scenario = concordem.Scenario.from_dict(data)
+    simulation = scenario.simulation(threads=2)
+    positions, ids = simulation.state.positions, simulation.state.ids
+    simulation.step(80)
+    kept, hashed, records = simulation.snapshot(), simulation.state_hash(), len(simulation.samples)
+    at = positions.copy()
+    ends = []
+    for _ in range(2):
+        simulation.step(200)
+        ends.append((simulation.state_hash(), simulation.samples.tobytes()))
+        assert not np.array_equal(positions, at)
+        simulation.restore(kept)
+        assert simulation.state_hash() == hashed and len(simulation.samples) == records
+        # Views of the arrays show the restored state.
+        assert np.array_equal(positions, at) and np.array_equal(positions, simulation.state.positions)
+        assert positions.ctypes.data == simulation.state.positions.ctypes.data and ids.ctypes.data == simulation.state.ids.ctypes.data
+    assert ends[0] == ends[1]
+    with pytest.raises(ValueError, match="the snapshot is of another simulation"):
+        scenario.simulation().restore(kept)
+
+
+def test_a_snapshot_brings_back_a_bond_that_broke():
+    simulation = concordem.Scenario(**{**TWO, "integration": {"allow_energy_error": True}}).simulation()
+    simulation.state.writable("velocities")[1] = [20.0, 0, 0]
+    kept, ends = simulation.snapshot(), []
+    for _ in range(2):
+        assert simulation.state.bond_count == 1 and len(simulation.events) == 0
+        simulation.step(300)
+        assert simulation.state.bond_count == 0
+        ends.append((simulation.state_hash(), simulation.events.tobytes()))
+        simulation.restore(kept)
+    assert ends[0] == ends[1]
+
+
+def test_a_snapshot_keeps_the_motion_and_the_loads_that_python_set():
+    tables = TWO | {"set": [{"name": "held", "selection": {"kind": "ids", "ids": [0]}}],
+                    "prescribe": [{"set": "held", "velocity": [0, 0, 0], "angular_velocity": [0, 0, 0]}]}
+    simulation = concordem.Scenario(**tables).simulation()
+    still = np.zeros((2, 3))
+    moving = np.array([[1e-3, 0, 0], [0, 0, 0]])
+    simulation.set_motion(moving, still)
+    simulation.set_loads(np.array([[0, 0, 0], [0, 0.5, 0]]))
+    simulation.step(10)
+    kept = simulation.snapshot()
+    simulation.step(30)
+    end = simulation.state_hash()
+    simulation.restore(kept)
+    simulation.set_motion(still, still)
+    simulation.set_loads(still)
+    simulation.step(30)
+    assert simulation.state_hash() != end
+    simulation.restore(kept)
+    simulation.step(30)
+    assert simulation.state_hash() == end
+
+
 def test_another_scenario_is_applied_or_refused_by_key(tmp_path):
     block = concordem.Scenario(
         packing={"kind": "lattice", "lattice": "hcp", "radius": "1 mm", "repeats": [5, 3, 5]},

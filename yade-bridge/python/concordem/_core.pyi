@@ -34,6 +34,7 @@ __all__ = [
     "Result",
     "Scenario",
     "Simulation",
+    "SimulationSnapshot",
     "State",
     "affine_fit",
     "affine_forces",
@@ -163,6 +164,9 @@ class Scenario:
     def __reduce__(self) -> tuple[Any, tuple[str, str, str]]: ...
 
 @final
+class SimulationSnapshot: ...
+
+@final
 class Simulation:
     @staticmethod
     def load(
@@ -173,6 +177,8 @@ class Simulation:
         contact_law: Law | None = None,
     ) -> Simulation: ...
     def save(self, path: _Path) -> str: ...
+    def snapshot(self) -> SimulationSnapshot: ...
+    def restore(self, snapshot: SimulationSnapshot) -> None: ...
     def run(self, progress: _Progress = None) -> str | None: ...
     def step(self, count: int = 1, progress: _Progress = None) -> str | None: ...
     @property

@@ -191,6 +191,11 @@ impl Solver {
         self.targets = targets;
     }
 
+    /// The targets of [`Self::set_targets`].
+    pub fn targets(&self) -> Option<&[(Vec3, Vec3)]> {
+        self.targets.as_deref()
+    }
+
     /// The targets of [`Self::set_targets`], to be changed in place; at first, the present velocities of `particles`.
     pub fn targets_mut(&mut self, particles: &Particles) -> &mut [(Vec3, Vec3)] {
         self.targets.get_or_insert_with(|| {

@@ -9,9 +9,6 @@ mesh of the scenario, `VolumeParticipant` the centers of slaves. Map displacemen
 
 from __future__ import annotations
 
-from os import PathLike
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -26,17 +23,20 @@ from ._volume import check_slaves, slave_forces, slave_rows
 class _Participant:
     """The time loop. Displacements at the end of a step move the points; forces at these positions go back."""
 
-    def __init__(self, simulation: Simulation, participant: Any, mesh: str, read: str, write: str, velocity: str | None, points: Reals) -> None:
+    def __init__(
+        self, simulation: Simulation, participant: Any, mesh: str, read: list[str], write: list[str], points: Reals,
+    ) -> None:
         self.simulation = simulation
-        """The particles. An implicit coupling replaces it when it goes back."""
+        """The particles."""
         self.participant, self.mesh = participant, mesh
-        self._read, self._write, self._velocity = read, write, velocity
+        # Displacements, and data of the motion if the other code sends them.
+        self._read, self._write = read, write
         self._points = points
         if simulation.state.cell is not None:
             raise CouplingError("this coupling takes specimens with a surface; remove the periodic cell", "Periodic")
         if (dimensions := participant.get_mesh_dimensions(mesh)) != 3:
             raise CouplingError(f'the mesh "{mesh}" of preCICE has {dimensions} dimensions; give 3', "Data")
-        for name in [read, write, *([velocity] if velocity else [])]:
+        for name in [*read, *write]:
             if (size := participant.get_data_dimensions(mesh, name)) != 3:
                 raise CouplingError(f'"{name}" of the mesh "{mesh}" has {size} components; declare data:vector', "Data")
         self._vertices = participant.set_mesh_vertices(mesh, points)
@@ -44,11 +44,17 @@ class _Participant:
         self.windows = 0
         """Time windows done."""
 
-    def _forces(self) -> Reals:
+    def _forces(self) -> list[Reals]:
+        """The data to be written."""
         raise NotImplementedError
 
-    def _step(self, displacement: Reals, velocity: Reals) -> None:
+    def _step(self, displacement: Reals, motion: Reals) -> None:
+        """One step to these displacements. `motion`: what the other code sends with them, or else the change of the displacements, m/s."""
         raise NotImplementedError
+
+    def _send(self) -> None:
+        for name, values in zip(self._write, self._forces(), strict=True):
+            self.participant.write_data(self.mesh, name, self._vertices, values)
 
     def run(self) -> None:
         """Advance until preCICE ends the coupling, then finalize it.
@@ -58,29 +64,28 @@ class _Participant:
         """
         participant = self.participant
         if participant.requires_initial_data():
-            participant.write_data(self.mesh, self._write, self._vertices, self._forces())
+            self._send()
         try:
             participant.initialize()
-            with TemporaryDirectory() as folder:
-                self._windows(Path(folder) / "window.h5")
+            self._windows()
         finally:
             # Also after an error, so that the other code does not wait.
             participant.finalize()
 
-    def _windows(self, checkpoint: Path) -> None:
-        """All time windows; `checkpoint` is the file of the state at the start of one."""
-        participant = self.participant
-        kept: Reals | None = None
+    def _windows(self) -> None:
+        """All time windows."""
+        participant, simulation = self.participant, self.simulation
+        kept = None
         while participant.is_coupling_ongoing():
             if participant.requires_writing_checkpoint():
-                self.simulation.save(checkpoint)
-                kept = self._displacement.copy()
+                kept = simulation.snapshot(), self._displacement.copy()
             step = self._advance()
             participant.advance(step)
             if participant.requires_reading_checkpoint():
                 if kept is None:
                     raise CouplingError("preCICE goes back to a state that it did not ask to write", "Checkpoint")
-                self.simulation, self._displacement = Simulation.load(checkpoint), kept.copy()
+                simulation.restore(kept[0])
+                self._displacement = kept[1].copy()
             elif participant.is_time_window_complete():
                 self.windows += 1
 
@@ -97,15 +102,14 @@ class _Participant:
             )
             raise CouplingError(message, "TimeStep")
         taken = left if count == 1 else step
-        displacement = self._data(self._read, taken)
-        moved = (displacement - self._displacement) / step
-        velocity = moved if self._velocity is None else self._data(self._velocity, taken)
+        displacement, *sent = [self._data(name, taken) for name in self._read]
+        motion = sent[0] if sent else (displacement - self._displacement) / step
         number = simulation.state.step
-        self._step(displacement, velocity)
+        self._step(displacement, motion)
         if simulation.state.step == number:
             raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
         self._displacement = displacement
-        participant.write_data(self.mesh, self._write, self._vertices, self._forces())
+        self._send()
         return float(taken)
 
     def _data(self, name: str, time: float) -> Reals:
@@ -145,59 +149,113 @@ class SurfaceParticipant(_Participant):
             raise CouplingError(f"the scenario has {len(names)} meshes, {names}; give the name of that of the skin", "Mesh")
         self.wall = names[0] if wall is None else wall
         """Name of the wall."""
-        super().__init__(simulation, participant, mesh, read, write, velocity, np.array(simulation.mesh(self.wall).positions))
+        reads = [read] if velocity is None else [read, velocity]
+        super().__init__(simulation, participant, mesh, reads, [write], np.array(simulation.mesh(self.wall).positions))
 
-    def _forces(self) -> Reals:
-        forces: Reals = np.array(self.simulation.forces(border=[]).meshes[self.wall])
-        return forces
+    def _forces(self) -> list[Reals]:
+        return [np.array(self.simulation.forces(border=[]).meshes[self.wall])]
 
-    def _step(self, displacement: Reals, velocity: Reals) -> None:
+    def _step(self, displacement: Reals, motion: Reals) -> None:
         self.simulation.step(1)
-        self.simulation.place_mesh(self.wall, self._points + displacement, velocity)
+        self.simulation.place_mesh(self.wall, self._points + displacement, motion)
 
 
 class VolumeParticipant(_Participant):
-    """Particles that follow the elements of the other code, and hand it their forces.
+    """Particles that follow the elements of the other code, and hand it their forces and moments.
+
+    Displacements alone do not tell how the elements rotate at a slave, and preCICE carries forces to meshes, not moments. There are two ways;
+    without one of them slaves do not spin, and their moments are lost (`lost_moment`).
+
+    - `arm`: each slave has six more vertices, at this distance along each axis. Their displacements give its spin, and its moment becomes forces
+      on them. With the places ``r_i`` of the six from their middle, their velocities ``v_i``, and
+      ``T = sum of (r_i.r_i 1 - r_i r_i)``, spin and forces are ``w = T^-1 sum of r_i x v_i`` and ``f_i = T^-1 M x r_i``. So
+      ``sum of f_i = 0``, ``sum of r_i x f_i = M``, and ``sum of f_i.v_i = M.w``. The other code needs nothing new. Its elements must reach as far,
+      and the mapping must interpolate within them, such as by the nearest projection.
+    - `angular_velocity` and `moment`: data that the other code reads and writes, for one with shape functions at the slaves or with rotations
+      at its nodes: angular velocities of its elements in the middle of the step, ``w = 1/2 sum of grad N_a x v_a``, rad/s; and moments on them,
+      ``f_a = 1/2 M x grad N_a``, N m. See :class:`concordem.coupling.Embedding`.
 
     Args:
         simulation: its scenario prescribes all velocities and angular velocities of the slaves, as zero.
         participant: of preCICE, not yet initialized.
         slaves: ids of the slaves.
-        mesh, read, write: see :class:`SurfaceParticipant`; the vertices are the slaves, by ascending id.
+        mesh, read, write: see :class:`SurfaceParticipant`; the vertices are the slaves, by ascending id, then the six of each slave.
+        arm: distance of the further vertices, m; not larger than the elements.
+        angular_velocity, moment: names of these data.
 
-    Raises CouplingError in the first step if something else moves a slave. Displacements do not tell how the elements rotate: slaves do not spin. Moments on them have no counterpart in the other code;
-    `lost_moment` has the largest sum of them. Where it counts, use :class:`concordem.coupling.VolumeCoupling`.
+    Raises CouplingError in the first step if something else moves a slave; ValueError for both ways at once, or half of one.
     """
 
     def __init__(
         self, simulation: Simulation, participant: Any, slaves: ArrayLike, mesh: str = "Particle-Mesh", read: str = "Displacement", write: str = "Force",
+        arm: float | None = None, angular_velocity: str | None = None, moment: str | None = None,
     ) -> None:
         self.slaves: NDArray[np.int64] = np.unique(np.asarray(slaves))
         """Ids of the slaves, ascending."""
         self.lost_moment = 0.0
-        """Largest size of the sum of the moments on the slaves about their centers, N m: it does not reach the other code."""
+        """Largest size of the sum of those moments on the slaves about their centers that do not reach the other code, N m."""
+        if (angular_velocity is None) != (moment is None) or (arm is not None and moment is not None):
+            raise ValueError("give either arm, or both angular_velocity and moment, or none of the three")
+        if arm is not None and not (arm > 0 and np.isfinite(arm)):
+            raise ValueError(f"arm is {arm}; it must be positive and finite")
         check_slaves(simulation.state, self.slaves)
-        points = np.array(simulation.state.positions)[slave_rows(simulation.state, self.slaves)]
-        super().__init__(simulation, participant, mesh, read, write, None, points)
+        self._centers: Reals = np.array(simulation.state.positions)[slave_rows(simulation.state, self.slaves)]
+        self._arm = arm
+        points = self._centers
+        if arm is not None:
+            star = arm * np.concatenate([np.eye(3), -np.eye(3)])
+            points = np.concatenate([points, (points[:, None, :] + star).reshape(-1, 3)])
+        more = [] if angular_velocity is None else [angular_velocity]
+        super().__init__(simulation, participant, mesh, [read, *more], [write] + ([] if moment is None else [moment]), points)
 
-    def _forces(self) -> Reals:
+    def _arms(self) -> tuple[Reals, Reals]:
+        """Places of the further vertices from their middle, m, (k, 6, 3), and the inverse of T, 1/m^2, (k, 3, 3)."""
+        count = len(self.slaves)
+        places = (self._points + self._displacement)[count:].reshape(count, 6, 3)
+        arms = places - places.mean(axis=1, keepdims=True)
+        tensor = np.einsum("kai,kai->k", arms, arms)[:, None, None] * np.eye(3) - np.einsum("kai,kaj->kij", arms, arms)
+        return arms, np.linalg.inv(tensor)
+
+    def _forces(self) -> list[Reals]:
         force, moment = slave_forces(self.simulation, self.slaves)
+        if self._arm is not None:
+            arms, inverse = self._arms()
+            couples = np.cross(np.einsum("kij,kj->ki", inverse, moment)[:, None, :], arms)
+            return [np.concatenate([force, couples.reshape(-1, 3)])]
+        if len(self._write) == 2:
+            return [force, moment]
         self.lost_moment = max(self.lost_moment, float(np.linalg.norm(moment.sum(axis=0))))
-        return force
+        return [force]
 
-    def _step(self, displacement: Reals, velocity: Reals) -> None:
+    def _spins(self, motion: Reals) -> Reals:
+        """Angular velocities of the slaves in the coming step, rad/s."""
+        if self._arm is not None:
+            arms, inverse = self._arms()
+            velocities = motion[len(self.slaves) :].reshape(arms.shape)
+            spins: Reals = np.einsum("kij,kj->ki", inverse, np.cross(arms, velocities).sum(axis=1))
+            return spins
+        return motion if len(self._read) == 2 else np.zeros_like(self._centers)
+
+    def _step(self, displacement: Reals, motion: Reals) -> None:
         simulation = self.simulation
         state = simulation.state
         rows = slave_rows(state, self.slaves)
+        wanted = self._centers + displacement[: len(rows)]
         # To the place, and not by the velocity, so that rounding does not add up.
         targets = np.array(state.velocities)
-        targets[rows] = (self._points + displacement - np.array(state.positions)[rows]) / state.time_step
+        targets[rows] = (wanted - np.array(state.positions)[rows]) / state.time_step
         spins = np.array(state.angular_velocities)
-        spins[rows] = 0.0
+        spins[rows] = self._spins(motion)
         simulation.set_motion(targets, spins)
+        wanted_spins = spins[rows]
         simulation.step(1)
-        wanted = self._points + displacement
-        gap = np.linalg.norm(simulation.state.positions[slave_rows(simulation.state, self.slaves)] - wanted, axis=1)
+        rows = slave_rows(simulation.state, self.slaves)
+        turned = np.array(simulation.state.angular_velocities)[rows]
+        if not np.allclose(turned, wanted_spins, rtol=1e-9, atol=0.0):
+            worst = int(self.slaves[int(np.argmax(np.abs(turned - wanted_spins).max(axis=1)))])
+            message = f"slave {worst} does not rotate with its element; prescribe its angular_velocity as [0, 0, 0]"
+            raise CouplingError(message, "Slaves")
+        gap = np.linalg.norm(simulation.state.positions[rows] - wanted, axis=1)
         # Positions are rounded by 1e-16 of their size.
         if gap.max() > 1e-9 * np.abs(wanted).max():
             worst = int(np.argmax(gap))
