@@ -333,12 +333,18 @@ def lattice_scenario(**spring):
     )
 
 
-def test_cell_that_loses_its_last_bond_is_an_error():
+def test_cell_that_loses_its_last_bond_is_an_error_and_can_be_written(tmp_path):
     # All bonds of the lattice are stretched alike.
     cells = coupling.RepresentativeCells(lattice_scenario(normal_strength=1.0), 1)
     cells.deform(np.eye(3)[None] * (1 + 2e-4), 10)
     with pytest.raises(concordem.ContinuumError, match="lost its last bond"):
         cells.deform(np.eye(3)[None] * (1 + 2e-3), 10)
+    # The states stay, can be written, and are read by other cells.
+    hashes = cells.write(tmp_path)
+    others = coupling.RepresentativeCells(lattice_scenario(normal_strength=1.0), 1)
+    others.read(tmp_path)
+    assert others.state_hashes() == hashes == cells.state_hashes()
+    assert others.response().bonds[0] == cells.response().bonds[0] == 0
 
 
 def test_lattice_cell_follows_at_once():

@@ -4,6 +4,7 @@ Tests of the finite elements need scikit-fem, and are skipped where it is missin
 """
 
 import pickle
+import signal
 
 import concordem
 import numpy as np
@@ -13,6 +14,7 @@ from concordem import coupling
 pytest.importorskip("skfem")
 
 import test_contact_coupling as contact  # noqa: E402
+import test_coupling as cells_of  # noqa: E402
 import test_surface_coupling as surface  # noqa: E402
 import test_volume_coupling as volume  # noqa: E402
 
@@ -125,3 +127,146 @@ def test_states_that_cannot_be_written_are_named(tmp_path):
         with pytest.raises(concordem.CouplingError, match="has ended") as caught:
             coupled.step(3)
         assert "only these are in" in caught.value.__notes__[0] and "particles.h5" in caught.value.__notes__[0]
+
+
+def spinning(run=None):
+    """A spinning bar with a chain of beams, or with this simulation of one."""
+    elements = volume.bar()
+    elements.velocity[:] = np.cross([10.0, -20.0, 30.0], elements.nodes)
+    run = volume.chain(0.0, 2e-4, -1e-4, **volume.BEAMS) if run is None else run
+    return run, elements
+
+
+def went_on(folder, steps):
+    """The volume coupling of `spinning`, from the files, after further steps."""
+    run, elements = spinning(run=concordem.Simulation.load(folder / "particles.h5", threads=2))
+    coupling.restore_elements(elements, folder)
+    coupled = coupling.VolumeCoupling(run, elements, [0, 1], reference=np.load(folder / "reference.npy"))
+    coupled.step(steps)
+    return run, elements
+
+
+def test_a_volume_coupling_goes_on_from_the_files_of_a_failure(tmp_path):
+    whole, elements = spinning()
+    coupling.VolumeCoupling(whole, elements, [0, 1]).step(60)
+    run, failing = spinning()
+    coupled = coupling.VolumeCoupling(run, failing, [0, 1], rescue=tmp_path)
+    coupled.step(25)
+    # A load that is not finite is refused before the nodes move: both sides are still at one instant.
+    step, failing.step = failing.step, lambda force: step(force + np.nan)
+    with pytest.raises(concordem.CouplingError, match="is not finite") as caught:
+        coupled.step()
+    assert "particles.h5 (step 25), reference.npy, elements-0.pickle" in caught.value.__notes__[0]
+    again, other = went_on(tmp_path, 35)
+    assert again.state_hash() == whole.state_hash()
+    assert np.array_equal(other.displacement, elements.displacement) and np.array_equal(other.velocity, elements.velocity)
+
+
+def test_a_run_goes_on_after_ctrl_c_with_the_same_bits(tmp_path):
+    whole, elements = spinning()
+    coupling.VolumeCoupling(whole, elements, [0, 1]).step(60)
+    run, interrupted = spinning()
+    coupled = coupling.VolumeCoupling(run, interrupted, [0, 1], rescue=tmp_path)
+    step = interrupted.step
+
+    def press(force):
+        if interrupted.steps == 30:
+            # In the middle of a step: the elements have not moved yet.
+            signal.raise_signal(signal.SIGINT)
+        step(force)
+
+    interrupted.step = press
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        coupled.step(60)
+    assert signal.getsignal(signal.SIGINT) is before
+    # The step was finished on both sides.
+    assert run.state.step == interrupted.steps == 31
+    assert "particles.h5 (step 31), reference.npy" in caught.value.__notes__[0]
+    again, other = went_on(tmp_path, 29)
+    assert again.state_hash() == whole.state_hash()
+    assert np.array_equal(other.displacement, elements.displacement)
+    # The interrupted coupling itself goes on, too.
+    coupled.step(29)
+    assert run.state_hash() == whole.state_hash()
+
+
+def test_a_second_ctrl_c_acts_at_once(tmp_path):
+    run, elements = spinning()
+    coupled = coupling.VolumeCoupling(run, elements, [0, 1], rescue=tmp_path)
+
+    def hangs(force):
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError("the second one is not heard")
+
+    elements.step = hangs
+    with pytest.raises(KeyboardInterrupt):
+        coupled.step()
+    assert (tmp_path / "particles.h5").exists()
+
+
+@pytest.mark.parametrize("layers", [False, True])
+def test_cells_at_integration_points_are_in_the_files(tmp_path, layers):
+    import skfem
+
+    def start():
+        mesh = skfem.MeshHex.init_tensor([0, 1e-2], [0, 1e-2], [0, 1e-2, 2e-2])
+        cells = coupling.RepresentativeCells(cells_of.lattice_scenario(normal_strength=1.0), 8 if layers else 16)
+        material = coupling.CellMaterial(cells, 2)
+        if layers:
+            material = coupling.Layers([coupling.Elastic(1e7, 0.2, 2000.0), material], [0, 1])
+        return coupling.ScikitDynamics(mesh, material, safety=0.5), cells
+
+    elements, cells = start()
+    elements.velocity[:, 2] = 0.5 * elements.nodes[:, 2]
+    for _ in range(5):
+        elements.step()
+    names = coupling.write_elements(elements, tmp_path)
+    assert names == ["elements-0.pickle", "elements-0-cells-0"]
+    other, others = start()
+    coupling.restore_elements(other, tmp_path)
+    assert others.state_hashes() == cells.state_hashes()
+    for one in (elements, other):
+        for _ in range(5):
+            one.step()
+    assert others.state_hashes() == cells.state_hashes() and np.array_equal(other.displacement, elements.displacement)
+    # The last bond is lost: the cells keep their states, and both sides can still be written.
+    elements.fixed[:] = True
+    elements.prescribed[:] = 2e-4 / elements.time_step * elements.nodes
+    with pytest.raises(concordem.ContinuumError, match="lost its last bond"):
+        for _ in range(20):
+            elements.step()
+    (tmp_path / "after").mkdir()
+    coupling.write_elements(elements, tmp_path / "after")
+    coupling.restore_elements(other, tmp_path / "after")
+    assert others.state_hashes() == cells.state_hashes() and other.steps == elements.steps
+
+
+def test_a_run_that_ends_leaves_both_sides_at_one_step(tmp_path):
+    elements = volume.bar()
+    coupled = coupling.VolumeCoupling(volume.chain(0.0, 0.0, stop={"steps": 2}), elements, [0], rescue=tmp_path)
+    failed(concordem.CouplingError, "has ended; give", tmp_path, coupled)
+    assert elements.steps == coupled.simulation.state.step == 2
+
+
+def test_surface_and_contact_couplings_end_a_step_before_ctrl_c(tmp_path):
+    run, elements, skin = surface.bombarded()
+    bodies_run, bodies = contact.colliding()
+    for coupled, sides in [(coupling.SurfaceCoupling(run, elements, skin, rescue=tmp_path / "s"), [elements]),
+                           (coupling.ContactCoupling(bodies_run, bodies, rescue=tmp_path / "c"), [body.elements for body in bodies])]:
+        step = sides[-1].step
+
+        def press(force):
+            if sides[-1].steps == 3:
+                signal.raise_signal(signal.SIGINT)
+            step(force)
+
+        sides[-1].step = press
+        with pytest.raises(KeyboardInterrupt):
+            coupled.step(10)
+        assert {side.steps for side in sides} == {coupled.simulation.state.step} == {4}
+    other, others = contact.colliding()
+    for number, body in enumerate(others):
+        coupling.restore_elements(body.elements, tmp_path / "c", number)
+        assert np.array_equal(body.elements.velocity, bodies[number].elements.velocity)

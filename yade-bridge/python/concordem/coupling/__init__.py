@@ -31,6 +31,7 @@ from ._micro import micro_simulation
 from ._protocol import CallbackElements, FiniteElements, check_pair
 from ._pictures import write_vtk
 from ._report import write_page
+from ._rescue import restore_elements, write_elements
 from ._scikit import ScikitDynamics
 from ._sequential import HandOver, hand_over
 from ._surface import Skin, SurfaceCoupling, SurfaceExchange
@@ -67,6 +68,8 @@ __all__ = [
     "handover_damage",
     "handover_tensor",
     "micro_simulation",
+    "restore_elements",
+    "write_elements",
     "write_page",
     "write_vtk",
 ]

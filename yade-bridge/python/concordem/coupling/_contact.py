@@ -249,7 +249,8 @@ class ContactCoupling:
         simulation: of a scenario with the tables of :func:`contact_tables`.
         bodies: in the same order.
         record: whether to record the motion of meshes and spheres for :meth:`write_motion`; from step 0 on.
-        rescue: folder for the states of both sides if a step fails; the error then has a note that names the files. Default: none.
+        rescue: folder for the states of both sides if a step fails, and after Ctrl-C; the error then has a note that names the files.
+            `restore_elements` reads those of the elements. Default: none.
 
     Raises CouplingError for pairs that do not fit, time steps above the stable one with the contacts, spheres that a body has pressed
     through, and skins so stretched that the spheres do not cover them.
@@ -426,9 +427,10 @@ class ContactCoupling:
             np.zeros_like(body.elements.nodes) if load is None else _vectors("load", load, len(body.elements.nodes))
             for body, load in zip(self.bodies, given, strict=True)
         ]
-        with rescued(self._rescue, self.simulation, [body.elements for body in self.bodies]):
+        with rescued(self._rescue, self.simulation, [body.elements for body in self.bodies]) as between:
             for _ in range(count):
                 self._advance(outer)
+                between()
 
     def _advance(self, outer: list[Reals]) -> None:
         """One step."""

@@ -96,7 +96,8 @@ class SurfaceCoupling:
         skin: which node is which vertex.
         mesh: name of the wall; by default the only mesh of the scenario.
         record: whether to record the motion of the skin for :meth:`write_motion`; from step 0 on.
-        rescue: folder for the states of both sides if a step fails; the error then has a note that names the files. Default: none.
+        rescue: folder for the states of both sides if a step fails, and after Ctrl-C; the error then has a note that names the files.
+            `restore_elements` reads those of the elements. Default: none.
 
     Raises CouplingError for pairs that do not fit, and for a mesh that is not where its nodes are.
     """
@@ -156,9 +157,10 @@ class SurfaceCoupling:
         """Advance both sides by `count` steps, under further forces `load` on the nodes, N, (n, 3)."""
         elements = self.elements
         outer = np.zeros_like(elements.nodes) if load is None else _vectors("load", load, len(elements.nodes))
-        with rescued(self._rescue, self.simulation, [self.elements]):
+        with rescued(self._rescue, self.simulation, [self.elements]) as between:
             for _ in range(count):
                 self._advance(outer)
+                between()
 
     def _advance(self, outer: Reals) -> None:
         """One step."""

@@ -98,9 +98,11 @@ class VolumeCoupling:
         slaves: ids of the slaves.
         cells: elements as nodes numbered as in VTK, (m, 4) or (m, 8); by default those of `elements.mesh`.
         reference: places of the slaves in the reference configuration, by ascending id, m, (k, 3). Default: where they are, for elements
-            not yet deformed. To continue a saved run, restore both sides and give the attribute `reference` of the first coupling.
+            not yet deformed. To continue a saved run, restore both sides and give the attribute `reference` of the first coupling;
+            `rescue` writes it to `reference.npy`.
         record: name of the set of the slaves in the scenario, to record their motion for :meth:`write_motion`; from step 0 on.
-        rescue: folder for the states of both sides if a step fails; the error then has a note that names the files. Default: none.
+        rescue: folder for the states of both sides if a step fails, and after Ctrl-C; the error then has a note that names the files.
+            `restore_elements` reads those of the elements. Default: none.
 
     Raises CouplingError for pairs that do not fit, slaves outside the elements, slaves of clumps, walls that touch a slave, and slaves
     that do not follow.
@@ -175,9 +177,10 @@ class VolumeCoupling:
         """
         elements = self.elements
         outer = np.zeros_like(elements.nodes) if load is None else _vectors("load", load, len(elements.nodes))
-        with rescued(self._rescue, self.simulation, [self.elements]):
+        with rescued(self._rescue, self.simulation, [self.elements], {"reference": self.reference}) as between:
             for _ in range(count):
                 self._advance(outer, motion)
+                between()
 
     def _advance(self, outer: Reals, motion: tuple[ArrayLike, ArrayLike] | None) -> None:
         """One step."""
@@ -185,6 +188,8 @@ class VolumeCoupling:
         dt = simulation.state.time_step
         if abs(dt - elements.time_step) > 1e-9 * dt:
             raise CouplingError(f"the time step of the particles has become {dt:.6e} s; fix integration.time_step", "TimeStep")
+        if simulation.stopped is not None:
+            raise CouplingError("the run of the particles has ended; give [stop] more steps", "Stopped")
         displacement, before = elements.displacement, elements.velocity.copy()
         gradients = embedding.gradients(displacement)
         force, moment = self.forces()
