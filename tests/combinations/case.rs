@@ -5,6 +5,10 @@ use std::fmt::Write as _;
 use concordem::math::{Mat3, Vec3};
 
 use crate::fibers::Fiber;
+use crate::slaves::Slave;
+
+/// Takes a file, by name, and returns its path for the scenario.
+pub type Files<'a> = &'a dyn Fn(&str, &[u8]) -> String;
 
 /// Shape of a wall.
 #[derive(Clone, Debug)]
@@ -171,6 +175,7 @@ pub struct Case {
     pub heat: Option<Heat>,
     pub fiber: Option<Fiber>,
     pub membrane: Option<Membrane>,
+    pub slaves: Vec<Slave>,
     pub samples: Vec<Sample>,
     pub interval: u64,
     pub steps: u64,
@@ -284,6 +289,7 @@ impl Case {
                 }
             }
         }
+        case.slaves = self.slaves.iter().map(|slave| slave.turned(turn)).collect();
         for sample in &mut case.samples {
             v(&mut sample.velocity);
             match &mut sample.region {
@@ -304,8 +310,8 @@ impl Case {
         case
     }
 
-    /// The text of the scenario; `surface` gives the file of a surface of triangles.
-    pub fn text(&self, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) -> String {
+    /// The text of the scenario; `files` takes the surfaces of triangles and the recorded motions.
+    pub fn text(&self, files: Files<'_>) -> String {
         let mut text = format!("version = 1\ntitle = \"{}\"\n", self.name);
         let _ = writeln!(text, "dimension = {}\nkinematics = \"{}\"", self.dimension, self.kinematics);
         let _ = writeln!(text, "[packing]\nkind = \"spheres\"\nspheres = [");
@@ -330,7 +336,7 @@ impl Case {
         let _ = writeln!(text, "damping = {}\ngravity = {}", self.damping, list(&self.gravity));
         text += &self.loading_text();
         self.write_time(&mut text);
-        self.write_walls(&mut text, surface);
+        self.write_walls(&mut text, files);
         self.write_bodies(&mut text);
         if let Some(Heat { keys, hot }) = &self.heat {
             let selection = format!("{{ kind = \"ids\", ids = {hot:?} }}");
@@ -342,6 +348,9 @@ impl Case {
             if let Some(axis) = open_along {
                 let _ = writeln!(text, "open_along = \"{}\"", ["x", "y", "z"][*axis]);
             }
+        }
+        for (k, slave) in self.slaves.iter().enumerate() {
+            text += &slave.text(k, self, files);
         }
         self.write_samples(&mut text);
         let _ = writeln!(text, "[output]\nsample_interval = {}\n[stop]\nsteps = {}", self.interval, self.steps);
@@ -386,8 +395,9 @@ impl Case {
         }
     }
 
-    fn write_walls(&self, text: &mut String, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) {
-        if self.walls.iter().any(|wall| matches!(wall.shape, Shape::Mesh(..))) {
+    fn write_walls(&self, text: &mut String, files: Files<'_>) {
+        let moves = |wall: &Wall| matches!(wall.shape, Shape::Mesh(..)) && wall.velocity != Vec3::zeros();
+        if self.walls.iter().any(moves) {
             // One second per unit, longer than any run: displacements are velocities.
             *text += "[[history]]\nname = \"time\"\nshape = { kind = \"table\", points = [[0, 0], [1, 1]] }\n";
         }
@@ -396,7 +406,10 @@ impl Case {
                 Shape::Plane(point, normal) => {
                     format!("{{ kind = \"plane\", point = {}, normal = {} }}", list(point), list(normal))
                 }
-                Shape::Facets(triangles) => format!("{{ kind = \"facets\", path = \"{}\" }}", surface(k, triangles)),
+                Shape::Facets(triangles) => {
+                    let path = files(&format!("surface-{k}.stl"), &stl(triangles));
+                    format!("{{ kind = \"facets\", path = \"{path}\" }}")
+                }
                 Shape::Mesh(vertices, triangles) => {
                     let vertices: Vec<String> = vertices.iter().map(list).collect();
                     let vertices = vertices.join(", ");
@@ -569,4 +582,18 @@ fn matrix(m: &Mat3) -> String {
 fn components(v: &[Option<f64>; 3]) -> String {
     let one = |c: &Option<f64>| c.map_or("\"free\"".to_owned(), |c| format!("{c:?}"));
     format!("[{}, {}, {}]", one(&v[0]), one(&v[1]), one(&v[2]))
+}
+
+/// Triangles as a binary STL file.
+fn stl(triangles: &[[Vec3; 3]]) -> Vec<u8> {
+    let mut bytes = vec![0_u8; 80];
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for corners in triangles {
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
+        for v in std::iter::once(&normal).chain(corners) {
+            v.iter().for_each(|c| bytes.extend((*c as f32).to_le_bytes()));
+        }
+        bytes.extend([0, 0]);
+    }
+    bytes
 }

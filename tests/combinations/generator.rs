@@ -6,7 +6,7 @@ use concordem::math::{Mat3, Vec3};
 use concordem_tests::random::Random;
 
 use crate::case::{Action, Case, Clump, Loading, Membrane, Motion, Region, Sample, Shape, Wall};
-use crate::{fibers, finite_walls, heat, in_time};
+use crate::{fibers, finite_walls, heat, in_time, slaves};
 
 /// Distance of neighbors, m.
 const SPACING: f64 = 2e-3;
@@ -52,6 +52,7 @@ pub fn case(seed: u64, number: u64) -> Case {
         heat: None,
         fiber: None,
         membrane: None,
+        slaves: Vec::new(),
         samples: Vec::new(),
         interval: random.one_of(&[7, 10, 25]),
         steps: 100 + 2 * random.below(100) as u64,
@@ -87,6 +88,10 @@ pub fn case(seed: u64, number: u64) -> Case {
     }
     if random.happens(0.2) {
         membrane(random, &mut case);
+    }
+    let random = &mut Random::new(seed.rotate_left(32) ^ 0x73, number);
+    if random.happens(0.4) {
+        slaves::add(random, &mut case);
     }
     case
 }

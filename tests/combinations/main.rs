@@ -15,6 +15,7 @@ mod in_time;
 mod oracles;
 mod report;
 mod run;
+mod slaves;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -69,8 +70,12 @@ fn work(seed: u64, range: &std::ops::Range<u64>, next: &AtomicU64, folder: &Path
         let case = generator::case(seed, number);
         let (verdict, findings) = oracles::judge(&case, folder);
         if !findings.is_empty() || range.end - range.start == 1 {
-            std::fs::write(kept.join(format!("{seed}-{number}.toml")), case.text(&|k, _| format!("surface-{k}.stl")))
-                .expect("a file");
+            let text = case.text(&|name, bytes| {
+                let name = format!("{seed}-{number}-{name}");
+                std::fs::write(kept.join(&name), bytes).expect("a file");
+                name
+            });
+            std::fs::write(kept.join(format!("{seed}-{number}.toml")), text).expect("a file");
         }
         report.lock().expect("no panic").add(number, &case, &verdict, findings);
     }

@@ -14,6 +14,7 @@ use crate::compare::{Differences, MOST_DIRECTIONS, NOISE, chaotic, differences, 
 use crate::finite_walls;
 use crate::heat::SPECIFIC_HEAT;
 use crate::run::{Options, Outcome, Run, run};
+use crate::slaves::{self, Moved};
 
 /// Name of a part of the energy, and where a record has it.
 type Part = (&'static str, fn(&Record) -> f64);
@@ -74,6 +75,7 @@ pub fn judge(case: &Case, folder: &Path) -> (Verdict, Vec<Finding>) {
     balance(&base, &mut add);
     heat(&base, &mut add);
     operators(&base, &mut add);
+    follow(case, &base, &mut add);
     // The twins have the same time step: "auto" rests on a Lanczos iteration whose start vector is not that of another frame.
     let mut same = case.clone();
     same.time_step = Some(base.dt);
@@ -203,6 +205,34 @@ fn balance(run: &Run, add: &mut dyn FnMut(&'static str, String)) {
         if error.is_nan() || error > 1e-12 {
             add(name, format!("{error:.1e} of the scale"));
         }
+    }
+}
+
+/// What repeats a recorded motion is where this motion ends. Tolerance: roundings of places of up to 0.1 m, over 300 steps.
+fn follow(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
+    let (initial, state) = (&run.initial, &run.state);
+    let mut worst = 0.0_f64;
+    for slave in &case.slaves {
+        let path = |row: usize| (1..=state.clock.step).map(|k| slave.motion(k, row)[0]).sum::<Vec3>() * run.dt;
+        let mut compare = |row: usize, from: &Vec3, to: &Vec3| worst = worst.max((to - from - path(row)).norm());
+        match &slave.moved {
+            Moved::Particles(ids) => {
+                let order = run.by_id();
+                // A clump that replaces packed spheres does not change the numbers of others.
+                ids.iter().enumerate().for_each(|(row, &id)| {
+                    let p = order[id];
+                    compare(row, &initial.particles.position[p], &state.particles.position[p]);
+                });
+            }
+            Moved::Driven(wall) | Moved::Placed(wall) => {
+                let [from, to] = [initial, state].map(|state| state.walls[*wall].mesh().map(|mesh| &mesh.position));
+                let (Some(from), Some(to)) = (from, to) else { continue };
+                from.iter().zip(to).enumerate().for_each(|(row, (from, to))| compare(row, from, to));
+            }
+        }
+    }
+    if worst > 1e-14 || worst.is_nan() {
+        add("recorded motion", format!("off by {worst:.1e} m"));
     }
 }
 
@@ -395,6 +425,9 @@ fn twins(case: &Case, base: &Run, folder: &Path, add: &mut dyn FnMut(&'static st
         if case.spheres.len().is_multiple_of(2) {
             compare("mesh", &with_meshes(&twin), &unturned, &|_| false);
         }
+    }
+    if let Some(twin) = slaves::given_otherwise(case) {
+        compare("slaves", &twin, &unturned, &|_| false);
     }
     sensitive
 }

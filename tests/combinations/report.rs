@@ -145,6 +145,7 @@ fn features(case: &Case) -> String {
         (!case.walls.is_empty(), "walls"),
         (case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plate(..) | Shape::Disc(..))), "plate"),
         (case.membrane.is_some(), "membrane"),
+        (!case.slaves.is_empty(), "slaves"),
         (!case.clumps.is_empty(), "clump"),
         (case.materials.contains("deformable"), "deformable"),
         (case.materials.contains("yade-public"), "yade-public"),

@@ -72,12 +72,11 @@ pub struct Options {
     pub restart: Option<u64>,
 }
 
-/// Builds a scenario. Surfaces of triangles are written to `folder`.
+/// Builds a scenario. Its files are written to `folder`.
 pub fn build(case: &Case, folder: &Path) -> Result<(Scenario, Assembly), String> {
-    let text = case.text(&|k, triangles| {
-        let name = format!("surface-{k}.stl");
-        std::fs::write(folder.join(&name), stl(triangles)).expect("a file");
-        name
+    let text = case.text(&|name, bytes| {
+        std::fs::write(folder.join(name), bytes).expect("a file");
+        name.to_owned()
     });
     let scenario = Scenario::parse("combination.toml", &text).map_err(|error| error.to_string())?;
     let assembly = assemble(&scenario, folder, &mut |_, _| ()).map_err(|error| error.to_string())?;
@@ -177,20 +176,6 @@ fn disturb(state: &mut State, Options { noise, direction, .. }: Options, planar:
     for (clump, change) in state.clumps.iter_mut().zip(&of_clumps) {
         clump.position += change;
     }
-}
-
-/// Triangles as a binary STL file.
-fn stl(triangles: &[[Vec3; 3]]) -> Vec<u8> {
-    let mut bytes = vec![0_u8; 80];
-    bytes.extend((triangles.len() as u32).to_le_bytes());
-    for corners in triangles {
-        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
-        for v in std::iter::once(&normal).chain(corners) {
-            v.iter().for_each(|c| bytes.extend((*c as f32).to_le_bytes()));
-        }
-        bytes.extend([0, 0]);
-    }
-    bytes
 }
 
 /// A tensor of nine values, row by row.
