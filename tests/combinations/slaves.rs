@@ -54,8 +54,7 @@ impl Slave {
         };
         let mut vectors = Vec::new();
         for k in 0..=self.steps {
-            for row in 0..count {
-                let [velocity, spin] = self.motion(k, row);
+            for (row, [velocity, spin]) in (0..count).map(|row| self.motion(k, row)).enumerate() {
                 match &self.moved {
                     Moved::Particles(_) => vectors.extend([velocity, spin]),
                     Moved::Driven(_) => vectors.push(velocity),

@@ -88,25 +88,26 @@ fn damage_tensor_of_many_links_is_the_one_that_they_follow() {
     assert!((converted - found).norm() < 1e-13);
 }
 
-/// A hand-over of section 6.3: steps, CPM stress, principal values of the coded tensor, damage, hardening, DPM stress at the start.
-type Row = (u32, f64, [f64; 2], f64, Option<f64>, f64);
+/// A hand-over of section 6.3: number, CPM stress, principal values of the coded tensor, damage, hardening, DPM stress at the start and at its
+/// peak.
+type Row = (u32, f64, [f64; 2], f64, Option<f64>, f64, f64);
 const ROWS: [Row; 10] = [
-    (0, -14.27e6, [0.0023, -0.0018], 0.0, Some(0.30), -14.21e6),
-    (1, -25.87e6, [0.0360, -0.0317], 0.0, Some(0.301), -25.75e6),
-    (2, -34.42e6, [0.1084, -0.0878], 0.0, Some(0.489), -34.30e6),
-    (3, -39.33e6, [0.2200, -0.1581], 0.006_39, None, -39.18e6),
-    (5, -22.55e6, [0.5090, -0.2249], 0.4253, None, -22.32e6),
-    (6, -12.22e6, [0.5561, -0.1897], 0.7056, None, -10.66e6),
-    (7, -10.88e6, [0.1097, -0.0886], 0.0, Some(0.501), -10.85e6),
-    (9, -6.16e6, [0.4720, -0.1938], 0.3069, None, -6.16e6),
-    (10, -3.35e6, [0.5388, -0.1381], 0.6546, None, -3.31e6),
-    (11, -2.11e6, [0.5559, -0.1173], 0.7888, None, -2.08e6),
+    (0, -14.27e6, [0.0023, -0.0018], 0.0, Some(0.30), -14.21e6, -40.0e6),
+    (1, -25.87e6, [0.0360, -0.0317], 0.0, Some(0.301), -25.75e6, -40.0e6),
+    (2, -34.42e6, [0.1084, -0.0878], 0.0, Some(0.489), -34.30e6, -40.0e6),
+    (3, -39.33e6, [0.2200, -0.1581], 0.006_39, None, -39.18e6, -39.18e6),
+    (5, -22.55e6, [0.5090, -0.2249], 0.4253, None, -22.32e6, -22.32e6),
+    (6, -12.22e6, [0.5561, -0.1897], 0.7056, None, -10.66e6, -10.66e6),
+    (7, -10.88e6, [0.1097, -0.0886], 0.0, Some(0.501), -10.85e6, -40.0e6),
+    (9, -6.16e6, [0.4720, -0.1938], 0.3069, None, -6.16e6, -27.6e6),
+    (10, -3.35e6, [0.5388, -0.1381], 0.6546, None, -3.31e6, -13.5e6),
+    (11, -2.11e6, [0.5559, -0.1173], 0.7888, None, -2.08e6, -8.2e6),
 ];
 
 #[test]
-fn hand_overs_give_the_published_damage_hardening_and_start_stress() {
+fn hand_overs_give_the_published_damage_hardening_start_stress_and_peak() {
     let law = thesis();
-    for (row, stress, [first, third], wanted, hardening, start) in ROWS {
+    for (row, stress, [first, third], wanted, hardening, start, peak) in ROWS {
         let tensor = Matrix3::from_diagonal(&[first, 0.5 * (first + third), third].into());
         let damage = HandOver::Coded.damage(&tensor);
         // The tensor has four digits after the point; the power 4.7 of the smallest argument multiplies its relative error.
@@ -136,6 +137,19 @@ fn hand_overs_give_the_published_damage_hardening_and_start_stress() {
             assert!((found - stress).abs() < 1e-12 * stress.abs(), "row {row}: {found:e}");
             assert!((found - start).abs() < 0.015 * start.abs(), "row {row}: {found:e}");
         }
+        // His steps, from the hand-over on.
+        let highest =
+            (1..=100).map(|k| point.simple(-7e-3 * f64::from(k) / 198.0).stress[(0, 0)]).fold(found, f64::min);
+        // Where the surface is reached again, its peak is that of the virgin material. Elsewhere the error of the start stress remains, and
+        // the peaks have two or three digits: 2.1 % at most. In row 6 the start differs, as above.
+        let tolerance = if peak == -40.0e6 {
+            1e-4
+        } else if row == 6 {
+            0.05
+        } else {
+            0.025
+        };
+        assert!((highest - peak).abs() < tolerance * peak.abs(), "row {row}: {highest:e} for {peak:e}");
     }
 }
 
