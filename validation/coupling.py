@@ -26,13 +26,13 @@ def block(count, low=(0, 0, 0), spacing=0.01):
     return [[*place, 0.5 * spacing] for place in places.tolist()]
 
 
-def bricks(count, low, step, spacing=0.01, free=True):
+def bricks(count, low, step, spacing=0.01, free=True, damping=0.0):
     import skfem
 
     lines = [low[i] + spacing * np.arange(count[i] + 1) for i in range(3)]
     mesh = skfem.MeshHex.init_tensor(*lines)
     fixed = np.zeros(mesh.p.shape[1], dtype=bool) if free else mesh.p[2] == low[2]
-    return coupling.ScikitDynamics(mesh, coupling.Elastic(1e7, 0.2, 2000.0), step, fixed=fixed)
+    return coupling.ScikitDynamics(mesh, coupling.Elastic(1e7, 0.2, 2000.0), step, fixed=fixed, damping=damping)
 
 
 BONDED = {"name": "m", "density": 2000.0, "linear_bond": {"normal_stiffness": 1e5, "shear_stiffness": 4e4}}
@@ -100,14 +100,54 @@ def contact(side):
     return coupled.step, scenario.simulation(threads=1).step, Both, {"spheres": len(bodies[0].spheres), "hexahedra": 10 * side**2}
 
 
+def pressed(side):
+    """Two blocks of bricks; a pressure on the upper one holds them together, so that the spheres touch in every step that is timed."""
+    law = {"frictional": {"normal_stiffness": 2e4, "shear_stiffness": 1e4, "friction_coefficient": 0.4}}
+
+    def both():
+        # Damping of the order of the lowest frequency. Shifted, so that no sphere is above an edge of the other mesh.
+        places = [(0.0, 0.0, 0.0), (0.0033, 0.0021, 0.05501)]
+        return [bricks((side, side, 5), place, STEP, free=place[2] > 0, damping=2000.0) for place in places]
+
+    made = both()
+    faces = [np.isclose(made[0].nodes[:, 2], 0.05), np.isclose(made[1].nodes[:, 2], 0.05501)]
+    bodies = [coupling.ContactBody("low", made[0], law, 0.005, 0.9, coupling.Skin(made[0], where=faces[0])),
+              coupling.ContactBody("high", made[1], law, skin=coupling.Skin(made[1], where=faces[1]))]
+    scenario = concordem.Scenario(**coupling.contact_tables(bodies), integration={"time_step": STEP}, output={"sample_interval": 1000},
+                                  stop={"steps": 10**9})
+    simulation = scenario.simulation(threads=1)
+    coupled = coupling.ContactCoupling(simulation, bodies)
+    # 10 kPa on all nodes of the upper block, by their mass.
+    load = np.zeros_like(made[1].nodes)
+    load[:, 2] = -1e4 * (0.01 * side) ** 2 * made[1].mass / made[1].mass.sum()
+
+    def step(count):
+        coupled.step(count, loads=[None, load])
+
+    def touching():
+        return int((np.linalg.norm(simulation.forces().walls.force, axis=1) > 0).sum())
+
+    step(800)
+
+    class Both:
+        def __init__(self):
+            self.made = both()
+
+        def step(self):
+            for one in self.made:
+                one.step()
+
+    return step, scenario.simulation(threads=1).step, Both, {"spheres": len(bodies[0].spheres), "hexahedra": 10 * side**2}, touching
+
+
 def timed(step, count):
     begin = time.perf_counter()
     step(count)
     return (time.perf_counter() - begin) / count
 
 
-def beside(coupled, particles, elements, sizes, parts, steps):
-    """Medians, in seconds per step."""
+def beside(coupled, particles, elements, sizes, parts, steps, touching=None):
+    """Medians, in seconds per step. `touching`: number of contacts now; all but those of spheres beside the other body must last."""
     alone = elements()
 
     def of_elements(count):
@@ -121,6 +161,10 @@ def beside(coupled, particles, elements, sizes, parts, steps):
             # The first part warms up.
             if part:
                 found[name].append(seconds)
+        if touching is not None:
+            sizes["touching"] = min(touching(), sizes.get("touching", sizes["spheres"]))
+    if 2 * sizes.get("touching", sizes.get("spheres", 0)) < sizes.get("spheres", 0):
+        raise SystemExit(f"only {sizes['touching']} of {sizes['spheres']} spheres touch")
     result = {name: median(values) for name, values in found.items()}
     extra = [c - p - e for c, p, e in zip(found["coupled"], found["particles"], found["elements"])]
     return sizes | {"seconds_per_step": result, "exchange": median(extra), "parts": found}
@@ -164,11 +208,12 @@ def main():
         "volume": [beside(*volume(9, length), options.parts, options.steps) for length in (10, 100)],
         "surface": [beside(*surface(9, length), options.parts, options.steps) for length in (10, 100)],
         "contact": [beside(*contact(side), options.parts, options.steps) for side in (4, 9)],
+        "pressed": [beside(*case, options.parts, options.steps, touching) for side in (4, 9) for *case, touching in [pressed(side)]],
         "cells": [cells(count, options.parts, 50) for count in (2, 16, 64)],
     }
     result["load_after"] = os.getloadavg()[0]
     options.output.write_text(json.dumps(result, indent=1) + "\n")
-    for name in ("volume", "surface", "contact"):
+    for name in ("volume", "surface", "contact", "pressed"):
         for row in result[name]:
             times = {key: 1e3 * value for key, value in row["seconds_per_step"].items()}
             sizes = ", ".join(f"{row[key]} {key}" for key in row if isinstance(row[key], int))
