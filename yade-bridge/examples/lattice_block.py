@@ -3,9 +3,10 @@
 
 Tension, shear, bending, and torsion of a clamped block, in statics (motion damped until it rests). The lower half is the lattice, or
 bricks that hold the lowest particles as slaves (volume coupling), or bricks on whose surface the particles stand, pressed together before
-(surface coupling). Also two halves of bricks in contact.
+(surface coupling). Also two halves of bricks in contact, against one block with a layer of the stiffness of the contacts.
 
-Writes lattice.png and lattice.json into the folder `--output`. Takes some ten minutes.
+Writes lattice.png, lattice.json, lattice.html, and series of VTK files of the bent block of the volume coupling (bricks-*.vtu, particles-*.vtu)
+into the folder `--output`. Takes some ten minutes.
 
     python3 lattice_block.py --output results
 """
@@ -131,11 +132,43 @@ def joined(columns, length, below, free=False):
     return simulation, bricks(columns, below * SPACING, below, free=free), list(range(columns**2))
 
 
-def in_the_volume(columns, length, below, kind):
-    """The same with the volume coupling, and how far it has settled."""
+def in_the_volume(columns, length, below, kind, watch=None):
+    """The same with the volume coupling, and how far it has settled. `watch`: takes the coupling after each step."""
     simulation, elements, slaves = joined(columns, length, below)
     volume = coupling.VolumeCoupling(simulation, elements, slaves)
-    return load(simulation, lambda velocity, spin: volume.step(1, motion=(velocity, spin)), columns, length, kind)
+
+    def step(velocity, spin):
+        volume.step(1, motion=(velocity, spin))
+        if watch is not None:
+            watch(volume)
+
+    return load(simulation, step, columns, length, kind)
+
+
+class Watch:
+    """What the interface passes and loses; pictures in a folder."""
+
+    def __init__(self, folder, steps, count=10):
+        self.folder, self.every = folder, max(1, steps // count)
+        self.start, self.steps = None, 0
+        self.largest, self.lost = np.zeros(3), np.zeros(3)
+
+    def __call__(self, volume):
+        elements, state = volume.elements, volume.simulation.state
+        places = np.array(state.positions)
+        if self.start is None:
+            self.start = places.copy()
+        last = volume.last
+        sizes = [np.abs(last.force).max(), np.abs(last.moment).max(), abs(last.work)]
+        self.largest = np.maximum(self.largest, sizes)
+        self.lost = np.maximum(self.lost, [np.abs(last.lost_force).max(), np.abs(last.lost_moment).max(), abs(last.lost_work)])
+        if self.steps % self.every == 0:
+            coupling.write_vtk(self.folder / f"bricks-{self.steps:05d}.vtu", elements.nodes + elements.displacement,
+                               elements.mesh.t.T[:, [6, 2, 0, 3, 7, 4, 1, 5]], "hexahedron", {"displacement": elements.displacement})
+            coupling.write_vtk(self.folder / f"particles-{self.steps:05d}.vtu", places, point_data={
+                "displacement": places - self.start, "radius": state.radii, "slave": np.isin(state.ids, volume.slaves).astype(float)})
+        self.steps += 1
+        self.volume, self.shift = volume, places - self.start
 
 
 def below_a_surface(columns, length, below, kind):
@@ -157,8 +190,35 @@ def below_a_surface(columns, length, below, kind):
     return now - pressed, settled * abs(now) / abs(now - pressed)
 
 
-def in_contact(columns, length):
-    """Two halves of bricks pressed together: force, that of one block with the compliance of the contacts, and how far it has settled."""
+def driven(step, elements, columns, length, kind):
+    """Move the upper end of elements, wait, and return force or moment on it, and its change over the last tenth, over its size."""
+    shift, turn, (what, axis) = LOADS[kind] if isinstance(kind, str) else kind
+    shift, turn = np.array(shift) * length * SPACING, np.array(turn) * length * SPACING
+    top = np.nonzero(elements.nodes[:, 2] == elements.nodes[:, 2].max())[0]
+    arm = elements.nodes[top] - [0.5 * columns * SPACING, 0.5 * columns * SPACING, elements.nodes[top[0], 2]]
+    ramp, hold = RAMP * length, HOLD * length
+
+    def answer():
+        force = elements.internal_forces()[top]
+        return (force if what == "force" else np.cross(arm, force)).sum(axis=0)[axis]
+
+    before = 0.0
+    for k in range(ramp + hold):
+        rate = 0.5 * np.pi / (ramp * STEP) * np.sin(np.pi * (k + 0.5) / ramp) if k < ramp else 0.0
+        elements.prescribed[top] = rate * (shift + np.cross(turn, arm))
+        step()
+        if k == ramp + hold - hold // 10:
+            before = answer()
+    now = answer()
+    return now, abs(now - before) / abs(now)
+
+
+def in_contact(columns, length, kind=None):
+    """Two halves of bricks in contact, pressed together; then loaded, if `kind` is given.
+
+    Returns the force (or moment) of pressing or of the load, that of one block with a layer of the stiffness of the contacts, and how far it
+    has settled.
+    """
     half, radius = 0.5 * length * SPACING, 0.5 * SPACING
     lower, upper = bricks(columns, half, length // 2), bricks(columns, half, length // 2, half + radius)
     # The upper end of the upper half moves, the lower one is free.
@@ -167,25 +227,41 @@ def in_contact(columns, length):
     skin = coupling.Skin(lower, where=faces[0])
     count = len(coupling.SkinSpheres(skin, radius, 0.6))
     # All contacts together are as stiff as one layer of bonds.
-    law = {"frictional": {"normal_stiffness": STIFFNESS * columns**2 / count, "shear_stiffness": 0.0, "friction_coefficient": 0.0}}
+    normal = STIFFNESS * columns**2 / count
+    law = {"frictional": {"normal_stiffness": normal, "shear_stiffness": RATIO * normal, "friction_coefficient": 100.0}}
     bodies = [
         coupling.ContactBody("lower", lower, law, radius, 0.6, skin),
         coupling.ContactBody("upper", upper, law, skin=coupling.Skin(upper, where=faces[1])),
     ]
     scenario = concordem.Scenario(**coupling.contact_tables(bodies), integration={"time_step": STEP, "allow_energy_error": True}, stop={"steps": 10**9})
     contact = coupling.ContactCoupling(scenario.simulation(threads=1), bodies)
-    press = -COMPRESSION * length * SPACING
-    ramp, hold = RAMP * length, HOLD * length
-    before = 0.0
-    for k in range(ramp + hold):
-        rate = 0.5 * np.pi / (ramp * STEP) * np.sin(np.pi * (k + 0.5) / ramp) if k < ramp else 0.0
-        upper.prescribed[:, 2] = np.where(upper.fixed[:, 2], -press * rate, 0.0)
-        contact.step()
-        if k == ramp + hold - hold // 10:
-            before = contact.last[1].force[2]
-    now = contact.last[1].force[2]
-    # In series: `length` layers of bricks and one of contacts, each of the stiffness of a layer of bonds.
-    return now, press * STIFFNESS * columns**2 / (length + 1), abs(now - before) / abs(now)
+    what = ("force", 2) if kind is None else LOADS[kind][2]
+    pressed, settled = driven(contact.step, upper, columns, length, ([0, 0, COMPRESSION], [0, 0, 0], what))
+    if kind is None:
+        # In series: `length` layers of bricks and one of contacts, each of the stiffness of a layer of bonds.
+        return pressed, COMPRESSION * length * SPACING * STIFFNESS * columns**2 / (length + 1), settled
+    now, settled = driven(contact.step, upper, columns, length, kind)
+    return now - pressed, with_a_layer(columns, length, radius, kind), settled * abs(now) / abs(now - pressed)
+
+
+def with_a_layer(columns, length, thickness, kind):
+    """Force or moment of one block of bricks, whose halves a thin layer joins that is as stiff as one layer of bonds."""
+    import skfem
+
+    half, line = 0.5 * length * SPACING, np.arange(columns + 1) * SPACING
+    levels = np.linspace(0, half, length // 2 + 1)
+    mesh = skfem.MeshHex.init_tensor(line, line, np.concatenate([levels, half + thickness + levels]))
+    middle = mesh.p[2, mesh.t].mean(axis=0)
+    # Per area: one bond per square of the spacing. Along the layer it does not carry.
+    along = STIFFNESS / SPACING**2 * thickness
+    layer = np.diag([1e-4 * along, 1e-4 * along, along, RATIO * along, RATIO * along, 1e-4 * along])
+    stiffness = tensor()
+    materials = [coupling.Elastic(stiffness=stiffness, density=DENSITY), coupling.Elastic(stiffness=layer, density=DENSITY)]
+    of = ((middle > half) & (middle < half + thickness)).astype(int)
+    ends = (mesh.p[2] == 0) | (mesh.p[2] == mesh.p[2].max())
+    damping = 2 * np.sqrt(stiffness[0, 0] / DENSITY) / (2 * half)
+    elements = coupling.ScikitDynamics(mesh, coupling.Layers(materials, of), STEP, fixed=ends, damping=damping)
+    return driven(elements.step, elements, columns, length, kind)[0]
 
 
 def main():
@@ -207,21 +283,74 @@ def main():
         force, expected, _ = in_contact(columns, 2 * (length // 2))
         row["compression"] = {"contact": force / expected - 1}
         print(columns, "compression", row["compression"], flush=True)
+        for kind in LOADS:
+            force, expected, _ = in_contact(columns, 2 * (length // 2), kind)
+            row[kind]["contact"] = force / expected - 1
+            print(columns, kind, "contact", row[kind]["contact"], flush=True)
         result[columns] = row
-    (options.output / "lattice.json").write_text(json.dumps(result, indent=1) + "\n")
+    columns = options.sizes[-1]
+    length = 3 * columns
+    watch = Watch(options.output, (RAMP + HOLD) * length)
+    in_the_volume(columns, length, length // 2, "bending", watch)
+    interface = {
+        "work": watch.volume.work, "external_work": watch.volume.elements.external_work, "balance": watch.volume.elements.balance,
+        "lost": dict(zip(("force", "moment", "work"), (watch.lost / watch.largest).tolist())),
+    }
+    (options.output / "lattice.json").write_text(json.dumps({"sizes": result, "interface": interface}, indent=1) + "\n")
+    picture(options.output / "lattice.png", result, watch)
+    coupling.write_page(
+        options.output / "lattice.html", "Half of a lattice, replaced by elements",
+        "A clamped block of a bonded cubic lattice is pulled, sheared, bent, and twisted. Its lower half is the lattice, or bricks with the tensor of "
+        "the lattice, coupled by volume or surface; the stiffness of both is compared. Contact: two halves of bricks, compared with one block. The "
+        "interface is that of the bent block with the volume coupling.", options.output / "lattice.png",
+        [("work of the slaves on the nodes", interface["work"], "J"), ("external work in the ledger of the elements", interface["external_work"], "J"),
+         ("residual of the ledger of the elements", interface["balance"], "J")]
+        + [(f"largest loss of {name} in an exchange, over the largest {name}", value, "1") for name, value in interface["lost"].items()],
+        [(f"{kind}, {n} columns, {way}: error of the stiffness", value, "1") for n, row in result.items() for kind, ways in row.items()
+         for way, value in ways.items()],
+        ["lattice.json", "bricks-*.vtu", "particles-*.vtu"],
+    )
+
+
+def picture(path, result, watch):
     import matplotlib
     matplotlib.use("Agg")
     from matplotlib import pyplot
+    from matplotlib.collections import EllipseCollection, PolyCollection
 
-    figure, axis = pyplot.subplots(figsize=(6, 4), layout="constrained")
-    for kind in LOADS:
-        for way, mark in (("volume", "o-"), ("surface", "s--")):
+    figure, (axis, block) = pyplot.subplots(1, 2, figsize=(9, 5.5), layout="constrained", width_ratios=[1.5, 1])
+    for color, kind in enumerate(LOADS):
+        for way, mark in (("volume", "o-"), ("surface", "s--"), ("contact", "^:")):
             points = [(n, abs(row[kind][way])) for n, row in result.items() if way in row[kind]]
             if points:
-                axis.loglog(*zip(*points), mark, label=f"{kind}, {way}")
+                axis.loglog(*zip(*points), mark, color=f"C{color}", label=f"{kind}, {way}")
     axis.set(xlabel="columns of the block", ylabel="relative error of the stiffness")
-    axis.legend(frameon=False, fontsize=8)
-    figure.savefig(options.output / "lattice.png", dpi=110)
+    axis.set_xticks(list(result), [str(n) for n in result])
+    axis.minorticks_off()
+    axis.legend(frameon=False, fontsize=8, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.12))
+    # The bent block from the side, with displacements that can be seen.
+    elements, state = watch.volume.elements, watch.volume.simulation.state
+    size = np.ptp(elements.nodes, axis=0).max()
+    factor = 0.1 * size / np.abs(watch.shift).max()
+    nodes = 1e3 * (elements.nodes + factor * elements.displacement)[:, [0, 2]]
+    front = elements.nodes[:, 1] == elements.nodes[:, 1].min()
+    faces = []
+    for brick in elements.mesh.t.T:
+        corners = brick[front[brick]]
+        if len(corners) == 4:
+            middle = elements.nodes[corners].mean(axis=0)
+            faces.append(sorted(corners, key=lambda node: np.arctan2(*(elements.nodes[node] - middle)[[0, 2]])))
+    block.add_collection(PolyCollection(nodes[np.array(faces)], facecolors="none", edgecolors="C0"))
+    places = 1e3 * (watch.start + factor * watch.shift)
+    own = np.isclose(watch.start[:, 1], watch.start[:, 1].min())
+    slaves = np.isin(state.ids, watch.volume.slaves)
+    width = np.full(own.sum(), 1e3 * SPACING)
+    block.add_collection(EllipseCollection(width, width, 0 * width, units="xy", offsets=places[own][:, [0, 2]], transOffset=block.transData,
+                                           facecolors=np.where(slaves[own], "C3", "C1"), edgecolors="k", linewidths=0.3))
+    block.autoscale_view()
+    block.set(aspect="equal", xlabel="x, mm", ylabel="z, mm", title=f"bent; displacements\ntimes {factor:.0f}", xlim=(places[:, 0].min() - 8, places[:, 0].max() + 8),
+              ylim=(-3, places[:, 2].max() + 8))
+    figure.savefig(path, dpi=110)
 
 
 if __name__ == "__main__":

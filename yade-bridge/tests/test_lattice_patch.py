@@ -47,12 +47,16 @@ def test_half_of_the_block_replaced_below_a_surface(lattice, whole, load, low, h
     assert low <= force / whole[load] - 1 <= high
 
 
-def test_two_halves_of_elements_in_contact(lattice):
-    # Pressed together: one block of elements, but for the compliance of the contacts, which is known.
-    force, expected, settled = lattice.in_contact(2, 6)
+# Pressed before, with friction. One block of elements, whose halves a thin layer joins that is as stiff as the contacts together. Spheres at
+# points load the nodes nearly as the layer does: measured 0.2 % in compression, tension, and shear, 0.3 % in bending. Without
+# the contacts the block would be stiffer by a seventh and more.
+@pytest.mark.parametrize("load", [None, "tension", "shear", "bending"], ids=["compression", "tension", "shear", "bending"])
+def test_two_halves_of_elements_in_contact(lattice, load, monkeypatch):
+    monkeypatch.setattr(lattice, "RAMP", 50)
+    monkeypatch.setattr(lattice, "HOLD", 100)
+    force, expected, settled = lattice.in_contact(2, 6, load)
     assert settled < 1e-3
-    # The spheres do not load the nodes as a uniform traction does.
-    assert force == pytest.approx(expected, rel=0.03)
+    assert force == pytest.approx(expected, rel=6e-3)
 
 
 def test_a_rigid_motion_of_the_block_makes_no_force(lattice):
