@@ -5,7 +5,8 @@ The set-up of Stránský 2018, section 5.3 (multi1): unit bricks, sides fixed, t
 with a link modulus of 4 MPa and eight in the bottom brick with 2 MPa; the top brick is elastic. Before large strains, the stress of
 each layer is its oedometric modulus times its strain, with the modulus of the static network of its cell.
 
-Writes column.png, column.json, column.html, and bricks-*.vtu into the folder `--output`. Takes half a minute.
+Writes column.png, column.json, column.html, and series of VTK files of the bricks (bricks-*.vtu) and of the particles of all cells, drawn at their
+integration points (particles-*.vtu), into the folder `--output`. Takes half a minute.
 
     python3 multiscale_column.py --output results
 """
@@ -53,6 +54,7 @@ def column(strain, elements_steps, cell_steps=4, threads=None, folder=None):
             order = [6, 2, 0, 3, 7, 4, 1, 5]
             coupling.write_vtk(folder / f"bricks-{k:05d}.vtu", mesh.p.T + elements.displacement, mesh.t.T[:, order], "hexahedron",
                                {"displacement": elements.displacement})
+            write_particles(folder / f"particles-{k:05d}.vtu", elements, cells, np.floor(height).astype(int))
         elements.step()
     seconds = (time.perf_counter() - begin) / (4 * elements_steps)
     levels = np.array([elements.displacement[mesh.p[2] == z, 2].mean() for z in range(4)])
@@ -63,6 +65,23 @@ def column(strain, elements_steps, cell_steps=4, threads=None, folder=None):
     rows = [{"strain": float(e), "stress": s, "modulus": m} for e, s, m in
             zip(np.diff(levels), [*stress, float(forces[mesh.p[2] == 3, 2].sum())], oedometric)]
     return rows, seconds, float(abs(elements.balance) / abs(elements.internal_work))
+
+
+def write_particles(path, elements, cells, layers):
+    """Particles of all cells, each cell around its integration point, with the stress of the cell. `layers`: layer of each element."""
+    places, radii, stresses = [], [], []
+    points = elements.points().reshape(len(layers), -1, 3)
+    for layer, group in enumerate(cells):
+        stress = group.response().stress[:, 2, 2]
+        for cell, point in enumerate(points[layers == layer].reshape(-1, 3)):
+            particles = group.particles(cell)
+            # Particles are somewhere around the periodic cell: move them into it.
+            share = np.linalg.solve(particles.edges, particles.position.T).T
+            inside = (share - np.floor(share) - 0.5) @ particles.edges.T
+            places.append(point + inside)
+            radii.append(particles.radius)
+            stresses.append(np.full(len(inside), stress[cell]))
+    coupling.write_vtk(path, np.concatenate(places), point_data={"radius": np.concatenate(radii), "stress of the cell, zz": np.concatenate(stresses)})
 
 
 def main():
@@ -104,7 +123,7 @@ def main():
          ("force through the bottom layer, over that through the top", small[0]["stress"] / small[2]["stress"], "1")],
         [(f"stress of the {name} layer at a strain of 1e-4, over E_oed strain", row["stress"] / (row["modulus"] * row["strain"]), "1")
          for name, row in zip(("bottom", "middle", "top"), small)],
-        ["column.json", "bricks-*.vtu"],
+        ["column.json", "bricks-*.vtu", "particles-*.vtu"],
     )
 
 

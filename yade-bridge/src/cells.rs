@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::arrays::{Tensors, result, scalars, tensors};
+use crate::arrays::{Tensors, result, scalars, tensor, tensors, vectors};
 use crate::errors::{OrRaise, caught, detach, of_assembly, of_restart};
 use crate::scenario::Scenario;
 use crate::shared::Shared;
@@ -169,6 +169,20 @@ impl RepresentativeCells {
             state.particles.mass.iter().sum::<f64>() / state.cell.map_or(1.0, |cell| cell.volume())
         };
         Ok(scalars(py, &cells.iter().map(density).collect::<Vec<f64>>()).into_any())
+    }
+
+    /// Particles of cell `cell`, as copies, for pictures. Returns CellParticles. Raises ValueError for a cell that does not exist.
+    fn particles<'py>(&self, py: Python<'py>, cell: usize) -> Any<'py> {
+        if cell >= self.count {
+            let message = format!("cell is {cell}, but there are {} cells, counted from 0", self.count);
+            return Err(PyValueError::new_err(message));
+        }
+        let cells = self.cells.lock()?;
+        let state = cells[cell].state();
+        let particles = &state.particles;
+        let edges = state.cell.map_or_else(concordem::math::Mat3::identity, |cell| cell.matrix);
+        let fields = (vectors(py, &particles.position)?, scalars(py, &particles.radius), tensor(py, &edges)?);
+        result(py, "CellParticles", fields)
     }
 
     /// Hashes of the complete states.

@@ -347,6 +347,33 @@ def test_cell_that_loses_its_last_bond_is_an_error_and_can_be_written(tmp_path):
     assert others.response().bonds[0] == cells.response().bonds[0] == 0
 
 
+def test_particles_of_a_cell_follow_its_edges():
+    cells = coupling.RepresentativeCells(lattice_scenario(), 2)
+    before = cells.particles(1)
+    stretch = np.diag([1.0, 1.0, 1.0001])
+    cells.deform(np.stack([np.eye(3), stretch]), 4)
+    after = cells.particles(1)
+    assert np.allclose(after.edges, stretch @ before.edges, rtol=1e-14, atol=0)
+    # A lattice follows its cell: shares of the edges stay, up to the square of the strain of 1e-4.
+    shares = [np.linalg.solve(one.edges, one.position.T) for one in (before, after)]
+    assert np.allclose(shares[0], shares[1], rtol=0, atol=1e-8) and np.abs(after.position - before.position).max() > 1e-7
+    assert np.array_equal(after.radius, np.full(len(after.position), 1e-3))
+    # The other cell is at rest, up to rounding of forces without a load.
+    assert np.allclose(cells.particles(0).position, before.position, rtol=0, atol=1e-18)
+    with pytest.raises(ValueError, match="cell is 2, but there are 2 cells"):
+        cells.particles(2)
+
+
+def test_integration_points_are_in_their_elements():
+    fem = coupling.ScikitDynamics(skfem().MeshHex.init_tensor([0, 2], [0, 2], [0, 2, 4]), coupling.Elastic(1e6, 0.2, 1.0))
+    fem.displacement[:] = 0.1 * fem.nodes
+    points = fem.points()
+    # Gauss points of two per axis, at 1 -+ 1/sqrt(3), stretched by 1.1.
+    gauss = 1.1 * (1 + np.array([-1, 1]) / np.sqrt(3))
+    assert np.allclose(np.unique(np.round(points[:8], 12)), gauss, rtol=0, atol=1e-12)
+    assert np.allclose(np.unique(np.round(points[8:, 2], 12)), gauss + 2.2, rtol=0, atol=1e-12)
+
+
 def test_lattice_cell_follows_at_once():
     # No particle of a lattice leaves the uniform field, so no relaxation is needed: the stress is that of the stretched springs.
     cells = coupling.RepresentativeCells(lattice_scenario(), 1)

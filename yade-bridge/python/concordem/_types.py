@@ -367,6 +367,17 @@ class CellResponse(NamedTuple):
     """Work of the deformation on the cell since its start, J, (n,)."""
 
 
+class CellParticles(NamedTuple):
+    """The particles of a representative cell."""
+
+    position: Reals
+    """Positions, m, (n, 3); somewhere, not always within the cell."""
+    radius: Reals
+    """Radii, m, (n,)."""
+    edges: Reals
+    """Edges of the cell as columns, m, (3, 3): images of a particle lie at the position plus ``edges @ integers``."""
+
+
 def _table(columns: Sequence[tuple[str, str, NDArray[Any]]]) -> NDArray[Any]:
     """A structured array; the type of each field has its unit as metadata."""
     formats = []

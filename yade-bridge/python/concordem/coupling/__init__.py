@@ -23,7 +23,7 @@ SI units; tension positive; gradients are ``F[i, j] = dx_i/dX_j``.
 """
 
 from .._core import CellStates, DamagePlastic, RepresentativeCells, handover_damage, handover_tensor
-from .._types import CellResponse, PointUpdate
+from .._types import CellParticles, CellResponse, PointUpdate
 from ._contact import ContactBody, ContactCoupling, ContactExchange, SkinSpheres, contact_tables
 from ._embedding import Embedding
 from ._materials import CellMaterial, Damaging, Elastic, Layers, Material
@@ -40,6 +40,7 @@ from ._volume import Exchange, VolumeCoupling
 __all__ = [
     "CallbackElements",
     "CellMaterial",
+    "CellParticles",
     "CellResponse",
     "CellStates",
     "ContactBody",

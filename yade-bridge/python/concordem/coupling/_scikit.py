@@ -90,6 +90,7 @@ class ScikitDynamics:
         # For elements of first order the degrees of freedom of the basis are the nodes of the mesh.
         self._local: NDArray[np.int64] = np.ascontiguousarray(basis.dofs.element_dofs.T).astype(np.int64)
         self._volumes: Reals = volumes
+        self._values: Reals = values
         self._plane, self._damping = plane, float(damping)
         count = int(mesh.p.shape[1])
         self._nodes = np.zeros((count, 3))
@@ -173,6 +174,11 @@ class ScikitDynamics:
         middle = self._nodes + self._displacement - 0.5 * self._time_step * self._velocity
         total: Reals = self.mass @ np.cross(middle, self._velocity)
         return total
+
+    def points(self) -> Reals:
+        """Positions of the integration points, element by element, m, (n, 3): ``sum of N_a x_a``."""
+        places: Reals = np.einsum("eqa,eai->eqi", self._values, (self._nodes + self._displacement)[self._local]).reshape(-1, 3)
+        return places
 
     def deformation_gradient(self) -> Reals:
         """Deformation gradients at the integration points, (n, 3, 3). Raises CouplingError if an element is inverted."""
