@@ -24,8 +24,8 @@ def block(center, kind="Hex", size=0.1, cells=2, turned=0.0, step=STEP, axis=(1,
     return coupling.ScikitDynamics(mesh, coupling.Elastic(2e6, 0.2, 1000.0), step, **options)
 
 
-def simulate(bodies, threads=1, particles=None, material=None, velocities=(), step=STEP, **tables):
-    made = coupling.contact_tables(bodies, "frictional", particles, material)
+def simulate(bodies, threads=1, particles=None, of_particles=None, velocities=(), step=STEP, **tables):
+    made = coupling.contact_tables(bodies, "frictional", particles, of_particles)
     sets = [{"name": f"p{k}", "selection": {"kind": "ids", "ids": [k]}} for k in range(len(velocities))]
     made["set"] += sets
     initial = [{"set": f"p{k}", "velocity": list(v)} for k, v in enumerate(velocities)]
@@ -198,6 +198,35 @@ def test_a_coupled_run_continues_bit_by_bit(tmp_path):
         assert np.array_equal(one.elements.velocity, other.elements.velocity)
     with pytest.raises(concordem.CouplingError, match="m away from its place"):
         coupling.ContactCoupling(second, colliding()[1])
+
+
+def test_a_body_falls_on_a_plane_of_the_scenario():
+    # The spheres of the skin touch other walls, too; their forces go to the nodes.
+    elements = block([0, 0, 0])
+    elements.velocity[:, 2] = -0.5
+    bodies = [coupling.ContactBody("b", elements, LAW, 0.015, 0.8)]
+    made = coupling.contact_tables(bodies)
+    plane = {"name": "floor", "material": "floor", "shape": {"kind": "plane", "point": [0, 0, -0.0655], "normal": [0, 0, 1]}}
+    run = simulate(bodies, wall=[*made["wall"], plane], material=[*made["material"], {"name": "floor", "density": 1000.0} | LAW])
+    contact = coupling.ContactCoupling(run, bodies)
+    start, given = elements.momentum(), np.zeros(3)
+    for _ in range(700):
+        given += STEP * run.forces().walls.force.sum(axis=0)
+        contact.step()
+    # It bounces; the nodes got what the plane gave.
+    assert elements.momentum()[2] > 0.2 * abs(start[2])
+    assert np.abs(elements.momentum() - start - given).max() < 1e-12 * abs(start[2])
+    assert np.abs(contact.impulse[0] - given).max() < 1e-12 * abs(start[2])
+
+
+def test_clumps_and_deformable_particles_are_refused():
+    bodies = [coupling.ContactBody("b", block([0, 0, 0]), LAW, 0.02)]
+    clump = [{"material": "b", "spheres": [[1.0, 0, 0, 0.02], [1.02, 0, 0, 0.02]]}]
+    with pytest.raises(concordem.CouplingError, match=r"remove \[\[clump\]\]"):
+        coupling.ContactCoupling(simulate(bodies, clump=clump), bodies)
+    soft = [material | {"deformable": {"young": 1e7, "poisson": 0.2}} for material in coupling.contact_tables(bodies)["material"]]
+    with pytest.raises(concordem.CouplingError, match="remove material.deformable"):
+        coupling.ContactCoupling(simulate(bodies, material=soft), bodies)
 
 
 # ---- Closed forms ----------------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
-from ._protocol import FiniteElements, Reals, _vectors
+from ._protocol import FiniteElements, Reals, _vectors, check_scenario
 from ._record import MotionRecord, written
 from ._rescue import rescued
 from ._surface import Skin, _check_steps
@@ -260,8 +260,12 @@ class ContactCoupling:
         self, simulation: Simulation, bodies: Sequence[ContactBody], record: bool = False, rescue: str | PathLike[str] | None = None,
     ) -> None:
         state = simulation.state
-        if state.cell is not None:
-            raise CouplingError("the contact coupling takes bodies with a surface; remove the periodic cell", "Periodic")
+        check_scenario(simulation, "contact coupling")
+        tables = simulation.scenario.to_dict()
+        if tables.get("clump"):
+            raise CouplingError("the contact coupling takes single spheres; remove [[clump]]", "Clumps")
+        if any("deformable" in material for material in tables["material"]):
+            raise CouplingError("the contact coupling takes rigid spheres; remove material.deformable", "Deformable")
         self.simulation, self.bodies = simulation, list(bodies)
         last = len(state)
         self._ids: list[NDArray[np.int64]] = []

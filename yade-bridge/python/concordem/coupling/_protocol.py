@@ -127,6 +127,18 @@ def _vectors(name: str, values: ArrayLike, count: int | None) -> Reals:
     return array
 
 
+def check_scenario(simulation: Any, name: str) -> None:
+    """Whether a coupling knows what is in the scenario. `name`: of the coupling. Raises CouplingError for a periodic cell, for two dimensions,
+    and for heat conduction, because the elements take no heat."""
+    if simulation.state.cell is not None:
+        raise CouplingError(f"the {name} takes specimens with a surface; remove the periodic cell", "Periodic")
+    tables = simulation.scenario.to_dict()
+    if tables.get("dimension", 3) == 2:
+        raise CouplingError(f"the {name} takes scenarios in space; remove dimension = 2, and give elements one layer thick", "Dimension")
+    if tables.get("heat") is not None:
+        raise CouplingError(f"in the {name} the elements take no heat; remove [heat]", "Heat")
+
+
 def check_pair(elements: FiniteElements, positions: ArrayLike, time_step: float, gap: float) -> int:
     """Whether finite elements and particles fit, and the number of particle steps per element step.
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._embedding import _cells_of
-from ._protocol import FiniteElements, Reals, _vectors
+from ._protocol import FiniteElements, Reals, _vectors, check_scenario
 from ._record import MotionRecord, written
 from ._rescue import rescued
 
@@ -107,8 +107,7 @@ class SurfaceCoupling:
         rescue: str | PathLike[str] | None = None,
     ) -> None:
         state = simulation.state
-        if state.cell is not None:
-            raise CouplingError("the surface coupling takes specimens with a surface; remove the periodic cell", "Periodic")
+        check_scenario(simulation, "surface coupling")
         names = simulation.mesh_names
         if mesh is None and len(names) != 1:
             raise CouplingError(f"the scenario has {len(names)} meshes, {names}; give the name of that of the skin", "Mesh")

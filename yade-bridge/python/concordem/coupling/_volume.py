@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._embedding import Embedding, _cells_of
-from ._protocol import FiniteElements, Reals, _vectors, check_pair
+from ._protocol import FiniteElements, Reals, _vectors, check_pair, check_scenario
 from ._record import MotionRecord, written
 from ._rescue import rescued
 
@@ -119,8 +119,7 @@ class VolumeCoupling:
         rescue: str | PathLike[str] | None = None,
     ) -> None:
         state = simulation.state
-        if state.cell is not None:
-            raise CouplingError("the volume coupling takes specimens with a surface; remove the periodic cell", "Periodic")
+        check_scenario(simulation, "volume coupling")
         self.simulation, self.elements = simulation, elements
         self.slaves = np.unique(np.asarray(slaves))
         """Ids of the slaves, ascending."""

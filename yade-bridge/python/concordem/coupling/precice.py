@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import Simulation
 from .._errors import CouplingError
-from ._protocol import Reals
+from ._protocol import Reals, check_scenario
 from ._volume import check_slaves, slave_forces, slave_rows
 
 
@@ -32,8 +32,7 @@ class _Participant:
         # Displacements, and data of the motion if the other code sends them.
         self._read, self._write = read, write
         self._points = points
-        if simulation.state.cell is not None:
-            raise CouplingError("this coupling takes specimens with a surface; remove the periodic cell", "Periodic")
+        check_scenario(simulation, "coupling through preCICE")
         if (dimensions := participant.get_mesh_dimensions(mesh)) != 3:
             raise CouplingError(f'the mesh "{mesh}" of preCICE has {dimensions} dimensions; give 3', "Data")
         for name in [*read, *write]:
