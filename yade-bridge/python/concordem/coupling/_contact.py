@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
+from ._embedding import arms_of
 from ._protocol import FiniteElements, Reals, _vectors, check_scenario
 from ._record import MotionRecord, written
 from ._rescue import rescued
@@ -79,24 +80,16 @@ class SkinSpheres:
         result: Reals = np.einsum("kc,kci->ki", self.weights, np.asarray(vertices)[self._vertices])
         return result
 
-    def _arms(self, vertices: Reals) -> tuple[Reals, Reals]:
-        """Vectors from the middle of each triangle to its vertices (k, 3, 3), and the inverse of T."""
-        corners = vertices[self._vertices]
-        arms = corners - corners.mean(axis=1, keepdims=True)
-        square = np.einsum("kci,kci->k", arms, arms)
-        inertia = square[:, None, None] * np.eye(3) - np.einsum("kci,kcj->kij", arms, arms)
-        return arms, np.linalg.inv(inertia)
-
     def motion(self, vertices: Reals, velocity: Reals) -> tuple[Reals, Reals]:
         """Velocities (m/s) and angular velocities (rad/s) of the spheres for positions and velocities of the vertices, (k, 3) each."""
-        arms, inverse = self._arms(vertices)
+        arms, inverse = arms_of(vertices[self._vertices])
         corners = velocity[self._vertices]
         spin = np.einsum("kij,kj->ki", inverse, np.cross(arms, corners).sum(axis=1))
         return np.einsum("kc,kci->ki", self.weights, corners), spin
 
     def distribute(self, vertices: Reals, force: Reals, moment: Reals) -> Reals:
         """Forces on the vertices (N) of forces (N) and moments (N m) on the spheres, (n, 3)."""
-        arms, inverse = self._arms(vertices)
+        arms, inverse = arms_of(vertices[self._vertices])
         turn = np.einsum("kij,kj->ki", inverse, moment)
         local = self.weights[..., None] * force[:, None, :] + np.cross(turn[:, None, :], arms)
         result = np.empty_like(vertices)

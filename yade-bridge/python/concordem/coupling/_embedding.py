@@ -136,6 +136,15 @@ class Embedding:
         return result
 
 
+def arms_of(places: Reals) -> tuple[Reals, Reals]:
+    """Vectors r from the middle of each group of n points to them, m, (k, n, 3), and the inverse of ``T = sum of (r.r 1 - r r)``, 1/m^2,
+    (k, 3, 3). The group turns with ``w = T^-1 sum of r x v``, and a moment M on it are the forces ``T^-1 M x r``."""
+    arms = places - places.mean(axis=1, keepdims=True)
+    square = np.einsum("kci,kci->k", arms, arms)
+    tensor = square[:, None, None] * np.eye(3) - np.einsum("kci,kcj->kij", arms, arms)
+    return arms, np.linalg.inv(tensor)
+
+
 def _cells_of(elements: Any) -> NDArray[np.int64]:
     """Elements of a mesh of scikit-fem, numbered as in VTK."""
     mesh: Any = getattr(elements, "mesh", None)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import Simulation
 from .._errors import CouplingError
+from ._embedding import arms_of
 from ._protocol import Reals, check_scenario
 from ._volume import check_slaves, slave_forces, slave_rows
 
@@ -208,12 +209,9 @@ class VolumeParticipant(_Participant):
         super().__init__(simulation, participant, mesh, [read, *more], [write] + ([] if moment is None else [moment]), points)
 
     def _arms(self) -> tuple[Reals, Reals]:
-        """Places of the further vertices from their middle, m, (k, 6, 3), and the inverse of T, 1/m^2, (k, 3, 3)."""
+        """See `arms_of`, for the six further vertices of each slave."""
         count = len(self.slaves)
-        places = (self._points + self._displacement)[count:].reshape(count, 6, 3)
-        arms = places - places.mean(axis=1, keepdims=True)
-        tensor = np.einsum("kai,kai->k", arms, arms)[:, None, None] * np.eye(3) - np.einsum("kai,kaj->kij", arms, arms)
-        return arms, np.linalg.inv(tensor)
+        return arms_of((self._points + self._displacement)[count:].reshape(count, 6, 3))
 
     def _forces(self) -> list[Reals]:
         force, moment = slave_forces(self.simulation, self.slaves)
