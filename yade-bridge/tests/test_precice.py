@@ -271,7 +271,7 @@ def test_going_back_keeps_a_law_in_python_and_the_series():
     assert ends[0] == ends[1]
 
 
-def test_pairs_that_do_not_fit_are_refused():
+def test_pairs_that_do_not_fit_are_refused(tmp_path):
     run, elements, skin = surface.bombarded()
     with pytest.raises(concordem.CouplingError, match="has 2 dimensions"):
         precice.SurfaceParticipant(run, Participant(elements, 1, nodes=skin.nodes, dimensions=2))
@@ -299,8 +299,10 @@ def test_pairs_that_do_not_fit_are_refused():
             return np.full((self.count, 3), np.nan)
 
     diverged = Diverged(elements, 1, nodes=skin.nodes)
-    with pytest.raises(concordem.CouplingError, match='"Displacement" is not finite at vertex 0'):
-        precice.SurfaceParticipant(run, diverged).run()
+    with pytest.raises(concordem.CouplingError, match='"Displacement" is not finite at vertex 0') as caught:
+        precice.SurfaceParticipant(run, diverged, rescue=tmp_path).run()
+    assert "particles.h5 (step 0)" in caught.value.__notes__[0]
+    assert concordem.Simulation.load(tmp_path / "particles.h5").state_hash() == run.state_hash()
     # The other code does not wait.
     assert diverged.log == ["end"]
     ended, elements, skin = surface.bombarded(stop={"steps": 2})

@@ -9,7 +9,8 @@ mesh of the scenario, `VolumeParticipant` the centers of slaves. Map displacemen
 
 from __future__ import annotations
 
-from typing import Any
+from os import PathLike
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ from .._core import Simulation
 from .._errors import CouplingError
 from ._embedding import arms_of
 from ._protocol import Reals, check_scenario
+from ._rescue import rescued
 from ._volume import check_slaves, slave_forces, slave_rows
 
 
@@ -26,13 +28,14 @@ class _Participant:
 
     def __init__(
         self, simulation: Simulation, participant: Any, mesh: str, read: list[str], write: list[str], points: Reals,
+        rescue: str | PathLike[str] | None,
     ) -> None:
         self.simulation = simulation
         """The particles."""
         self.participant, self.mesh = participant, mesh
         # Displacements, and data of the motion if the other code sends them.
         self._read, self._write = read, write
-        self._points = points
+        self._points, self._rescue = points, rescue
         check_scenario(simulation, "coupling through preCICE")
         if (dimensions := participant.get_mesh_dimensions(mesh)) != 3:
             raise CouplingError(f'the mesh "{mesh}" of preCICE has {dimensions} dimensions; give 3', "Data")
@@ -67,13 +70,14 @@ class _Participant:
             self._send()
         try:
             participant.initialize()
-            self._windows()
+            with rescued(self._rescue, self.simulation, []) as between:
+                self._windows(between)
         finally:
             # Also after an error, so that the other code does not wait.
             participant.finalize()
 
-    def _windows(self) -> None:
-        """All time windows."""
+    def _windows(self, between: Callable[[], None]) -> None:
+        """All time windows. `between`: to be called after each step."""
         participant, simulation = self.participant, self.simulation
         kept = None
         while participant.is_coupling_ongoing():
@@ -88,6 +92,7 @@ class _Participant:
                 self._displacement = kept[1].copy()
             elif participant.is_time_window_complete():
                 self.windows += 1
+            between()
 
     def _advance(self) -> float:
         """One step of the particles. Returns its length, s."""
@@ -134,6 +139,7 @@ class SurfaceParticipant(_Participant):
         read, write: names of the displacements (m) and of the forces of the particles on the vertices (N).
         velocity: name of the velocities (m/s) with which the vertices came, in the middle of the step; by default the change of the
             displacement over the step.
+        rescue: folder for the state of the particles, `particles.h5`, if a step fails, and after Ctrl-C. Default: none.
 
     Forces at the end of a step are those of the positions there. With initial data, serial coupling in which the elements go first, and one step
     per time window, the scheme is that of :class:`concordem.coupling.SurfaceCoupling`. In longer windows the elements take the forces of the
@@ -142,7 +148,7 @@ class SurfaceParticipant(_Participant):
 
     def __init__(
         self, simulation: Simulation, participant: Any, mesh: str = "Particle-Mesh", wall: str | None = None, read: str = "Displacement",
-        write: str = "Force", velocity: str | None = None,
+        write: str = "Force", velocity: str | None = None, rescue: str | PathLike[str] | None = None,
     ) -> None:
         names = simulation.mesh_names
         if wall is None and len(names) != 1:
@@ -150,7 +156,7 @@ class SurfaceParticipant(_Participant):
         self.wall = names[0] if wall is None else wall
         """Name of the wall."""
         reads = [read] if velocity is None else [read, velocity]
-        super().__init__(simulation, participant, mesh, reads, [write], np.array(simulation.mesh(self.wall).positions))
+        super().__init__(simulation, participant, mesh, reads, [write], np.array(simulation.mesh(self.wall).positions), rescue)
 
     def _forces(self) -> list[Reals]:
         return [np.array(self.simulation.forces(border=[]).meshes[self.wall])]
@@ -182,13 +188,14 @@ class VolumeParticipant(_Participant):
         mesh, read, write: see :class:`SurfaceParticipant`; the vertices are the slaves, by ascending id, then the six of each slave.
         arm: distance of the further vertices, m; not larger than the elements.
         angular_velocity, moment: names of these data.
+        rescue: see :class:`SurfaceParticipant`.
 
     Raises CouplingError in the first step if something else moves a slave; ValueError for both ways at once, or half of one.
     """
 
     def __init__(
         self, simulation: Simulation, participant: Any, slaves: ArrayLike, mesh: str = "Particle-Mesh", read: str = "Displacement", write: str = "Force",
-        arm: float | None = None, angular_velocity: str | None = None, moment: str | None = None,
+        arm: float | None = None, angular_velocity: str | None = None, moment: str | None = None, rescue: str | PathLike[str] | None = None,
     ) -> None:
         self.slaves: NDArray[np.int64] = np.unique(np.asarray(slaves))
         """Ids of the slaves, ascending."""
@@ -206,7 +213,7 @@ class VolumeParticipant(_Participant):
             star = arm * np.concatenate([np.eye(3), -np.eye(3)])
             points = np.concatenate([points, (points[:, None, :] + star).reshape(-1, 3)])
         more = [] if angular_velocity is None else [angular_velocity]
-        super().__init__(simulation, participant, mesh, [read, *more], [write] + ([] if moment is None else [moment]), points)
+        super().__init__(simulation, participant, mesh, [read, *more], [write] + ([] if moment is None else [moment]), points, rescue)
 
     def _arms(self) -> tuple[Reals, Reals]:
         """See `arms_of`, for the six further vertices of each slave."""
