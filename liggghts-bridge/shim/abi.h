@@ -175,6 +175,42 @@ struct ConcordemPairArrays {
   double dt;
 };
 
+/// Two overlapping particles.
+struct ConcordemSingleContact {
+  /// Types, from 1.
+  int32_t kind[2];
+  /// Whether the history is valid; 0 at the start of the contact.
+  int32_t known;
+  /// Whether the history advances; 0 during setup.
+  int32_t advance;
+  /// Radii, m.
+  double radius[2];
+  /// Masses, kg.
+  double mass[2];
+  /// Positions, m.
+  double position[2][3];
+  /// Velocities, m/s.
+  double velocity[2][3];
+  /// Angular velocities, rad/s.
+  double angular_velocity[2][3];
+  /// Time step, s.
+  double dt;
+};
+
+/// Response of a single contact. All are 0 if the law opens it.
+struct ConcordemSingleResponse {
+  /// Force on the first particle, N.
+  double force[3];
+  /// Torque on the first particle, N·m.
+  double torque[3];
+  /// Torque on the second particle, N·m; 0 at a wall.
+  double torque_of_second[3];
+  /// Normal force, N, compression positive.
+  double normal_force;
+  /// Secant stiffnesses of the normal and shear springs, N/m.
+  double stiffness[2];
+};
+
 /// A particle in contact with a wall.
 struct ConcordemWallContact {
   /// Type of the particle, from 1.
@@ -388,13 +424,24 @@ int64_t concordem_pair_compute(const ConcordemPairLaw *law,
                                ConcordemPairRecord *record,
                                const ConcordemMessage *message);
 
-/// Write the force (N) and torque (N·m) of a wall on a particle to `wrench` (six reals). `history` has `width` reals. Returns 0, or
-/// −1 and a message.
+/// Write the response of a contact of two overlapping particles to `response`. `history` has `width` reals. A cohesion model adds the
+/// normal force `added` (N, compression positive) to the force that limits friction; it must be 0 for ConcorDEM laws. Returns 0, or −1
+/// and a message.
+int64_t concordem_pair_single(const ConcordemPairLaw *law,
+                              const ConcordemSingleContact *contact,
+                              double added,
+                              double *history,
+                              int32_t width,
+                              ConcordemSingleResponse *response,
+                              const ConcordemMessage *message);
+
+/// As [`concordem_pair_single`], for a particle that overlaps a wall.
 int64_t concordem_pair_wall(const ConcordemPairLaw *law,
                             const ConcordemWallContact *contact,
+                            double added,
                             double *history,
                             int32_t width,
-                            double *wrench,
+                            ConcordemSingleResponse *response,
                             const ConcordemMessage *message);
 
 /// Create a record for [`concordem_pair_compute`].
@@ -478,6 +525,22 @@ static_assert(offsetof(ConcordemWallContact, angular_velocity) == 104 && sizeof(
 static_assert(offsetof(ConcordemWallContact, wall_velocity) == 128 && sizeof(ConcordemWallContact::wall_velocity) == 24, "ConcordemWallContact::wall_velocity");
 static_assert(offsetof(ConcordemWallContact, dt) == 152 && sizeof(ConcordemWallContact::dt) == 8, "ConcordemWallContact::dt");
 static_assert(sizeof(ConcordemWallContact) == 160 && alignof(ConcordemWallContact) == 8, "ConcordemWallContact");
+static_assert(offsetof(ConcordemSingleContact, kind) == 0 && sizeof(ConcordemSingleContact::kind) == 8, "ConcordemSingleContact::kind");
+static_assert(offsetof(ConcordemSingleContact, known) == 8 && sizeof(ConcordemSingleContact::known) == 4, "ConcordemSingleContact::known");
+static_assert(offsetof(ConcordemSingleContact, advance) == 12 && sizeof(ConcordemSingleContact::advance) == 4, "ConcordemSingleContact::advance");
+static_assert(offsetof(ConcordemSingleContact, radius) == 16 && sizeof(ConcordemSingleContact::radius) == 16, "ConcordemSingleContact::radius");
+static_assert(offsetof(ConcordemSingleContact, mass) == 32 && sizeof(ConcordemSingleContact::mass) == 16, "ConcordemSingleContact::mass");
+static_assert(offsetof(ConcordemSingleContact, position) == 48 && sizeof(ConcordemSingleContact::position) == 48, "ConcordemSingleContact::position");
+static_assert(offsetof(ConcordemSingleContact, velocity) == 96 && sizeof(ConcordemSingleContact::velocity) == 48, "ConcordemSingleContact::velocity");
+static_assert(offsetof(ConcordemSingleContact, angular_velocity) == 144 && sizeof(ConcordemSingleContact::angular_velocity) == 48, "ConcordemSingleContact::angular_velocity");
+static_assert(offsetof(ConcordemSingleContact, dt) == 192 && sizeof(ConcordemSingleContact::dt) == 8, "ConcordemSingleContact::dt");
+static_assert(sizeof(ConcordemSingleContact) == 200 && alignof(ConcordemSingleContact) == 8, "ConcordemSingleContact");
+static_assert(offsetof(ConcordemSingleResponse, force) == 0 && sizeof(ConcordemSingleResponse::force) == 24, "ConcordemSingleResponse::force");
+static_assert(offsetof(ConcordemSingleResponse, torque) == 24 && sizeof(ConcordemSingleResponse::torque) == 24, "ConcordemSingleResponse::torque");
+static_assert(offsetof(ConcordemSingleResponse, torque_of_second) == 48 && sizeof(ConcordemSingleResponse::torque_of_second) == 24, "ConcordemSingleResponse::torque_of_second");
+static_assert(offsetof(ConcordemSingleResponse, normal_force) == 72 && sizeof(ConcordemSingleResponse::normal_force) == 8, "ConcordemSingleResponse::normal_force");
+static_assert(offsetof(ConcordemSingleResponse, stiffness) == 80 && sizeof(ConcordemSingleResponse::stiffness) == 16, "ConcordemSingleResponse::stiffness");
+static_assert(sizeof(ConcordemSingleResponse) == 96 && alignof(ConcordemSingleResponse) == 8, "ConcordemSingleResponse");
 static_assert(offsetof(ConcordemPairModel, name) == 0 && sizeof(ConcordemPairModel::name) == 8, "ConcordemPairModel::name");
 static_assert(offsetof(ConcordemPairModel, number) == 8 && sizeof(ConcordemPairModel::number) == 4, "ConcordemPairModel::number");
 static_assert(offsetof(ConcordemPairModel, properties) == 12 && sizeof(ConcordemPairModel::properties) == 4, "ConcordemPairModel::properties");
@@ -517,4 +580,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xec91c0ea7a22af29)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xcf34dea8ba41c4cf)

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -15,37 +14,21 @@
 #include "force.h"
 #include "contact_models.h"
 #include "error.h"
-#include "fix_property_global.h"
 #include "fix_wall_gran.h"
 #include "granular_pair_style.h"
 #include "granular_wall.h"
-#include "modify.h"
 #include "neigh_list.h"
-#include "neighbor.h"
 #include "pair_gran.h"
 #include "update.h"
 
 #include "abi.h"
-#include "fix_bond.h"
 #include "pair_contact.h"
+#include "pair_model.h"
 
 using namespace LAMMPS_NS;
 using namespace LIGGGHTS;
 
 namespace {
-
-std::vector<ConcordemPairModel> all_models()
-{
-  std::vector<ConcordemPairModel> models(concordem_pair_model(-1, NULL));
-  for (size_t index = 0; index < models.size(); index++) concordem_pair_model(static_cast<int32_t>(index), &models[index]);
-  return models;
-}
-
-const std::vector<ConcordemPairModel> &models()
-{
-  static const std::vector<ConcordemPairModel> all = all_models();
-  return all;
-}
 
 // LIGGGHTS stores the vectors of all atoms contiguously.
 double (*vectors(double *first))[3]
@@ -53,139 +36,10 @@ double (*vectors(double *first))[3]
   return reinterpret_cast<double(*)[3]>(first);
 }
 
-// Index of the model in LIGGGHTS' model hash; its lowest six bits are the number of the normal model.
-int index_of(int64_t hash)
-{
-  for (size_t index = 0; index < models().size(); index++)
-    if (models()[index].number == (hash & 63)) return static_cast<int>(index);
-  return -1;   // unreachable: the factories pass registered numbers only
-}
-
-// Number of tangential models: 0 off, 1 no_history, 2 history (LIGGGHTS' numbers).
-const int SHEARS = 3;
-
-// Numbers of LIGGGHTS' cohesion, rolling, and surface models. They are registered with ours only to be rejected with a remedy.
-const int COHESIONS[] = {0, 1, 2, 7, 8}, ROLLINGS[] = {0, 1, 2, 3, 4, 6}, SURFACES[] = {0, 2, 5};
-
-// A model with its parameters.
-class ConcordemModel : protected Pointers {
- protected:
-  ConcordemModel(LAMMPS *lmp, int64_t hash) :
-      Pointers(lmp), index_(index_of(hash)), model_(models().at(index_)), shear_((hash >> 6) & 63), law_(NULL), width_(0), offset_(0)
-  {
-    message_.text = text_;
-    message_.capacity = sizeof(text_);
-    text_[0] = 0;
-    const char *other = hash >> 12 & 63 ? "cohesion" : hash >> 18 & 63 ? "rolling_friction" : hash >> 24 & 63 ? "surface" : NULL;
-    if (!other) return;
-    snprintf(text_, sizeof(text_),
-             "model %s does not support `%s`; remove it, or use a model of LIGGGHTS, and beside fix concordem/bond take the pairs of its "
-             "group out of the neighbor lists: `neigh_modify exclude group GROUP GROUP`",
-             model_.name, other);
-    error->all(FLERR, text_);
-  }
-
-  ~ConcordemModel()
-  {
-    concordem_pair_delete(law_);
-  }
-
-  const int index_;
-  const ConcordemPairModel model_;
-  const int shear_;
-  ConcordemPairLaw *law_;
-  int width_, offset_;
-  char text_[1024];
-  ConcordemMessage message_;
-
-  void set(int narg, char **arg, IContactHistorySetup *setup)
-  {
-    if (narg > 0) {
-      snprintf(text_, sizeof(text_), "model %s has no setting `%s`; remove it", model_.name, arg[0]);
-      error->all(FLERR, text_);
-    }
-    if (model_.is_law && shear_ != 0) {
-      snprintf(text_, sizeof(text_), "model %s includes the tangential force; remove `tangential ...`", model_.name);
-      error->all(FLERR, text_);
-    }
-    int32_t odd[64];
-    width_ = concordem_pair_history(index_, odd, 64);
-    for (int k = 0; k < width_; k++) {
-      char name[64];
-      snprintf(name, sizeof(name), "concordem%d", k);
-      const int offset = setup->add_history_value(name, odd[k] ? "1" : "0");
-      if (k == 0) offset_ = offset;
-    }
-  }
-
-  void make_law()
-  {
-    const int n = atom->ntypes;
-    ConcordemPairProperties properties;
-    memset(&properties, 0, sizeof(properties));
-    std::vector<double> young, poisson, restitution, friction, stiffness[4];
-    if (reads(CONCORDEM_ELASTIC)) {
-      young = per_type("youngsModulus");
-      poisson = per_type("poissonsRatio");
-    }
-    if (reads(CONCORDEM_RESTITUTION)) restitution = per_pair("coefficientRestitution");
-    friction = shear_ == 0 && !model_.is_law ? std::vector<double>(n * n, 0.0) : per_pair("coefficientFriction");
-    if (reads(CONCORDEM_STIFFNESS)) {
-      stiffness[0] = per_pair("kn");
-      stiffness[1] = per_pair("kt");
-    }
-    if (reads(CONCORDEM_DAMPING)) {
-      stiffness[2] = per_pair("gamman");
-      stiffness[3] = per_pair("gammat");
-    }
-    if (reads(CONCORDEM_VELOCITY))
-      properties.velocity = property("characteristicVelocity", "scalar", 0, 0)->compute_scalar();
-    properties.types = n;
-    properties.shear = shear_;
-    properties.young = young.data();
-    properties.poisson = poisson.data();
-    properties.restitution = restitution.data();
-    properties.friction = friction.data();
-    for (int k = 0; k < 4; k++) properties.stiffness[k] = stiffness[k].data();
-    concordem_pair_delete(law_);
-    law_ = concordem_pair_new(index_, &properties, &message_);
-    if (!law_) {
-      const std::string text = std::string("model ") + model_.name + ": " + text_;
-      error->all(FLERR, text.c_str());
-    }
-  }
-
-  bool reads(uint32_t property) const { return model_.properties & property; }
-
-  FixPropertyGlobal *property(const char *name, const char *kind, int len1, int len2)
-  {
-    return static_cast<FixPropertyGlobal *>(
-        modify->find_fix_property(name, "property/global", kind, len1, len2, model_.name));
-  }
-
-  std::vector<double> per_type(const char *name)
-  {
-    FixPropertyGlobal *fix = property(name, "peratomtype", atom->ntypes, 0);
-    std::vector<double> values(atom->ntypes);
-    for (int a = 0; a < atom->ntypes; a++) values[a] = fix->compute_vector(a);
-    return values;
-  }
-
-  std::vector<double> per_pair(const char *name)
-  {
-    const int n = atom->ntypes;
-    FixPropertyGlobal *fix = property(name, "peratomtypepair", n, n);
-    std::vector<double> values(n * n);
-    for (int a = 0; a < n; a++)
-      for (int b = 0; b < n; b++) values[a * n + b] = fix->compute_array(a, b);
-    return values;
-  }
-};
-
 class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemModel {
  public:
   ConcordemPair(LAMMPS *lmp, PairGran *, int64_t hash) :
-      ConcordemModel(lmp, hash), hash_(hash), record_(concordem_pair_record_new()), recorded_(0)
+      ConcordemModel(lmp, hash), hash_(hash), record_(concordem_pair_record_new()), recorded_(0), of_fixes_(lmp)
   {
   }
 
@@ -197,7 +51,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   int64_t hashcode() { return hash_; }
   double stressStrainExponent() { return model_.hertzian ? 1.5 : 1.0; }
   int get_history_offset(const std::string) { return -1; }
-  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == model_.name; }
+  bool contact_match(const std::string type, const std::string model) { return concordem_model_is(hash_, type, model); }
   void write_restart_settings(FILE *fp) { fwrite(&hash_, sizeof(hash_), 1, fp); }
 
   void read_restart_settings(FILE *fp, int64_t hash)
@@ -232,9 +86,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       pair->ev_setup(eflag, vflag);
     else
       pair->evflag = pair->vflag_fdotr = 0;
-    if (pair->storeContactForces() || pair->storeContactForcesStress() || pair->storeSumDelta() || pair->fr_pair())
-      error->all(FLERR,
-                 "pair_style gran model concordem/... does not support fixes that store contact forces, or rigid bodies; remove them");
+    check(pair);
     const int nlocal = atom->nlocal, count = nlocal + atom->nghost;
     recorded_ = 0;
     if (!count) return;
@@ -270,7 +122,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     arrays.force = vectors(atom->f[0]);
     arrays.torque = vectors(atom->torque[0]);
     arrays.dt = update->dt;
-    arrays.skip = pairs_of_fixes(list);
+    arrays.skip = of_fixes_.find(list);
     if (!acts) {
       unused_.assign(6 * count, 0.0);
       arrays.force = vectors(&unused_[0]);
@@ -301,32 +153,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   std::vector<double *> shifted_;
   std::vector<double> unused_;
 
-  std::vector<FixConcordemBond *> bonds_;   // the fixes that compute forces of pairs
-  std::vector<unsigned char> skip_;         // 1 for each entry of the neighbor list that is such a pair
-  int64_t skip_of_ = -1;                    // when skip_ was determined
-
-  // 1 for each entry of the neighbor list whose forces a fix concordem/bond computes; NULL if there is no such fix.
-  const unsigned char *pairs_of_fixes(NeighList *list)
-  {
-    bonds_.clear();
-    int64_t now = neighbor->ncalls;
-    for (int k = 0; k < modify->nfix; k++) {
-      FixConcordemBond *fix = dynamic_cast<FixConcordemBond *>(modify->fix[k]);
-      if (!fix) continue;
-      bonds_.push_back(fix);
-      now += fix->generation();
-    }
-    if (bonds_.empty()) return NULL;
-    // Every build of the lists also increases the generation of each fix.
-    if (now != skip_of_) {
-      size_t entries = 0;
-      for (int ii = 0; ii < list->inum; ii++) entries += list->numneigh[list->ilist[ii]];
-      skip_.assign(std::max<size_t>(entries, 1), 0);
-      for (size_t k = 0; k < bonds_.size(); k++) bonds_[k]->mark_pairs(list, skip_);
-      skip_of_ = now;
-    }
-    return &skip_[0];
-  }
+  ConcordemPairsOfFixes of_fixes_;
 
   int comm_rank()
   {
@@ -371,14 +198,21 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   }
 };
 
+// Whether models of LIGGGHTS act beside ours.
+bool beside(int64_t hash)
+{
+  return ConcordemHash(hash).cohesion != 0 || ConcordemHash(hash).rolling != 0;
+}
+
 PairStyles::IGranularPairStyle *new_pair(LAMMPS *lmp, PairGran *parent, int64_t hash)
 {
+  if (beside(hash)) return concordem_pair_beside(lmp, parent, hash);
   return new ConcordemPair(lmp, parent, hash);
 }
 
 class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
  public:
-  ConcordemWall(LAMMPS *lmp, FixWallGran *, int64_t hash) : ConcordemModel(lmp, hash) {}
+  ConcordemWall(LAMMPS *lmp, FixWallGran *, int64_t hash) : ConcordemModel(lmp, hash), hash_(hash) {}
 
   void settings(int narg, char **arg, IContactHistorySetup *setup)
   {
@@ -392,7 +226,7 @@ class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
 
   bool checkSurfaceIntersect(ContactModels::SurfacesIntersectData &) { return true; }
   int get_history_offset(const std::string) { return -1; }
-  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == model_.name; }
+  bool contact_match(const std::string type, const std::string model) { return concordem_model_is(hash_, type, model); }
 
   void compute_force(FixWallGran *wall, ContactModels::SurfacesIntersectData &data, bool overlaps, double *wall_velocity,
                      FixMeshSurface *mesh_fix, int mesh_number, TriMesh *mesh, int triangle)
@@ -404,59 +238,55 @@ class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
       for (int k = 0; k < width_; k++) history[k] = 0.0;
       return;
     }
-    if (wall->store_force_contact() || wall->store_force_contact_stress() || wall->store_sum_normal_force() ||
-        wall->heattransfer_flag())
-      error->all(FLERR, "fix wall/gran model concordem/... does not support stored contact forces, sums of normal forces, or heat "
-                        "transfer; remove that setting");
-    ConcordemWallContact contact;
-    contact.kind = atom->type[i];
-    contact.wall_kind = wall->atom_type_wall();
-    contact.radius = data.radi;
-    contact.mass = wall->fix_rigid() && wall->body(i) >= 0 ? wall->masstotal(wall->body(i)) : atom->rmass[i];
-    contact.distance = data.radi - data.deltan;
-    contact.dt = wall->shearupdate() && wall->computeflag() ? update->dt : 0.0;
-    for (int axis = 0; axis < 3; axis++) {
-      contact.normal[axis] = -data.delta[axis] / contact.distance;
-      contact.position[axis] = atom->x[i][axis];
-      contact.velocity[axis] = atom->v[i][axis];
-      contact.angular_velocity[axis] = atom->omega[i][axis];
-      contact.wall_velocity[axis] = wall_velocity[axis];
-    }
+    check(wall);
+    const ConcordemWallContact contact = wall_contact(wall, data, wall_velocity);
     const bool local = wall->compute_wall_gran_local() && wall->addflag();
     if (local) {
       double point[3];
       for (int axis = 0; axis < 3; axis++) point[axis] = atom->x[i][axis] - data.delta[axis];
       wall->compute_wall_gran_local()->add_wall_1(mesh_number, mesh ? mesh->id(triangle) : 0, i, point, wall_velocity);
     }
-    double wrench[6];
-    if (concordem_pair_wall(law_, &contact, history, width_, wrench, &message_) < 0) error->one(FLERR, text_);
+    ConcordemSingleResponse response;
+    if (concordem_pair_wall(law_, &contact, 0.0, history, width_, &response, &message_) < 0) error->one(FLERR, text_);
+    double *const force = response.force, *const torque = response.torque;
     if (wall->computeflag())
       for (int axis = 0; axis < 3; axis++) {
-        atom->f[i][axis] += wrench[axis];
-        atom->torque[i][axis] += wrench[3 + axis];
+        atom->f[i][axis] += force[axis];
+        atom->torque[i][axis] += torque[axis];
       }
+    double normal[3] = {contact.normal[0], contact.normal[1], contact.normal[2]};
     if (local)
-      wall->compute_wall_gran_local()->add_wall_2(i, wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5],
-                                                  data.contact_history, contact.distance * contact.distance, contact.normal);
+      wall->compute_wall_gran_local()->add_wall_2(i, force[0], force[1], force[2], torque[0], torque[1], torque[2],
+                                                  data.contact_history, contact.distance * contact.distance, normal);
     if (wall->store_force())
-      for (int axis = 0; axis < 3; axis++) wall->fix_wallforce()->array_atom[i][axis] += wrench[axis];
+      for (int axis = 0; axis < 3; axis++) wall->fix_wallforce()->array_atom[i][axis] += force[axis];
     if (mesh_fix) {
       double to_wall[3];
       for (int axis = 0; axis < 3; axis++) to_wall[axis] = -data.delta[axis];
-      mesh_fix->add_particle_contribution(i, wrench, to_wall, triangle, wall_velocity);
+      mesh_fix->add_particle_contribution(i, force, to_wall, triangle, wall_velocity);
     }
   }
+
+ private:
+  int64_t hash_;
 };
 
 Walls::IGranularWall *new_wall(LAMMPS *lmp, FixWallGran *parent, int64_t hash)
 {
+  if (beside(hash)) return concordem_wall_beside(lmp, parent, hash);
   return new ConcordemWall(lmp, parent, hash);
 }
+
+// Number of tangential models: 0 off, 1 no_history, 2 history (LIGGGHTS' numbers).
+const int SHEARS = 3;
+
+// Numbers of LIGGGHTS' cohesion, rolling, and surface models. Surface models are registered with ours only to be rejected with a remedy.
+const int COHESIONS[] = {0, 1, 2, 7, 8}, ROLLINGS[] = {0, 1, 2, 3, 4, 6}, SURFACES[] = {0, 2, 5};
 
 struct Registration {
   Registration()
   {
-    for (const ConcordemPairModel &model : models()) {
+    for (const ConcordemPairModel &model : concordem_models()) {
       ContactModels::Factory::instance().addNormalModel(model.name, model.number);
       for (int shear = 0; shear < SHEARS; shear++)
         for (int cohesion : COHESIONS)
@@ -476,7 +306,7 @@ namespace LAMMPS_NS {
 
 bool concordem_is_our_model(PairGran *pair)
 {
-  return index_of(pair->hashcode()) >= 0;
+  return concordem_model_of(pair->hashcode()) >= 0;
 }
 
 }

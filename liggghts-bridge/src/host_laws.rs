@@ -19,7 +19,9 @@
 //! [`HertzMindlin`](concordem_contact::law::HertzMindlin) and [`Frictional`](concordem_contact::law::Frictional).
 
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PointKinematics, Transport, WallInput};
-use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, Kinematics, Response, Status, Stiffness};
+use concordem_contact::law::{
+    ContactGeometry, ContactLaw, EnergySplit, Frictional, HertzMindlin, Kinematics, Response, Status, Stiffness,
+};
 use concordem_contact::math::Vec3;
 
 /// A point contact with instantaneous velocities. LIGGGHTS uses these; ConcorDEM uses mean rates over the step.
@@ -102,6 +104,21 @@ impl Kinematics for InstantKinematics {
     }
 }
 
+/// A law of the models `concordem/...`, beside which LIGGGHTS' cohesion and rolling models act.
+pub trait HostLaw: ContactLaw {
+    /// Secant stiffnesses `k_n`, `k_t` (N/m) at the given overlap δ (m): the normal spring presses with `k_n δ`. LIGGGHTS' rolling
+    /// models read them.
+    fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2];
+
+    /// As [`ContactLaw::respond`]. A cohesion model adds the normal force `added` (N, compression positive) to the force that limits
+    /// friction; it must be 0 for ConcorDEM laws.
+    #[inline(always)]
+    fn respond_beside(&self, k: &Self::Kinematics, old: &Self::State, dt: f64, added: f64) -> Response<Self::State> {
+        debug_assert!(added == 0.0);
+        self.respond(k, old, dt)
+    }
+}
+
 /// Model of the stiffnesses and dashpots.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HostModel {
@@ -180,13 +197,36 @@ impl HostModel {
     }
 }
 
-impl ContactLaw for HostContact {
-    type State = HostContactState;
-    type Kinematics = InstantKinematics;
-    const NAME: &'static str = "liggghts";
-
+impl HostContact {
+    /// `k_n`, `k_t` (N/m), `γ_n`, `γ_t` (N·s/m) at the given overlap δ, m.
     #[inline(always)]
-    fn respond(&self, k: &InstantKinematics, old: &HostContactState, _dt: f64) -> Response<HostContactState> {
+    fn springs_and_dashpots(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 4] {
+        let mass = geometry.reduced_mass();
+        match self.model {
+            HostModel::Hertz { young, shear, damping, ratio } => {
+                let root = (geometry.effective_radius() * overlap).sqrt();
+                let gn = damping * (2.0 * young * root * mass).sqrt();
+                [4.0 / 3.0 * young * root, 8.0 * shear * root, gn, gn * ratio]
+            }
+            HostModel::Hooke { young, log_restitution, velocity } => {
+                let root = geometry.effective_radius().sqrt();
+                let kn =
+                    16.0 / 15.0 * root * young * (15.0 * mass * velocity * velocity / (16.0 * root * young)).powf(0.2);
+                let squared = log_restitution * log_restitution;
+                let pi = std::f64::consts::PI;
+                let damping = (4.0 * mass * kn * squared / (squared + pi * pi)).sqrt();
+                [kn, kn, damping, damping]
+            }
+            HostModel::Stiffness { hertz, normal, shear, normal_damping, shear_damping } => {
+                let root = if hertz { (geometry.effective_radius() * overlap).sqrt() } else { 1.0 };
+                [normal * root, shear * root, mass * normal_damping * root, mass * shear_damping * root]
+            }
+        }
+    }
+
+    /// Response where a cohesion model adds the normal force `added` (N, compression positive) to the force that limits friction.
+    #[inline(always)]
+    fn respond_beside(&self, k: &InstantKinematics, old: &HostContactState, added: f64) -> Response<HostContactState> {
         let geometry = &k.point.geometry;
         let overlap = -k.point.gap;
         let respond = |force, shear_displacement, status| Response {
@@ -199,41 +239,22 @@ impl ContactLaw for HostContact {
         if overlap <= 0.0 {
             return respond(Vec3::zeros(), Vec3::zeros(), Status::Opened);
         }
-        let mass = geometry.reduced_mass();
-        let (kn, kt, gn, gt) = match self.model {
-            HostModel::Hertz { young, shear, damping, ratio } => {
-                let root = (geometry.effective_radius() * overlap).sqrt();
-                let gn = damping * (2.0 * young * root * mass).sqrt();
-                (4.0 / 3.0 * young * root, 8.0 * shear * root, gn, gn * ratio)
-            }
-            HostModel::Hooke { young, log_restitution, velocity } => {
-                let root = geometry.effective_radius().sqrt();
-                let kn =
-                    16.0 / 15.0 * root * young * (15.0 * mass * velocity * velocity / (16.0 * root * young)).powf(0.2);
-                let squared = log_restitution * log_restitution;
-                let pi = std::f64::consts::PI;
-                let damping = (4.0 * mass * kn * squared / (squared + pi * pi)).sqrt();
-                (kn, kn, damping, damping)
-            }
-            HostModel::Stiffness { hertz, normal, shear, normal_damping, shear_damping } => {
-                let root = if hertz { (geometry.effective_radius() * overlap).sqrt() } else { 1.0 };
-                (normal * root, shear * root, mass * normal_damping * root, mass * shear_damping * root)
-            }
-        };
+        let [kn, kt, gn, gt] = self.springs_and_dashpots(geometry, overlap);
         let push = kn * overlap - gn * k.normal_velocity;
+        let limiting = push + added;
         let pressing = k.point.normal * -push;
         match self.shear {
             HostShear::Off => respond(pressing, Vec3::zeros(), Status::Lives),
             HostShear::NoHistory => {
                 let speed = k.tangential_velocity.norm();
-                let coefficient = if speed > 0.0 { (self.friction * push.abs() / speed).min(gt) } else { 0.0 };
+                let coefficient = if speed > 0.0 { (self.friction * limiting.abs() / speed).min(gt) } else { 0.0 };
                 respond(pressing + k.tangential_velocity * coefficient, Vec3::zeros(), Status::Lives)
             }
             HostShear::History => {
                 let moved = old.shear_displacement + k.point.shear_increment;
                 let displacement = moved - k.point.normal * moved.dot(&k.point.normal);
                 let size = displacement.norm();
-                let (elastic, limit) = (kt * size, self.friction * push.abs());
+                let (elastic, limit) = (kt * size, self.friction * limiting.abs());
                 if elastic > limit {
                     let cut = displacement * (limit / elastic);
                     respond(pressing + cut * kt, cut, Status::Lives)
@@ -243,6 +264,50 @@ impl ContactLaw for HostContact {
                 }
             }
         }
+    }
+}
+
+impl HostLaw for HostContact {
+    fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
+        let [normal, shear, ..] = self.springs_and_dashpots(geometry, overlap);
+        [normal, shear]
+    }
+
+    #[inline(always)]
+    fn respond_beside(
+        &self,
+        k: &InstantKinematics,
+        old: &HostContactState,
+        _: f64,
+        added: f64,
+    ) -> Response<HostContactState> {
+        self.respond_beside(k, old, added)
+    }
+}
+
+impl HostLaw for HertzMindlin {
+    fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
+        let Stiffness { normal, shear, .. } = self.stiffness_at(geometry, overlap);
+        // The force is proportional to δ^{3/2}.
+        [normal * (2.0 / 3.0), shear]
+    }
+}
+
+impl HostLaw for Frictional {
+    fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
+        let Stiffness { normal, shear, .. } = self.stiffness_at(geometry, overlap);
+        [normal, shear]
+    }
+}
+
+impl ContactLaw for HostContact {
+    type State = HostContactState;
+    type Kinematics = InstantKinematics;
+    const NAME: &'static str = "liggghts";
+
+    #[inline(always)]
+    fn respond(&self, k: &InstantKinematics, old: &HostContactState, _dt: f64) -> Response<HostContactState> {
+        self.respond_beside(k, old, 0.0)
     }
 
     /// Stiffnesses that depend on the overlap are taken at an overlap of `R*/20`.

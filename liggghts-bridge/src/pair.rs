@@ -3,16 +3,15 @@
 use concordem_contact::kinematics::{
     ContactInput, ImageShift, Motion, MotionMeasure, PointKinematics, PreviousGeometry, WallInput,
 };
-use concordem_contact::law::restitution::{End, damping_of_restitution};
-use concordem_contact::law::{
-    ContactGeometry, ContactLaw, ContactStiffness, Elastic, Frictional, HertzMindlin, Kinematics, LawState,
-    ParameterError, Parity, Response, Status,
-};
+use concordem_contact::law::{ContactGeometry, Kinematics, LawState, Parity, Response, Status};
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
 use concordem_solver::PairCoefficients;
 use concordem_solver::state::walls::ClosestPoint;
 
-use crate::host_laws::{HostContact, HostModel, HostShear};
+use crate::host_laws::HostLaw;
+
+mod models;
+pub use models::{MODELS, Model, Properties, law, property};
 
 /// Atom arrays for a pass over the neighbor lists; all cover owned atoms and ghosts.
 pub struct Pass<'a> {
@@ -102,6 +101,48 @@ pub struct WallContact {
     pub dt: f64,
 }
 
+/// Two overlapping particles.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+#[repr(C)]
+pub struct SingleContact {
+    /// Types, from 1.
+    pub kind: [i32; 2],
+    /// Whether the history is valid; 0 at the start of the contact.
+    pub known: i32,
+    /// Whether the history advances; 0 during setup.
+    pub advance: i32,
+    /// Radii, m.
+    pub radius: [f64; 2],
+    /// Masses, kg.
+    pub mass: [f64; 2],
+    /// Positions, m.
+    pub position: [[f64; 3]; 2],
+    /// Velocities, m/s.
+    pub velocity: [[f64; 3]; 2],
+    /// Angular velocities, rad/s.
+    pub angular_velocity: [[f64; 3]; 2],
+    /// Time step, s.
+    pub dt: f64,
+}
+
+/// Response of a single contact. All are 0 if the law opens it.
+#[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+#[repr(C)]
+pub struct SingleResponse {
+    /// Force on the first particle, N.
+    pub force: [f64; 3],
+    /// Torque on the first particle, N·m.
+    pub torque: [f64; 3],
+    /// Torque on the second particle, N·m; 0 at a wall.
+    pub torque_of_second: [f64; 3],
+    /// Normal force, N, compression positive.
+    pub normal_force: f64,
+    /// Secant stiffnesses of the normal and shear springs, N/m.
+    pub stiffness: [f64; 2],
+}
+
 /// Mask for the index in an entry of a neighbor list.
 const NEIGHBOR: i32 = 0x3FFF_FFFF;
 
@@ -119,8 +160,12 @@ pub trait PairLaw {
         torque: &mut [[f64; 3]],
         record: Option<&mut Vec<PairForce>>,
     );
-    /// Force (N) and torque (N·m) of a wall on a particle that overlaps it; `history` is all zeros at the start of the overlap.
-    fn wall(&self, contact: &WallContact, history: &mut [f64]) -> [Vec3; 2];
+    /// A single contact of overlapping particles, to which models of LIGGGHTS add forces. `added` (N): see
+    /// [`HostLaw::respond_beside`].
+    fn single(&self, contact: &SingleContact, added: f64, history: &mut [f64]) -> SingleResponse;
+    /// A wall on a particle that overlaps it; `history` is all zeros at the start of the overlap. `added` (N): see
+    /// [`HostLaw::respond_beside`].
+    fn wall(&self, contact: &WallContact, added: f64, history: &mut [f64]) -> SingleResponse;
 }
 
 /// A law for all pairs of types. `FRAMED`: its kinematics needs the previous geometry.
@@ -130,7 +175,7 @@ pub struct PairLaws<L, const FRAMED: bool> {
     mode: MotionMeasure,
 }
 
-impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
+impl<L: HostLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     /// Reals for the previous geometry, before the law's own history.
     const HEAD: usize = if FRAMED { 4 } else { 0 };
     /// Reals per history.
@@ -146,7 +191,7 @@ fn vec3(v: &[f64; 3]) -> Vec3 {
     Vec3::new(v[0], v[1], v[2])
 }
 
-impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
+impl<L: HostLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     #[inline(always)]
     fn motion(pass: &Pass<'_>, p: usize) -> Motion {
         let angular_velocity = vec3(&pass.angular_velocity[p]);
@@ -180,7 +225,8 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         PreviousGeometry { normal: before / length, length }
     }
 
-    /// Response of law `row` for particles `i` and `j`, and its kinematics. `reals` is the history.
+    /// Response of law `row` for particles `i` and `j`, and its kinematics. `reals` is the history. `added`: see
+    /// [`HostLaw::respond_beside`].
     #[inline(always)]
     fn respond(
         &self,
@@ -189,6 +235,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         [(i, a), (j, b)]: [(usize, &Motion); 2],
         known: bool,
         reals: &mut [f64],
+        added: f64,
     ) -> (Response<L::State>, PointKinematics) {
         let previous = Self::previous_geometry(pass, known, reals, a, b);
         let mut old = L::State::default();
@@ -211,7 +258,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         let image = ImageShift::default();
         let input = ContactInput { a, b, image: &image, geometry: &geometry, previous: &previous, bonded: false, dt };
         let k = L::Kinematics::measure(self.mode, &input);
-        let response = self.laws[row as usize].respond(&k, &old, dt);
+        let response = self.laws[row as usize].respond_beside(&k, &old, dt, added);
         if pass.advance {
             if FRAMED {
                 reals[..3].copy_from_slice(k.point().normal.as_slice());
@@ -220,6 +267,28 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
             reals[Self::HEAD..Self::WIDTH].copy_from_slice(response.state.as_reals());
         }
         (response, *k.point())
+    }
+
+    /// Torques on both particles, N·m.
+    #[inline(always)]
+    fn torques(response: &Response<L::State>, point: &PointKinematics) -> [Vec3; 2] {
+        let lever = point.normal.cross(&response.force);
+        [lever * point.arm_a + response.moment, lever * point.arm_b - response.moment]
+    }
+
+    /// The response of law `row` as LIGGGHTS' models read it.
+    fn for_models(&self, row: u16, response: &Response<L::State>, point: &PointKinematics) -> SingleResponse {
+        if response.status != Status::Lives {
+            return SingleResponse::default();
+        }
+        let [torque, torque_of_second] = Self::torques(response, point);
+        SingleResponse {
+            force: response.force.into(),
+            torque: torque.into(),
+            torque_of_second: torque_of_second.into(),
+            normal_force: -response.force.dot(&point.normal),
+            stiffness: self.laws[row as usize].stiffnesses(&point.geometry, -point.gap),
+        }
     }
 
     #[inline(always)]
@@ -250,15 +319,14 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
             let Some(row) = self.map.get((pass.kind[i] - 1) as u16, (pass.kind[j] - 1) as u16) else { continue };
             let a = *mine.get_or_insert_with(|| Self::motion(pass, i));
             let b = Self::motion(pass, j);
-            let (response, point) = self.respond(pass, row, [(i, &a), (j, &b)], flags[jj] != 0, reals);
+            let (response, point) = self.respond(pass, row, [(i, &a), (j, &b)], flags[jj] != 0, reals, 0.0);
             if pass.advance {
                 flags[jj] = 1;
             }
             if response.status != Status::Lives {
                 continue;
             }
-            let lever = point.normal.cross(&response.force);
-            let (torque_i, torque_j) = (lever * point.arm_a + response.moment, lever * point.arm_b - response.moment);
+            let [torque_i, torque_j] = Self::torques(&response, &point);
             sum += response.force;
             moment += torque_i;
             if j < pass.owned {
@@ -284,7 +352,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     }
 }
 
-impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
+impl<L: HostLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
     fn fields(&self) -> Vec<(String, bool)> {
         let mut fields = Vec::new();
         if FRAMED {
@@ -314,8 +382,32 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
         }
     }
 
-    fn wall(&self, contact: &WallContact, history: &mut [f64]) -> [Vec3; 2] {
-        let none = [Vec3::zeros(); 2];
+    fn single(&self, contact: &SingleContact, added: f64, history: &mut [f64]) -> SingleResponse {
+        let SingleContact { kind, .. } = contact;
+        let Some(row) = self.map.get((kind[0] - 1) as u16, (kind[1] - 1) as u16) else {
+            return SingleResponse::default();
+        };
+        let pass = Pass {
+            position: &contact.position,
+            velocity: &contact.velocity,
+            angular_velocity: &contact.angular_velocity,
+            radius: &contact.radius,
+            mass: &contact.mass,
+            kind,
+            mask: &[0; 2],
+            frozen: 0,
+            owned: 2,
+            dt: contact.dt,
+            advance: contact.advance != 0,
+        };
+        let [a, b] = [0, 1].map(|p| Self::motion(&pass, p));
+        let reals = &mut history[..Self::WIDTH];
+        let (response, point) = self.respond(&pass, row, [(0, &a), (1, &b)], contact.known != 0, reals, added);
+        self.for_models(row, &response, &point)
+    }
+
+    fn wall(&self, contact: &WallContact, added: f64, history: &mut [f64]) -> SingleResponse {
+        let none = SingleResponse::default();
         let Some(row) = self.map.get((contact.kind - 1) as u16, (contact.wall_kind - 1) as u16) else { return none };
         let (angular_velocity, dt) = (vec3(&contact.angular_velocity), contact.dt);
         let motion = Motion {
@@ -363,7 +455,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
             dt,
         };
         let Some(k) = L::Kinematics::measure_wall(self.mode, &input) else { return none };
-        let response = self.laws[row as usize].respond(&k, &old, dt);
+        let response = self.laws[row as usize].respond_beside(&k, &old, dt, added);
         if dt > 0.0 {
             reals.fill(0.0);
             if response.status == Status::Lives {
@@ -374,137 +466,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
                 reals[Self::HEAD..].copy_from_slice(response.state.as_reals());
             }
         }
-        if response.status == Status::Lives {
-            [response.force, closest_point.normal.cross(&response.force) * k.point().arm_a + response.moment]
-        } else {
-            none
-        }
-    }
-}
-
-/// Properties from `fix property/global`: one value per type, or per pair of types in row-major order.
-pub struct Properties<'a> {
-    /// Number of types.
-    pub types: usize,
-    /// Young's modulus per type, Pa.
-    pub young: &'a [f64],
-    /// Poisson's ratio per type.
-    pub poisson: &'a [f64],
-    /// Coefficient of restitution per pair.
-    pub restitution: &'a [f64],
-    /// Coefficient of friction per pair.
-    pub friction: &'a [f64],
-    /// `kn`, `kt`, `gamman`, `gammat` per pair.
-    pub stiffness: [&'a [f64]; 4],
-    /// Characteristic velocity, m/s.
-    pub velocity: f64,
-}
-
-/// Properties that a model reads, as bits of [`Model::properties`].
-pub mod property {
-    /// Young's modulus and Poisson's ratio.
-    pub const ELASTIC: u32 = 1;
-    /// Coefficient of restitution.
-    pub const RESTITUTION: u32 = 2;
-    /// Stiffnesses `kn`, `kt`.
-    pub const STIFFNESS: u32 = 4;
-    /// Damping `gamman`, `gammat`.
-    pub const DAMPING: u32 = 8;
-    /// Characteristic velocity.
-    pub const VELOCITY: u32 = 16;
-}
-
-/// A normal model of `pair_style gran`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Model {
-    /// Name in the script.
-    pub name: &'static std::ffi::CStr,
-    /// Number in LIGGGHTS' model hash, 13 to 63 (LIGGGHTS uses the lower numbers). Restart files contain it, so it must not change.
-    pub number: i32,
-    /// Bits of [`property`]. Every model also reads the coefficient of friction; LIGGGHTS' models only with a tangential model.
-    pub properties: u32,
-    /// Whether the force is proportional to overlap^1.5 instead of to the overlap.
-    pub hertzian: bool,
-    /// Whether it is a ConcorDEM law, which includes the shear force, instead of a LIGGGHTS model.
-    pub is_law: bool,
-}
-
-/// All models; [`law`] creates the law of each.
-pub const MODELS: [Model; 6] = {
-    use property::{DAMPING, ELASTIC, RESTITUTION, STIFFNESS, VELOCITY};
-    const fn liggghts(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
-        Model { name, number, properties, hertzian, is_law: false }
-    }
-    const fn concordem(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
-        Model { name, number, properties, hertzian, is_law: true }
-    }
-    [
-        liggghts(c"concordem/hertz", 58, ELASTIC | RESTITUTION, true),
-        liggghts(c"concordem/hertz/stiffness", 59, STIFFNESS | DAMPING, true),
-        liggghts(c"concordem/hooke", 60, ELASTIC | RESTITUTION | VELOCITY, false),
-        liggghts(c"concordem/hooke/stiffness", 61, STIFFNESS | DAMPING, false),
-        concordem(c"concordem/hertz_mindlin", 62, ELASTIC | RESTITUTION, true),
-        concordem(c"concordem/frictional", 63, STIFFNESS | RESTITUTION, false),
-    ]
-};
-
-fn pair_laws<L: ContactLaw, const FRAMED: bool>(
-    types: usize,
-    row: impl Fn(usize, usize) -> Result<L, ParameterError>,
-) -> Result<Box<dyn PairLaw>, ParameterError> {
-    let mut map = PairCoefficients::new(types);
-    let mut all = Vec::with_capacity(types * types);
-    for a in 0..types {
-        for b in 0..types {
-            map.set(a as u16, b as u16, all.len() as u16);
-            all.push(row(a, b)?);
-        }
-    }
-    Ok(Box::new(PairLaws::<L, FRAMED>::new(all, map, MotionMeasure::Finite)))
-}
-
-/// The law of model `model` (index in [`MODELS`]). `shear` applies to LIGGGHTS' models.
-///
-/// # Errors
-/// Invalid parameters, or no such model.
-pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn PairLaw>, ParameterError> {
-    let n = p.types;
-    let at = |values: &[f64], a: usize, b: usize| values[a * n + b];
-    let effective = |a: usize, b: usize| {
-        let bulk = |k: usize| (1.0 - p.poisson[k] * p.poisson[k]) / p.young[k];
-        let shear = |k: usize| 2.0 * (2.0 - p.poisson[k]) * (1.0 + p.poisson[k]) / p.young[k];
-        (1.0 / (bulk(a) + bulk(b)), 1.0 / (shear(a) + shear(b)))
-    };
-    let host = |model: HostModel, a, b| Ok(HostContact { model, shear, friction: at(p.friction, a, b) });
-    match model {
-        0 => pair_laws::<_, false>(n, |a, b| {
-            let (young, shear) = effective(a, b);
-            host(HostModel::hertz(young, shear, at(p.restitution, a, b)), a, b)
-        }),
-        1 | 3 => pair_laws::<_, false>(n, |a, b| {
-            let [normal, shear, normal_damping, shear_damping] = p.stiffness.map(|values| at(values, a, b));
-            let hertz = model == 1;
-            host(HostModel::Stiffness { hertz, normal, shear, normal_damping, shear_damping }, a, b)
-        }),
-        2 => pair_laws::<_, false>(n, |a, b| {
-            let log_restitution = at(p.restitution, a, b).ln();
-            host(HostModel::Hooke { young: effective(a, b).0, log_restitution, velocity: p.velocity }, a, b)
-        }),
-        4 => pair_laws::<_, true>(n, |a, b| {
-            let elastic = |k: usize| Elastic { young: p.young[k], poisson: p.poisson[k] };
-            HertzMindlin::new(elastic(a), elastic(b), at(p.friction, a, b), at(p.restitution, a, b))
-        }),
-        5 => pair_laws::<_, true>(n, |a, b| {
-            let stiffness =
-                ContactStiffness::Given { normal: at(p.stiffness[0], a, b), shear: at(p.stiffness[1], a, b) };
-            let damping = damping_of_restitution(at(p.restitution, a, b), End::ForceSpent);
-            Frictional::new(stiffness, at(p.friction, a, b), damping)
-        }),
-        _ => Err(ParameterError::OutOfRange {
-            law: "of pairs",
-            parameter: "model",
-            value: model as f64,
-            requirement: "a model known to both library and plugin; rebuild both",
-        }),
+        // At a wall, the torque on the particle is about its center, as between particles.
+        SingleResponse { torque_of_second: [0.0; 3], ..self.for_models(row, &response, k.point()) }
     }
 }

@@ -39,12 +39,25 @@ fn invalid_input_stops_all_processors_with_a_remedy() {
         (with("linear_bond", "glue"), "unknown bond law `glue`; choose one of cpm, linear_bond, cohesive_beam"),
         (with("shear_stiffness 1e4", ""), "missing field `shear_stiffness`"),
         (
-            with("thermo 1\n", "pair_style gran model concordem/hertz tangential history rolling_friction cdt\npair_coeff * *\n"),
-            "model concordem/hertz does not support `rolling_friction`",
+            with("thermo 1\n", "pair_style gran model concordem/hertz tangential history rolling_friction luding\npair_coeff * *\n"),
+            "model concordem/hertz: `rolling_friction luding` reads the history of LIGGGHTS' normal model luding; choose cdt",
         ),
         (
-            with("thermo 1\n", "pair_style gran model concordem/hertz_mindlin cohesion sjkr\npair_coeff * *\n"),
-            "model concordem/hertz_mindlin does not support `cohesion`",
+            with("thermo 1\n", "pair_style gran model concordem/hertz tangential history surface multicontact\npair_coeff * *\n"),
+            "model concordem/hertz: it knows spheres with the default surface only; remove `surface ...`",
+        ),
+        (
+            with("thermo 1\n", "pair_style gran model concordem/frictional cohesion sjkr tangential_reduce on\npair_coeff * *\n"),
+            "model concordem/frictional: its friction limit has no cohesion; remove `tangential_reduce on`",
+        ),
+        (
+            with("thermo 1\n", "pair_style gran model concordem/hertz tangential history cohesion sjkr limitForce on\npair_coeff * *\n"),
+            "Unknown argument or wrong keyword order: 'limitForce'",
+        ),
+        (
+            with("thermo 1\n", "pair_style gran model concordem/hertz tangential history\npair_coeff * *\nfix floor all wall/gran model \
+                 concordem/hertz tangential history cohesion easo/capillary/viscous primitive type 1 zplane 0\n"),
+            "choose washino/capillary/viscous for the wall",
         ),
         (with("shear_stiffness 1e4", "shear_stiffness -1"), "shear_stiffness = -1 must be finite and not negative"),
         (with("bond distance 1.2", ""), "add `bond distance FACTOR`"),

@@ -3,73 +3,14 @@
 mod harness;
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use concordem_contact::law::{Elastic, HertzMindlin};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Particles, Sphere, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
-use harness::{Atom, Dice, Dumped, data_file, dump, frames, head, run, tables};
-
-const STEPS: usize = 400;
-
-/// Colliding spheres of two types and different sizes.
-fn cloud(path: &Path) {
-    let mut dice = Dice(11);
-    let atoms: Vec<Atom> = (0..512)
-        .map(|k| {
-            let place = Vec3::new((k % 8) as f64, (k / 8 % 8) as f64, (k / 64) as f64) * 0.0105;
-            let mut atom = Atom::resting(place + dice.vector() * 3e-4, 0.005 * (0.9 + 0.1 * dice.roll()));
-            atom.kind = 1 + k % 2;
-            atom.velocity = (Vec3::repeat(0.037) - place) * 60.0 + dice.vector();
-            atom.spin = dice.vector() * 200.0;
-            atom
-        })
-        .collect();
-    data_file(path, &atoms, Vec3::repeat(-0.02), Vec3::repeat(0.1));
-}
-
-const PROPERTIES: &str = "fix p1 all property/global youngsModulus peratomtype 5e6 2e7\n\
-    fix p2 all property/global poissonsRatio peratomtype 0.3 0.2\n\
-    fix p3 all property/global coefficientRestitution peratomtypepair 2 0.9 0.7 0.7 0.5\n\
-    fix p4 all property/global coefficientFriction peratomtypepair 2 0.4 0.2 0.2 0.2\n\
-    fix p5 all property/global characteristicVelocity scalar 2.0\n\
-    fix p6 all property/global kn peratomtypepair 2 STIFF\n\
-    fix p7 all property/global kt peratomtypepair 2 STIFF\n\
-    fix p8 all property/global gamman peratomtypepair 2 DASHPOT\n\
-    fix p9 all property/global gammat peratomtypepair 2 DASHPOT\n";
-
-fn result(folder: &Path, pair: &str, processors: usize, runs: usize) -> Vec<(u64, Vec<Dumped>)> {
-    let hertz = pair.contains("hertz");
-    let mut script = head("cloud.data", "f f f", 1e-3, 2e-6);
-    let properties = PROPERTIES
-        .replace("STIFF", if hertz { "3e6 2e6 2e6 4e6" } else { "4e4 3e4 3e4 5e4" })
-        .replace("DASHPOT", if hertz { "3e4 2e4 2e4 1e4" } else { "200 100 100 300" });
-    writeln!(script, "{pair}").unwrap();
-    script.push_str(&properties);
-    script.push_str("fix integrate all nve/sphere\nthermo 100\n");
-    script.push_str(&dump("out.dump", 100));
-    for _ in 0..runs {
-        writeln!(script, "run {}", STEPS / runs).unwrap();
-    }
-    run(folder, &script, processors);
-    frames(&folder.join("out.dump"))
-}
-
-/// Largest differences between two results in positions, velocities, and angular velocities, each relative to its largest magnitude.
-fn difference(a: &[(u64, Vec<Dumped>)], b: &[(u64, Vec<Dumped>)]) -> [f64; 3] {
-    let mut worst = [0.0f64; 3];
-    let get = [|d: &Dumped| d.position, |d: &Dumped| d.velocity, |d: &Dumped| d.spin];
-    for ((_, a), (_, b)) in a.iter().zip(b) {
-        for (worst, get) in worst.iter_mut().zip(get) {
-            let size = b.iter().map(|d| get(d).norm()).fold(0.0, f64::max);
-            let apart = a.iter().zip(b).map(|(a, b)| (get(a) - get(b)).norm()).fold(0.0, f64::max);
-            *worst = worst.max(apart / size);
-        }
-    }
-    worst
-}
+use harness::spheres::{cloud, difference, floor, result};
+use harness::{Atom, Dumped, data_file, dump, frames, head, run, tables};
 
 #[test]
 fn liggghts_models_are_reproduced() {
@@ -94,17 +35,6 @@ fn liggghts_models_are_reproduced() {
             assert!(apart.iter().all(|d| *d < 1e-12), "{model} {shear}: {apart:?}");
         }
     }
-}
-
-/// A floor of two triangles in the path of the spheres.
-fn floor(folder: &Path) {
-    std::fs::write(
-        folder.join("floor.stl"),
-        "solid floor\nfacet normal 0 0 1\nouter loop\nvertex -0.02 -0.02 0.012\nvertex 0.1 -0.02 0.012\nvertex 0.1 0.1 0.012\n\
-         endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex -0.02 -0.02 0.012\nvertex 0.1 0.1 0.012\nvertex -0.02 0.1 0.012\n\
-         endloop\nendfacet\nendsolid floor\n",
-    )
-    .unwrap();
 }
 
 #[test]
@@ -140,10 +70,11 @@ fn rows_of_local_computes_equal_those_of_liggghts() {
     let folder = tempfile::tempdir().unwrap();
     cloud(&folder.path().join("cloud.data"));
     floor(folder.path());
-    let rows = |prefix: &str, processors: usize| {
-        let model = format!("model {prefix}hertz tangential history");
+    let rows = |prefix: &str, beside: &str, processors: usize| {
+        let model = format!("model {prefix}hertz tangential history {beside}");
         let pair = format!(
-            "pair_style gran {model}\npair_coeff * *\nfix mesh all mesh/surface file floor.stl type 1\n\
+            "fix r1 all property/global coefficientRollingFriction peratomtypepair 2 0.5 0.3 0.3 0.4\n\
+             fix r2 all property/global cohesionEnergyDensity peratomtypepair 2 2e5 1e5 1e5 3e5\npair_style gran {model}\npair_coeff * *\nfix mesh all mesh/surface file floor.stl type 1\n\
              fix floor all wall/gran {model} mesh n_meshes 1 meshes mesh\n\
              compute pairs all pair/gran/local id force torque delta\ncompute walls all wall/gran/local id force torque\n\
              dump pairs all local 100 pairs.dump c_pairs[1] c_pairs[2] c_pairs[4] c_pairs[5] c_pairs[6] c_pairs[7] c_pairs[8] \
@@ -162,10 +93,10 @@ fn rows_of_local_computes_equal_those_of_liggghts() {
             steps
         })
     };
-    for processors in [1, 2] {
+    for (beside, processors) in [("", 1), ("", 2), ("cohesion sjkr rolling_friction epsd2", 2)] {
         // Ghosts lack the last half step of the velocities, so LIGGGHTS' rows depend on the number of processors, and ours do too.
-        let native = rows("", processors);
-        for (ours, native) in rows("concordem/", processors).iter().zip(&native) {
+        let native = rows("", beside, processors);
+        for (ours, native) in rows("concordem/", beside, processors).iter().zip(&native) {
             let mut seen = 0;
             assert_eq!(ours.len(), native.len());
             for ((step, ours), (_, native)) in ours.iter().zip(native) {

@@ -1,4 +1,2 @@
-/* Replaces a generated LIGGGHTS header that libliggghts-dev lacks. Our styles need only the default surface model. */
-#ifdef SURFACE_MODEL
-SURFACE_MODEL(SURFACE_DEFAULT, default, 0)
-#endif
+/* Replaces a generated LIGGGHTS header that libliggghts-dev lacks: the surface models that act beside ours. */
+#include "surface_model_default.h"

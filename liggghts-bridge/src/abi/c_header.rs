@@ -8,7 +8,7 @@ use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
 use super::atoms::AtomArrays;
 use super::network::{BondOfList, Facts, PairLists};
 use super::pair::{PairArrays, PairModel, PairProperties};
-use crate::pair::{PairForce, WallContact};
+use crate::pair::{PairForce, SingleContact, SingleResponse, WallContact};
 
 #[test]
 fn c_header_is_current() {
@@ -51,6 +51,8 @@ fn c_header_is_current() {
             BondOfList::type_layout(),
             PairForce::type_layout(),
             WallContact::type_layout(),
+            SingleContact::type_layout(),
+            SingleResponse::type_layout(),
             PairModel::type_layout(),
             PairProperties::type_layout(),
             PairArrays::type_layout(),

@@ -8,7 +8,9 @@ use std::ffi::c_char;
 use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use crate::host_laws::HostShear;
-use crate::pair::{self, MODELS, Neighbors, PairForce, PairLaw, Pass, Properties, WallContact};
+use crate::pair::{
+    self, MODELS, Neighbors, PairForce, PairLaw, Pass, Properties, SingleContact, SingleResponse, WallContact,
+};
 
 /// Properties of `types` atom types for [`concordem_pair_new`]: one real per type (`young`, `poisson`) or per pair of types; null if
 /// the model does not need them.
@@ -231,24 +233,43 @@ pub unsafe extern "C" fn concordem_pair_compute(
     }
 }
 
-/// Write the force (N) and torque (N·m) of a wall on a particle to `wrench` (six reals). `history` has `width` reals. Returns 0, or
-/// −1 and a message.
+/// Write the response of a contact of two overlapping particles to `response`. `history` has `width` reals. A cohesion model adds the
+/// normal force `added` (N, compression positive) to the force that limits friction; it must be 0 for ConcorDEM laws. Returns 0, or −1
+/// and a message.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_pair_wall(
+pub unsafe extern "C" fn concordem_pair_single(
     law: *const PairLawHandle,
-    contact: *const WallContact,
+    contact: *const SingleContact,
+    added: f64,
     history: *mut f64,
     width: i32,
-    wrench: *mut f64,
+    response: *mut SingleResponse,
     message: *const Message,
 ) -> i64 {
     // SAFETY: lengths as documented.
     unsafe {
         guarded(message, || {
-            let [force, torque] = (*law).0.wall(&*contact, slice_mut(history, width as usize));
-            let wrench = slice_mut(wrench, 6);
-            wrench[..3].copy_from_slice(force.as_slice());
-            wrench[3..].copy_from_slice(torque.as_slice());
+            *response = (*law).0.single(&*contact, added, slice_mut(history, width as usize));
+            Ok::<_, String>(0)
+        })
+    }
+}
+
+/// As [`concordem_pair_single`], for a particle that overlaps a wall.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_wall(
+    law: *const PairLawHandle,
+    contact: *const WallContact,
+    added: f64,
+    history: *mut f64,
+    width: i32,
+    response: *mut SingleResponse,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: lengths as documented.
+    unsafe {
+        guarded(message, || {
+            *response = (*law).0.wall(&*contact, added, slice_mut(history, width as usize));
             Ok::<_, String>(0)
         })
     }

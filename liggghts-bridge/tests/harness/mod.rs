@@ -1,6 +1,9 @@
 //! Runs the stock LIGGGHTS and LAMMPS with our libraries and reads their output.
 #![allow(dead_code)] // each test uses a part
 
+pub mod lammps;
+pub mod spheres;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
