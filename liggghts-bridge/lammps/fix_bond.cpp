@@ -277,37 +277,45 @@ void FixConcordemBond::check_special_bonds()
                      force->pair_style));
 }
 
-// LAMMPS' granular styles know nothing of our contacts and would add their forces to ours.
+// LAMMPS' styles for touching spheres know nothing of our contacts and would add their forces to ours: granular, gran/..., bpm/spring;
+// alone, or anywhere in pair_style hybrid. Other styles (lj/cut, ...) act at a distance, as the user wants, also between our atoms.
 void FixConcordemBond::check_pair_style()
 {
   if (!force->pair || dynamic_cast<PairConcordem *>(force->pair)) return;
+  for (const char *family : {"^gran", "^bpm"})
+    for (int sub = 0; sub < 8; sub++) {
+      // 0: the only style of the family; 1, 2, ...: those of pair_style hybrid
+      Pair *pair = force->pair_match(family, 0, sub);
+      if (!pair && sub > 0) break;
+      if (!pair || !pair->list || (pair == force->pair && sub > 0)) continue;
+      check_pairs_of(pair, family);
+    }
+}
+
+// End if a style for touching spheres also computes pairs of this fix.
+void FixConcordemBond::check_pairs_of(const Pair *pair, const char *family)
+{
+  ConcordemPairLists lists;
+  lists.atoms = pair->list->inum;
+  lists.index_bits = NEIGHMASK;
+  lists.list = pair->list->ilist;
+  lists.numbers = pair->list->numneigh;
+  lists.neighbors = pair->list->firstneigh;
+  for (int k = 0; k < 4; k++) lists.weights[k] = k ? force->special_lj[k] : 1.0;
+  ConcordemAtoms atoms = arrays();
+  int64_t first[2];
+  if (concordem_network_own_pairs(network_, &atoms, &lists, nullptr, 0, first) == 0) return;
+  const std::string style = pair == force->pair ? std::string("pair_style ") + force->pair_style
+                                                : fmt::format("the sub-style {} of pair_style {}",
+                                                              strcmp(family, "^gran") == 0 ? "granular or gran/..." : "bpm/...", force->pair_style);
+  const std::string group_name = group->names[igroup];
   const bool contacts = strcmp(facts_.contacts, "none") != 0;
-  for (int sub = 0; sub < 8; sub++) {
-    // 0: the only granular style; 1, 2, ...: those of pair_style hybrid
-    Pair *pair = force->pair_match("^gran", 0, sub);
-    if (!pair && sub > 0) return;
-    if (!pair || !pair->list || (pair == force->pair && sub > 0)) continue;
-    ConcordemPairLists lists;
-    lists.atoms = pair->list->inum;
-    lists.index_bits = NEIGHMASK;
-    lists.list = pair->list->ilist;
-    lists.numbers = pair->list->numneigh;
-    lists.neighbors = pair->list->firstneigh;
-    for (int k = 0; k < 4; k++) lists.weights[k] = k ? force->special_lj[k] : 1.0;
-    ConcordemAtoms atoms = arrays();
-    int64_t first[2];
-    if (concordem_network_own_pairs(network_, &atoms, &lists, nullptr, 0, first) == 0) continue;
-    const std::string both = fmt::format("atoms {} and {}: both pair_style {} and this fix compute the forces between them. ", first[0],
-                                         first[1], force->pair_style);
-    const std::string group_name = group->names[igroup];
-    const std::string text = both +
-        (contacts ? "Use `pair_style concordem/...`; or remove `contact`; or take the pairs out of the neighbor lists: "
-         : lists_ ? "Use `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor lists: "
-                  : "Use a bond style concordem/... with `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor "
-                    "lists: ") +
-        fmt::format("`neigh_modify exclude group {0} {0}`", group_name);
-    error->one(FLERR, "Fix {} concordem/bond: {}", id, text);
-  }
+  const std::string remedy =
+      contacts ? "Use `pair_style concordem/...`; or remove `contact`; or take the pairs out of the neighbor lists: "
+      : lists_ ? "Use `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor lists: "
+               : "Use a bond style concordem/... with `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor lists: ";
+  error->one(FLERR, "Fix {} concordem/bond: atoms {} and {}: both {} and this fix compute the forces between them. {}`neigh_modify exclude group {} {}`",
+             id, first[0], first[1], style, remedy, group_name, group_name);
 }
 
 /* --------------------------------------------------------------------------- functions of the base class specific to LAMMPS */

@@ -46,6 +46,7 @@ class FixConcordemBond : public FixBondBase {
   void free_broken_pairs(const int64_t (*pairs)[2], int64_t count);
   void check_special_bonds();
   void check_pair_style();
+  void check_pairs_of(const class Pair *, const char *family);
   void make_added();
 };
 

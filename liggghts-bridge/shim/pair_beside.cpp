@@ -69,7 +69,7 @@ class Contact : public ContactModelBase {
   // Histories are added in LIGGGHTS' order: normal, cohesion, tangential, rolling.
   Contact(LAMMPS *lmp, IContactHistorySetup *setup, bool is_wall, int64_t hash) :
       ContactModelBase(lmp, is_wall), host_(lmp), hash_(hash), parts_(hash), model_(lmp, hash), of_fixes_(lmp),
-      pair_(dynamic_cast<PairGran *>(setup)), wall_(dynamic_cast<FixWallGran *>(setup)), surface_(lmp, setup, this), history_at_(-1),
+      pair_(dynamic_cast<PairGran *>(setup)), wall_(dynamic_cast<FixWallGran *>(setup)), surface_(lmp, setup, this), history_at_(-1), nothing_(),
       reduces_friction_(false), skip_(NULL)
   {
     if (parts_.rolling == LUDING)
@@ -140,8 +140,7 @@ class Contact : public ContactModelBase {
     data.Fn = 0.0;
     cohesion_->surfacesIntersect(data, on_i, on_j);
     const bool advance = data.computeflag && data.shearupdate;
-    double none[64] = {0.0};
-    double *const history = history_at_ < 0 ? none : data.contact_history + history_at_;
+    double *const history = history_at_ < 0 ? nothing_ : data.contact_history + history_at_;
     ConcordemSingleResponse response;
     const int64_t done = is_wall() ? at_wall(data, history, &response) : between(data, advance, history, &response);
     if (done < 0) model_.fail_with_message();
@@ -185,7 +184,8 @@ class Contact : public ContactModelBase {
   SurfaceModel<SURFACE_DEFAULT> surface_;
   std::unique_ptr<CohesionModelBase> cohesion_;
   std::unique_ptr<RollingModelBase> rolling_;
-  int history_at_;   // −1: the law keeps nothing between steps
+  int history_at_;        // −1: the law keeps nothing between steps
+  double nothing_[64];    // what the law then gets as its history
   bool reduces_friction_;
   const unsigned char *skip_;   // NULL if no fix concordem/bond computes pairs
 

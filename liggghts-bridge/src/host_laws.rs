@@ -268,6 +268,7 @@ impl HostContact {
 }
 
 impl HostLaw for HostContact {
+    #[inline(always)]
     fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
         let [normal, shear, ..] = self.springs_and_dashpots(geometry, overlap);
         [normal, shear]
@@ -286,6 +287,7 @@ impl HostLaw for HostContact {
 }
 
 impl HostLaw for HertzMindlin {
+    #[inline(always)]
     fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
         let Stiffness { normal, shear, .. } = self.stiffness_at(geometry, overlap);
         // The force is proportional to δ^{3/2}.
@@ -294,6 +296,7 @@ impl HostLaw for HertzMindlin {
 }
 
 impl HostLaw for Frictional {
+    #[inline(always)]
     fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
         let Stiffness { normal, shear, .. } = self.stiffness_at(geometry, overlap);
         [normal, shear]

@@ -277,6 +277,7 @@ impl<L: HostLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     }
 
     /// The response of law `row` as LIGGGHTS' models read it.
+    #[inline(always)]
     fn for_models(&self, row: u16, response: &Response<L::State>, point: &PointKinematics) -> SingleResponse {
         if response.status != Status::Lives {
             return SingleResponse::default();
@@ -400,7 +401,7 @@ impl<L: HostLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
             dt: contact.dt,
             advance: contact.advance != 0,
         };
-        let [a, b] = [0, 1].map(|p| Self::motion(&pass, p));
+        let (a, b) = (Self::motion(&pass, 0), Self::motion(&pass, 1));
         let reals = &mut history[..Self::WIDTH];
         let (response, point) = self.respond(&pass, row, [(0, &a), (1, &b)], contact.known != 0, reals, added);
         self.for_models(row, &response, &point)

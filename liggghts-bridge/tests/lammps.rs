@@ -11,23 +11,11 @@ use concordem_liggghts::options::Options;
 use concordem_solver::laws::contact_block;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver};
+use harness::lammps::{BEAM, DT, LAW, LINEAR, write_bar};
 use harness::{
     Atom, Dice, FACTOR, Host, attempt_in, bar, data_file_for, dump_for, frames, head_for, run_in, set_restart_version,
     tables, text, thermo,
 };
-
-const DT: f64 = 5e-7;
-const LAW: &str = "cpm young 30e9 shear_ratio 0.2 cohesion 4.5e6 friction_coefficient 0.8 crack_onset_strain 1.5e-4 \
-                   relative_ductility 4 omega_threshold 0.99";
-const BEAM: &str = "cohesive_beam young 5e9 poisson 0.2 radius_ratio 0.6 tensile_strength 5e6";
-
-fn write_bar(folder: &Path) -> usize {
-    let (atoms, bonds) = bar();
-    let (low, high) = (Vec3::repeat(-0.03), Vec3::new(0.08, 0.08, 0.18));
-    data_file_for(Host::Lammps, &folder.join("bar.data"), &atoms, &[], low, high);
-    data_file_for(Host::Lammps, &folder.join("bonded.data"), &atoms, &bonds, low, high);
-    bonds.len()
-}
 
 /// The styles that compute the forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -282,8 +270,6 @@ fn a_bond_style_after_a_run_warns_about_lost_histories() {
     }
 }
 
-const LINEAR: &str = "normal_stiffness 2e5 shear_stiffness 1e5 friction_coefficient 0.3 damping_ratio 0.1";
-
 /// Spheres of two types and unequal sizes thrown together, without bonds, by the pair style.
 #[test]
 #[expect(clippy::too_many_lines, reason = "one comparison, step by step")]
@@ -394,136 +380,6 @@ fn contacts_of_the_pair_style_equal_those_of_our_solver() {
             println!("{law}, step {step}: {apart:.1e} m apart");
             // Rounding of coordinates below 0.1 m, amplified by collisions (measured 1.4e-17).
             assert!(apart < 1e-15, "{law}, step {step}: {apart:e}");
-        }
-    }
-}
-
-#[test]
-#[expect(clippy::too_many_lines, reason = "a list of cases")]
-fn errors_name_the_remedy() {
-    let folder = tempfile::tempdir().unwrap();
-    write_bar(folder.path());
-    let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT);
-    let with = |from: &str, to: &str| head.replace(from, to);
-    let coeff = format!("bond_coeff * {}\n", BEAM.split_once(' ').unwrap().1);
-    let cpm = LAW.split_once(' ').unwrap().1;
-    for (script, wanted) in [
-        (format!("{head}bond_style concordem/cpm\nbond_coeff 1 young 30e9\nrun 0\n"), "missing field"),
-        (
-            format!("{head}bond_style concordem/cohesive_beam\nbond_coeff * young 5e9 tensile_strength 5e6\n"),
-            "the radius of the beam is missing; give `radius_ratio`",
-        ),
-        (
-            // The fix of a style does not exist yet.
-            format!(
-                "{head}bond_style concordem/cohesive_beam\n{coeff}run 0\nwrite_restart half\nclear\nread_restart half\n\
-                 thermo_style custom f_concordem_bonds\n"
-            ),
-            "repeat the style and its coefficients after read_restart",
-        ),
-        (format!("{head}fix b all concordem/bond glue bond none\n"), "choose one of cpm, linear_bond, cohesive_beam"),
-        (
-            format!("{}bond_style concordem/cohesive_beam\n{coeff}run 0\n", with("newton off", "newton on")),
-            "newton on off",
-        ),
-        (
-            format!("{}bond_style concordem/cohesive_beam\n{coeff}run 0\n", with("comm_modify vel yes\n", "")),
-            "comm_modify vel yes",
-        ),
-        (format!("{head}bond_style concordem/cohesive_beam bond distance 1.5\n"), "remove `bond`"),
-        (format!("{head}bond_style concordem/cohesive_beam\n{coeff}{coeff}"), "bond_coeff can be given only once"),
-        (
-            format!("{head}compute c all concordem/bond/local nothing\nbond_style zero\nbond_coeff *\nrun 0\n"),
-            "there is no fix",
-        ),
-        (format!("{}fix b all concordem/bond {BEAM} bond none\n", with("units si", "units lj")), "use `units si`"),
-        (format!("{head}pair_style concordem/glue\n"), "Unrecognized pair style 'concordem/glue'"),
-        (format!("{head}pair_style concordem/hertz_mindlin\npair_coeff * * young 1e7\nrun 0\n"), "missing field"),
-        (
-            format!("{head}pair_style concordem/frictional bond distance 1.2\n"),
-            "creates no bonds and defines its own law; remove `bond`",
-        ),
-        (
-            format!(
-                "{head}pair_style concordem/cpm\nbond_style concordem/cpm\nbond_coeff * {cpm}\npair_coeff * * young 1e9\n"
-            ),
-            "put `pair_coeff` before the `bond_coeff`",
-        ),
-        (
-            format!(
-                "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nbond_style concordem/cohesive_beam\n{coeff}\
-                 run 0\npair_coeff * * {}\n",
-                LINEAR.replace("0.3", "0.5")
-            ),
-            "put `pair_coeff` before the `bond_coeff`",
-        ),
-        (
-            format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 0\nunfix concordem_bonds\nrun 0\n"),
-            "start over with `bond_style`",
-        ),
-        (
-            format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 2\nunfix concordem_bonds\nrun 2 pre no\n"),
-            "start over with `bond_style`",
-        ),
-        (
-            format!(
-                "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 2\nunfix concordem_contacts\nrun 2 pre no\n"
-            ),
-            "start over with `pair_style none`",
-        ),
-        (
-            format!(
-                "{head}bond_style concordem/cohesive_beam\n{coeff}fix concordem_bonds all concordem/bond {BEAM} bond none\nrun 0\n"
-            ),
-            "deleted or replaced",
-        ),
-        (
-            format!(
-                "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 0\nunfix concordem_contacts\nrun 0\n"
-            ),
-            "start over with `pair_style none`",
-        ),
-        (
-            format!("{head}bond_style concordem/cohesive_beam\n{coeff}pair_style concordem/cpm\n"),
-            "put `pair_style` before the `bond_coeff`",
-        ),
-        (
-            format!(
-                "{head}pair_style concordem/cpm\npair_coeff * *\nbond_style concordem/cohesive_beam contact cpm\n{coeff}"
-            ),
-            "the pair style defines the contacts; remove `contact`",
-        ),
-        (
-            format!(
-                "{head}pair_style concordem/cpm kinematics first-order\npair_coeff * *\nbond_style concordem/cpm\nbond_coeff * {cpm}\n"
-            ),
-            "move `kinematics` to `bond_style`",
-        ),
-        (
-            format!(
-                "{}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 0\n",
-                with("comm_modify vel yes\n", "")
-            ),
-            "comm_modify vel yes",
-        ),
-        (
-            format!(
-                "{head}pair_style hybrid concordem/frictional\npair_coeff * * concordem/frictional {LINEAR}\nrun 0\n"
-            ),
-            "`fix ID GROUP concordem/bond none contact frictional ...` for the contacts within a group",
-        ),
-        (
-            format!(
-                "{head}bond_style hybrid concordem/cohesive_beam\n{}run 0\n",
-                coeff.replace('*', "* concordem/cohesive_beam")
-            ),
-            "`fix ID GROUP concordem/bond cohesive_beam ...` for the bonds of a group",
-        ),
-    ] {
-        for processors in [1, 2] {
-            let output = attempt_in(Host::Lammps, folder.path(), &script, processors);
-            let printed = text(&output);
-            assert!(!output.status.success() && printed.contains(wanted), "`{wanted}` is not in\n{printed}\n{script}");
         }
     }
 }
