@@ -129,7 +129,9 @@ fn a_run_continued_from_a_data_file_equals_an_uninterrupted_one() {
         // There are bonds or contacts with history, and bonds break before and after the file is written.
         assert!(half[1] + half[3] > 100.0 && end[0] == 200.0, "{half:?}");
         assert!(case.fix == "concordem_contacts" || (half[2] > 10.0 && end[2] > half[2] + 10.0), "{half:?} {end:?}");
-        for processors in [1, 2, 4] {
+        // Written on two processors; continued on fewer and on more. LAMMPS' MPI waits actively, so there one case on four is enough.
+        let numbers = if case.host == Host::Liggghts || case.fix == "concordem_contacts" { [1, 4] } else { [1, 2] };
+        for processors in numbers {
             let printed = run_in(case.host, folder, &case.again("state half.data"), processors);
             let name = format!("{:?} {} {}, {processors} processors", case.host, case.boundary, case.styles);
             assert!(once == last(), "{name}");
@@ -159,10 +161,9 @@ fn states_that_do_not_fit_are_refused() {
         let again = case.again("state state.data");
         let refused = |state: &str, script: &str, wanted: &str| {
             std::fs::write(folder.join(case.state_of("state.data")), state).unwrap();
-            for processors in [1, 2] {
-                let output = attempt_in(case.host, folder, script, processors);
-                assert!(!output.status.success() && text(&output).contains(wanted), "{wanted}: {}", text(&output));
-            }
+            // On two processors, because there a refusal could also hang.
+            let output = attempt_in(case.host, folder, script, 2);
+            assert!(!output.status.success() && text(&output).contains(wanted), "{wanted}: {}", text(&output));
         };
         run_in(case.host, folder, &case.again("state half.data"), 1);
         refused("", &again, "has no state of ConcorDEM");

@@ -4,18 +4,16 @@ mod harness;
 
 use concordem_contact::math::Vec3;
 use harness::lammps::{BEAM, DT, LAW, LINEAR, write_bar};
-use harness::{Atom, Host, attempt_in, data_file_for, head_for, text};
+use harness::{Atom, Host, attempt_in, data_file_for, head_for, refused_in, text};
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn errors_name_the_remedy() {
-    let folder = tempfile::tempdir().unwrap();
-    write_bar(folder.path());
     let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT);
     let with = |from: &str, to: &str| head.replace(from, to);
     let coeff = format!("bond_coeff * {}\n", BEAM.split_once(' ').unwrap().1);
     let cpm = LAW.split_once(' ').unwrap().1;
-    for (script, wanted) in [
+    let cases = [
         (format!("{head}bond_style concordem/cpm\nbond_coeff 1 young 30e9\nrun 0\n"), "missing field"),
         (
             format!("{head}bond_style concordem/cohesive_beam\nbond_coeff * young 5e9 tensile_strength 5e6\n"),
@@ -127,12 +125,10 @@ fn errors_name_the_remedy() {
             ),
             "`fix ID GROUP concordem/bond cohesive_beam ...` for the bonds of a group",
         ),
-    ] {
-        // On two processors, because there a refusal could also hang.
-        let output = attempt_in(Host::Lammps, folder.path(), &script, 2);
-        let printed = text(&output);
-        assert!(!output.status.success() && printed.contains(wanted), "`{wanted}` is not in\n{printed}\n{script}");
-    }
+    ];
+    refused_in(Host::Lammps, &cases, |folder| {
+        write_bar(folder);
+    });
 }
 
 /// Two bonded spheres that touch. Styles of LAMMPS for touching spheres would press them apart a second time, alone or in a hybrid;

@@ -107,6 +107,28 @@ pub fn run_in(host: Host, folder: &Path, script: &str, processors: usize) -> Str
     printed
 }
 
+/// Run each script on two processors, where a refusal could also hang; it must fail, and print the text beside it. Two scripts run at a
+/// time, each half in a folder of its own, in which `prepare` writes the files that they read.
+pub fn refused_in(host: Host, cases: &[(String, &str)], prepare: impl Fn(&Path) + Sync) {
+    std::thread::scope(|scope| {
+        for half in 0..2 {
+            let prepare = &prepare;
+            scope.spawn(move || {
+                let folder = tempfile::tempdir().unwrap();
+                prepare(folder.path());
+                for (script, wanted) in cases.iter().skip(half).step_by(2) {
+                    let output = attempt_in(host, folder.path(), script, 2);
+                    let printed = text(&output);
+                    assert!(
+                        !output.status.success() && printed.contains("ERROR") && printed.contains(wanted),
+                        "`{wanted}` is not in\n{printed}\n{script}"
+                    );
+                }
+            });
+        }
+    });
+}
+
 /// An atom of a data file.
 #[derive(Clone, Copy)]
 pub struct Atom {
