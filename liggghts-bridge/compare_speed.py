@@ -264,23 +264,30 @@ def cost(result):
     return lines
 
 
-def step_of(result, law, m):
-    """Weak-scaling model of a step for m³ atoms per processor: bonds, computing time (s), ghosts, bytes sent, time to pack a ghost (s)."""
+def step_of(result, law, m, breaking=0.0):
+    """Weak-scaling model of a step for m³ atoms per processor: bonds, computing time (s), ghosts, bytes sent, time to pack a ghost (s).
+
+    `breaking`: bond evaluations per bond that a step in which bonds break takes more (measure_scale.py). Breaks send nothing.
+    """
     one = next(f for f in result["bonds"] if f["law"] == law and f["processors"] == 1)
     counted = [f for f in result["communication"] if f["law"] == law]
     # On one processor, the ghosts are periodic images; take the counted case with the same number of atoms.
     same = next(f for f in counted if f["atoms"] == EDGE**3)
     packed = one["communication_percent"] / 100 * one["ns_per_bond_step"] * one["bonds"] / same["copies"]
     bonds, copies = 9 * m**3, (m + 3) ** 3 - m**3
-    return bonds, bonds * one["ns_per_bond_step"] * 1e-9, copies, copies * counted[0]["bytes_per_copy"], packed * 1e-9
+    return bonds, bonds * (1 + breaking) * one["ns_per_bond_step"] * 1e-9, copies, copies * counted[0]["bytes_per_copy"], packed * 1e-9
 
 
-def sending(result, law, m, latency, bandwidth):
-    """Communication time of a step (s) and parallel efficiency, for a latency in s and a bandwidth in bytes/s."""
+def sending(result, law, m, latency, bandwidth, breaking=0.0):
+    """Communication time of a step (s) and parallel efficiency, for a latency in s and a bandwidth in bytes/s.
+
+    `breaking`: as for `step_of`. One process with breaks is enough: the others wait for it.
+    """
     bonds, computing, copies, sent, packed = step_of(result, law, m)
+    busiest = step_of(result, law, m, breaking)[1]
     logarithm = math.log2(math.ceil(1e9 / bonds))
     communication = 12 * latency + sent / bandwidth + 2 * latency * logarithm + copies * packed
-    return communication, computing / (computing * (1 + 15 / 9 / m) + communication)
+    return communication, computing / (busiest + computing * 15 / 9 / m + communication)
 
 
 def scaling(result):

@@ -4,9 +4,11 @@ whole nodes of a cluster.
 
 The parts are cubes of 20 atoms along an edge (72,000 bonds) in a periodic box. Bytes and messages are the difference between runs of 5
 and 25 steps, counted by the monitoring component of Open MPI; memory is the difference between the largest resident memories with and
-without bonds. Nothing is timed, so a busy machine does not matter.
+without bonds. A break costs what valgrind counts: instructions of runs in which bonds break, minus those of runs in which none does.
+Nothing is timed, so a busy machine does not matter.
   liggghts-bridge/measure_scale.py          measures, writes validation/results/liggghts-scale.json, prints the tables of
                                             docs/book/reference/liggghts.md
+  liggghts-bridge/measure_scale.py --breaks measures only the cost of breaks
   liggghts-bridge/measure_scale.py --docs   prints the tables from that file
 """
 import argparse
@@ -91,8 +93,89 @@ def measure():
             "memory": many[3], "bytes_per_bond": (many[3] - without[3]) / (9 * EDGE**3),
         })
         print("  ", figures[-1], flush=True)
-    return {"atoms_per_process": EDGE**3, "law": "cpm", "processes": figures}
+    return {"atoms_per_process": EDGE**3, "law": "cpm", "processes": figures, "fracture": breaks()}
 
+
+# Edge of the lattice whose instructions valgrind counts, and steps of the short and the long run.
+BREAK_EDGE, SHORT, LONG = 12, 10, 40
+# The velocities of the lattice of compare_speed.py times this: bonds lengthen by up to 2e-4 of their length per step.
+FASTER = 1000
+# Brittle laws, and strengths with which some 3 %, 1 %, and none of the bonds break in these steps.
+BREAKING = {
+    "cpm": ("cpm young 30e9 shear_ratio 0.2 cohesion 1e12 friction_coefficient 0.8 relative_ductility 1.001 omega_threshold 0.9 "
+            "crack_onset_strain {}", "6e-4", "7e-4", "1"),
+    "cohesive_beam": ("cohesive_beam young 30e9 radius_ratio 0.5 tensile_strength {}", "8e7", "1e8", "1e13"),
+}
+
+
+def counted(folder, law, steps):
+    """Instructions of a run on one process, and the number of bonds at each step."""
+    script = speed.BONDS.format(law=law)
+    with open(os.path.join(folder, "in"), "w") as out:
+        out.write(speed.HEAD.format(processors="") + script + f"thermo 1\nrun {steps}\n")
+    library = os.path.join(os.path.dirname(speed.LAUNCHER), "libconcordem-liggghts.so")
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", "liggghts", "-in", "in", "-log", "none"]
+    done = subprocess.run(command, cwd=folder, env=dict(speed.ENVIRONMENT, LD_PRELOAD=library), capture_output=True, text=True)
+    found = re.search(r"Collected : (\d+)", done.stderr)
+    if done.returncode or not found:
+        raise SystemExit(f"measure_scale.py: valgrind failed:\n{done.stdout}\n{done.stderr}")
+    rows = re.findall(r"(?m)^\s+(\d+)\s+(\d+)\s*$", done.stdout)
+    bonds = [int(count) for step, count in rows]
+    assert len(bonds) == steps + 1, done.stdout
+    return int(found[1]), bonds
+
+
+def breaks():
+    """Instructions of a bond and step, and those that a step in which bonds break takes more, for each law; bytes and messages of steps
+    with breaks.
+
+    Few bonds break, so that it does not matter how much their end spares: at most 1 % of the evaluations, which the figures include.
+    """
+    figures = []
+    for law, (text, *weak, strong) in BREAKING.items():
+        with tempfile.TemporaryDirectory() as folder:
+            speed.packing(folder, BREAK_EDGE)
+            hasten(folder)
+            short, _ = counted(folder, text.format(strong), SHORT)
+            whole, intact = counted(folder, text.format(strong), LONG)
+            runs = [counted(folder, text.format(strength), LONG) for strength in weak]
+        assert min(intact) == intact[0], "bonds that should not break did"
+        total = intact[0]
+        each = (whole - short) / ((LONG - SHORT) * total)
+        found = []
+        for broken, bonds in runs:
+            with_breaks = sum(now < before for before, now in zip(bonds, bonds[1:]))
+            # Broken bonds are not evaluated from the next step on.
+            spared = sum(total - now for now in bonds[:-1]) * each
+            found.append({"breaks": total - bonds[-1], "steps_with_breaks": with_breaks,
+                          "more_per_bond": (broken - whole + spared) / (with_breaks * total)})
+        figures.append({"law": law, "bonds": total, "instructions_per_bond_step": each, "runs": found})
+        print("  ", figures[-1], flush=True)
+    sent = []
+    text, many, _, none = BREAKING["cohesive_beam"]
+    for strength in (many, none):
+        with tempfile.TemporaryDirectory() as folder:
+            speed.packing(folder, 2 * BREAK_EDGE)
+            hasten(folder)
+            script = speed.BONDS.format(law=text.format(strength))
+            few, ghosts, _ = speed.sent(folder, script, SHORT)
+            whole, _, _ = speed.sent(folder, script, LONG)
+        per = 8 * (LONG - SHORT)
+        sent.append({"bytes_per_step": (whole[0] - few[0]) / per, "messages_per_step": (whole[1] - few[1]) / per, "ghosts": ghosts})
+    print("  ", sent, flush=True)
+    return {"laws": figures, "sent_with_breaks": sent[0], "sent_without": sent[1]}
+
+
+def hasten(folder):
+    """Multiply the velocities of the packing by `FASTER`."""
+    path = os.path.join(folder, "packing.data")
+    with open(path) as file:
+        head, rows = file.read().split("Velocities\n\n")
+    with open(path, "w") as out:
+        out.write(head + "Velocities\n\n")
+        for row in rows.splitlines():
+            number, *v = row.split()
+            out.write(" ".join([number] + [f"{FASTER * float(x):.17g}" for x in v]) + "\n")
 
 # Nodes of the model: processes, memory bandwidth (B/s), network bandwidth (B/s), latency (s).
 NODE = {"processes": 128, "memory": 400e9, "network": 25e9, "latency": 2e-6}
@@ -128,14 +211,34 @@ def tables(result):
             f = model(timed, bonds, m)
             lines.append(f"| 10{'⁹' if bonds == 1e9 else '¹⁰'} | {m} | {f['processes']:,}, {f['nodes']:,} | {f['alone'] * 1e3:.1f} ms | "
                          f"{f['work'] * 1e3:.1f} ms | {f['communication'] * 1e3:.2f} ms | {f['efficiency'] * 100:.0f} % |")
+    fracture = result["fracture"]
+    with_breaks, without = fracture["sent_with_breaks"], fracture["sent_without"]
+    lines += ["", f"Sent per step and process while bonds break: {with_breaks['bytes_per_step'] / 1e6:.4f} MB in "
+              f"{with_breaks['messages_per_step']:.1f} messages; without breaks: {without['bytes_per_step'] / 1e6:.4f} MB in "
+              f"{without['messages_per_step']:.1f}.", "",
+              "| Law | Instructions per bond and step | More per bond in a step with breaks (breaks in such a step) | Efficiency of a step without, with breaks: m = 100 | m = 22 |",
+              "|---|---|---|---|---|"]
+    for f in fracture["laws"]:
+        each = f["instructions_per_bond_step"]
+        more = [run["more_per_bond"] for run in f["runs"]]
+        shown = ", ".join(f"{x:.0f} ({run['breaks'] / run['steps_with_breaks']:.0f})" for x, run in zip(more, f["runs"]))
+        efficiencies = [", ".join(f"{speed.sending(timed, f['law'], m, 2e-6, 10e9, w)[1] * 100:.0f}" for w in (0.0, max(more) / each)) + " %"
+                        for m in (100, 22)]
+        lines.append(f"| {f['law']} | {each:.0f} | {shown} | {' | '.join(efficiencies)} |")
     return "\n".join(lines)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--docs", action="store_true")
-    if not parser.parse_args().docs:
-        result = measure()
+    parser.add_argument("--breaks", action="store_true")
+    arguments = parser.parse_args()
+    if not arguments.docs:
+        if arguments.breaks:
+            with open(RESULTS) as file:
+                result = json.load(file) | {"fracture": breaks()}
+        else:
+            result = measure()
         with open(RESULTS, "w") as out:
             json.dump(result, out, indent=1)
             out.write("\n")
