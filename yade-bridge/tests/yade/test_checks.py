@@ -3,6 +3,7 @@
 import os
 import random
 import sys
+import tempfile
 import threading
 import warnings
 
@@ -312,6 +313,19 @@ def test_a_second_take_over_is_refused():
 
 
 # -- functions of YADE ---------------------------------------------------------------------------------------------------
+
+
+def test_a_missing_folder_is_refused():
+    """YADE's O.save hangs there, or, with small scenes, saves nothing without a word."""
+    engine()
+    with tempfile.TemporaryDirectory() as folder:
+        missing = os.path.join(folder, "missing")
+        for save in (O.save, bridge.save):
+            with raises(YadeError, "missing does not exist; create it"):
+                save(os.path.join(missing, "scene.yade.gz"))
+        os.mkdir(missing)
+        O.save(os.path.join(missing, "scene.yade.gz"))
+        assert len(os.listdir(missing)) == 2, "the scene and its bonds"
 
 
 def test_functions_that_read_interactions():

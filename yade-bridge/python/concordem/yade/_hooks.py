@@ -98,6 +98,8 @@ def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[
 
     @functools.wraps(function)
     def checked(self: Any, *arguments: Any, **named: Any) -> Any:
+        if use is savers and path_of is _file:
+            refuse_missing_folder(path_of(self, *arguments, **named))
         found = function(self, *arguments, **named)
         if not _plain:
             for one in use:
@@ -105,6 +107,14 @@ def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[
         return found
 
     return checked
+
+
+def refuse_missing_folder(path: str) -> None:
+    """Raise YadeError if the folder of a file to be saved does not exist. YADE itself then hangs, or, with small scenes, saves nothing
+    without a word."""
+    folder = os.path.dirname(os.path.abspath(path))
+    if not os.path.isdir(folder):
+        raise _rules.refuse(f"O.save: the folder {folder} does not exist; create it, or choose another folder", "NoFolder")
 
 
 def _file(_omega: Any, file: str, *_arguments: Any, **_named: Any) -> str:
