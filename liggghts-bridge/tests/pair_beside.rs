@@ -182,7 +182,7 @@ fn pairs_of_a_fix_get_no_cohesion_and_no_rolling_friction() {
     let fix = "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2 contact none";
     let alone = states("", fix);
     // With and without histories in LIGGGHTS' lists.
-    for models in [BOTH, "model concordem/hooke tangential off cohesion easo/capillary/viscous rolling_friction cdt"] {
+    for models in [BOTH, "model concordem/hooke tangential off cohesion sjkr rolling_friction cdt"] {
         let pair = format!("pair_style gran {models}\npair_coeff * *");
         assert_eq!(states(&pair, fix), alone, "{models}");
         assert_ne!(states(&pair, ""), states("", ""), "{models} was meant to act without the fix");
