@@ -43,7 +43,7 @@ FixConcordemBond::~FixConcordemBond()
 
 int FixConcordemBond::setmask()
 {
-  return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | FixConst::PRE_REVERSE;
+  return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | FixConst::PRE_REVERSE | (conducts() ? FixConst::INITIAL_INTEGRATE : 0);
 }
 
 void FixConcordemBond::serve(const ConcordemStyle *style, bool lists)
@@ -100,6 +100,12 @@ double FixConcordemBond::longest_given()
   return longest;
 }
 
+// Before atoms change their processors: the temperatures of the ghosts are those of the last step.
+void FixConcordemBond::initial_integrate(int)
+{
+  conduct();
+}
+
 void FixConcordemBond::setup_pre_exchange()
 {
   FixConcordemBond::pre_exchange();
@@ -115,10 +121,13 @@ void FixConcordemBond::setup_pre_force(int)
   setup_ = true;
   check_box(true);
   communicate();
+  measure_heated_groups();
   rebuild();
   make_added();
+  check_heat_step();
   if (creation_is_due()) make_bonds();
   check_pair_style();
+  show_temperatures();
 }
 
 void FixConcordemBond::pre_force(int)
@@ -128,6 +137,7 @@ void FixConcordemBond::pre_force(int)
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
   communicate();
+  show_temperatures();
   if (neighbor->ago == 0) {
     rebuild();
     check_pair_style();

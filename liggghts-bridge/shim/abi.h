@@ -8,10 +8,13 @@
 #include <stdint.h>
 
 /// Number of reals in [`concordem_network_sums`].
-constexpr static const size_t CONCORDEM_SUMS = 12;
+constexpr static const size_t CONCORDEM_SUMS = 15;
+
+/// Place of the length of the longest bond among them, m; the others are to be summed over processors.
+constexpr static const size_t CONCORDEM_LONGEST = 11;
 
 /// Number of reals in [`concordem_network_totals`].
-constexpr static const size_t CONCORDEM_TOTALS = 9;
+constexpr static const size_t CONCORDEM_TOTALS = 12;
 
 /// Number of reals per row of [`concordem_network_rows`].
 constexpr static const size_t CONCORDEM_ROW = 16;
@@ -55,6 +58,10 @@ struct ConcordemFacts {
   int32_t sample_every_step;
   /// Reals in the record of a bond or contact.
   int32_t record_reals;
+  /// Place of the temperature among the reals of an atom; −1 without heat conduction.
+  int32_t temperature;
+  /// Number of groups that the tables of heat conduction name.
+  int32_t heat_groups;
   /// Length of the name of the data file to continue with, bytes; 0: none.
   int32_t state_length;
   /// Name of the contact law, padded with zeros.
@@ -269,8 +276,8 @@ void concordem_network_state_file(const ConcordemNetwork *network, char *name);
 /// Delete a network.
 void concordem_network_delete(ConcordemNetwork *network);
 
-/// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals.
-void concordem_network_initial_memory(const ConcordemNetwork *network, double *memory);
+/// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals. `mask`: bits of its groups.
+void concordem_network_initial_memory(const ConcordemNetwork *network, int64_t tag, int32_t mask, double *memory);
 
 /// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
 /// Returns 0, or −1 and a message.
@@ -351,6 +358,35 @@ int64_t concordem_network_unpack(ConcordemNetwork *network,
                                  int64_t count,
                                  const ConcordemMessage *message);
 
+/// Length of the name of group `k` of the tables of heat conduction. Writes it to `name` unless it is null.
+int64_t concordem_network_heat_group(const ConcordemNetwork *network, int32_t k, char *name);
+
+/// Set the bits of the groups of the tables of heat conduction, `ConcordemFacts::heat_groups` numbers.
+void concordem_network_set_heat_groups(ConcordemNetwork *network, const int32_t *bits);
+
+/// Number of owned atoms in group `k`. Writes their volumes (m³) to `volumes` unless it is null. Returns −1 if no source heats the group.
+int64_t concordem_network_heat_volumes(const ConcordemNetwork *network,
+                                       const ConcordemAtoms *atoms,
+                                       int32_t k,
+                                       double *volumes);
+
+/// Set the volume of all atoms of group `k`, m³.
+void concordem_network_set_heat_volume(ConcordemNetwork *network, int32_t k, double volume);
+
+/// Write the numbers of atoms and bonds in the file of `heat_network`, and of those that this processor counts: 4 reals; zeros without
+/// a file.
+void concordem_network_heat_counts(const ConcordemNetwork *network,
+                                   double *counts);
+
+/// Fail if the time step (s) is beyond the bound of heat conduction. Returns 0, or −1 and a message.
+int64_t concordem_network_check_heat_step(const ConcordemNetwork *network, double dt, const ConcordemMessage *message);
+
+/// Conduct heat for one time step. Returns 0, or −1 and a message.
+int64_t concordem_network_conduct(ConcordemNetwork *network, const ConcordemAtoms *atoms, const ConcordemMessage *message);
+
+/// Set the temperature (K) of the owned atoms with the bit of a group.
+void concordem_network_set_temperature(ConcordemNetwork *network, const ConcordemAtoms *atoms, int32_t bit, double temperature);
+
 /// Add the virial (J; xx, yy, zz, xy, xz, yz) to `total`, and the share of each of `count` atoms to `per_atom` unless it is null.
 void concordem_network_virial(const ConcordemNetwork *network, double *total, double *per_atom, int64_t count);
 
@@ -375,8 +411,9 @@ int64_t concordem_network_couple_sums(const ConcordemNetwork *network,
 /// `μ = M/V + x⁰⊗(1×σ)` (Stránský 2018, (4.57)). `result`: nine reals in N/m, then nine in Pa. `volume` in m³.
 void concordem_couple_of_sums(const double *sums, double volume, const double *centroid, double *result);
 
-/// Write sums over the contacts that this processor counts, [`SUMS`] reals; the last one is the length of the longest bond, m.
-void concordem_network_sums(const ConcordemNetwork *network, double *sums);
+/// Write sums over the contacts that this processor counts, [`SUMS`] reals; number [`LONGEST`] is the length of the longest bond, m.
+void concordem_network_sums(const ConcordemNetwork *network,
+                            double *sums);
 
 /// Write the number of bonds whose first atom, and the number of those whose second atom, this processor owns: 2 reals.
 void concordem_network_ends(const ConcordemNetwork *network, double *ends);
@@ -491,12 +528,14 @@ static_assert(offsetof(ConcordemFacts, communicated) == 4 && sizeof(ConcordemFac
 static_assert(offsetof(ConcordemFacts, creation) == 8 && sizeof(ConcordemFacts::creation) == 4, "ConcordemFacts::creation");
 static_assert(offsetof(ConcordemFacts, sample_every_step) == 12 && sizeof(ConcordemFacts::sample_every_step) == 4, "ConcordemFacts::sample_every_step");
 static_assert(offsetof(ConcordemFacts, record_reals) == 16 && sizeof(ConcordemFacts::record_reals) == 4, "ConcordemFacts::record_reals");
-static_assert(offsetof(ConcordemFacts, state_length) == 20 && sizeof(ConcordemFacts::state_length) == 4, "ConcordemFacts::state_length");
-static_assert(offsetof(ConcordemFacts, contacts) == 24 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
-static_assert(offsetof(ConcordemFacts, at) == 56 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
-static_assert(offsetof(ConcordemFacts, factor) == 64 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
-static_assert(offsetof(ConcordemFacts, reach) == 72 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
-static_assert(sizeof(ConcordemFacts) == 80 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemFacts, temperature) == 20 && sizeof(ConcordemFacts::temperature) == 4, "ConcordemFacts::temperature");
+static_assert(offsetof(ConcordemFacts, heat_groups) == 24 && sizeof(ConcordemFacts::heat_groups) == 4, "ConcordemFacts::heat_groups");
+static_assert(offsetof(ConcordemFacts, state_length) == 28 && sizeof(ConcordemFacts::state_length) == 4, "ConcordemFacts::state_length");
+static_assert(offsetof(ConcordemFacts, contacts) == 32 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
+static_assert(offsetof(ConcordemFacts, at) == 64 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
+static_assert(offsetof(ConcordemFacts, factor) == 72 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
+static_assert(offsetof(ConcordemFacts, reach) == 80 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
+static_assert(sizeof(ConcordemFacts) == 88 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
 static_assert(offsetof(ConcordemPairLists, atoms) == 0 && sizeof(ConcordemPairLists::atoms) == 4, "ConcordemPairLists::atoms");
 static_assert(offsetof(ConcordemPairLists, index_bits) == 4 && sizeof(ConcordemPairLists::index_bits) == 4, "ConcordemPairLists::index_bits");
 static_assert(offsetof(ConcordemPairLists, list) == 8 && sizeof(ConcordemPairLists::list) == 8, "ConcordemPairLists::list");
@@ -580,4 +619,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xcf34dea8ba41c4cf)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x5f9126babb4e490c)

@@ -295,12 +295,11 @@ void FixBondBase::read_state(const std::string &data_file)
   std::copy(more + 4, more + 10, head.virial);
   head.found_at = found.forces ? update->ntimestep : -1;
   head.virial_at = found.virial ? update->ntimestep : -1;
-  const bool current = found.version == CONCORDEM_RESTART_VERSION && strcmp(found.law, law_.c_str()) == 0 && strcmp(found.contacts, facts_.contacts) == 0;
-  if (found.version != CONCORDEM_RESTART_VERSION || (current && (found.columns[0] != columns[0] || found.columns[1] != columns[1]))) {
+  head.atom_width = found.columns[0] - 2;
+  head.record_reals = found.columns[1];
+  if (found.version != CONCORDEM_RESTART_VERSION) {
     delete file;
-    fail(found.version != CONCORDEM_RESTART_VERSION
-             ? name + " was written by another version of ConcorDEM; use that one"
-             : name + " has other data per atom or bond; give the laws and the `deformable` of the script that wrote it");
+    fail(name + " was written by another version of ConcorDEM; use that one");
   }
   resume(head, name);
 

@@ -38,7 +38,7 @@ void FixConcordemBond::pre_delete(bool unfix)
 
 int FixConcordemBond::setmask()
 {
-  return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE;
+  return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | (conducts() ? FixConst::INITIAL_INTEGRATE : 0);
 }
 
 void FixConcordemBond::init()
@@ -59,6 +59,12 @@ void FixConcordemBond::init()
   comm->cutghostuser = std::max(comm->cutghostuser, std::max(reach_, 2.0 * (reach_ - smallest)));
 }
 
+// Before atoms change their processors: the temperatures of the ghosts are those of the last step.
+void FixConcordemBond::initial_integrate(int)
+{
+  conduct();
+}
+
 void FixConcordemBond::setup_pre_exchange()
 {
   pre_exchange();
@@ -77,9 +83,12 @@ void FixConcordemBond::setup_pre_force(int vflag)
 {
   check_box(true);
   communicate();
+  measure_heated_groups();
   rebuild();
+  check_heat_step();
   if (creation_is_due()) make_bonds();
   check_pair_style();
+  show_temperatures();
   find_forces_and_virial(true, vflag);
 }
 
@@ -89,6 +98,7 @@ void FixConcordemBond::pre_force(int vflag)
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
   communicate();
+  show_temperatures();
   if (neighbor->ago == 0) {
     rebuild();
     check_pair_style();

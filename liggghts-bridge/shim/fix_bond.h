@@ -16,6 +16,7 @@ class FixConcordemBond : public FixBondBase {
 
   int setmask() override;
   void init() override;
+  void initial_integrate(int) override;
   void setup_pre_exchange() override;
   void pre_exchange() override;
   void setup_pre_force(int) override;

@@ -63,6 +63,8 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   if (!valid) fail_on_this_processor();
   if (count_valid < comm->nprocs) MPI_Barrier(world);   // until that processor ends the program
   law_ = arg[3];
+  vector_atom = NULL;
+  begin_heat();
 
   restart_global = 1;
   restart_peratom = 1;
@@ -97,6 +99,7 @@ FixBondBase::~FixBondBase()
   }
   memory->destroy(memory_);
   memory->destroy(original_);
+  if (conducts()) memory->destroy(vector_atom);
   concordem_network_delete(network_);
 }
 
@@ -204,7 +207,11 @@ void FixBondBase::make_bonds()
   if (facts_.creation == 2) concordem_make_listed(network_, atom, groupbit, world);
   if (lists_) queue_bonds_of_lists();
   mean_radius_ = concordem_mean_radius(network_, atom, groupbit, world);
-  if (creates) rebuild();
+  if (creates) {
+    rebuild();
+    check_heat_network();
+    check_heat_step();
+  }
   made_ = true;
   double total;
   if (!concordem_count(network_, world, &total))
@@ -263,6 +270,7 @@ void FixBondBase::grow_arrays(int nmax)
 {
   memory->grow(memory_, nmax, facts_.atom_width, "concordem/bond:memory");
   if (periodic_) memory->grow(original_, nmax, 3, "concordem/bond:original");
+  if (conducts()) memory->grow(vector_atom, nmax, "concordem/bond:temperature");
 }
 
 void FixBondBase::copy_arrays(int i, int j, int)
@@ -272,7 +280,7 @@ void FixBondBase::copy_arrays(int i, int j, int)
 
 void FixBondBase::set_arrays(int i)
 {
-  concordem_network_initial_memory(network_, memory_[i]);
+  concordem_network_initial_memory(network_, atom->tag[i], atom->mask[i], memory_[i]);
 }
 
 int FixBondBase::pack_exchange(int i, double *buf)
@@ -331,6 +339,8 @@ void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &fi
   if (law_ != head.law) fail(file + " contains bonds of law " + head.law + ", not " + law_ + "; give the same law");
   if (strcmp(head.contacts, facts_.contacts) != 0)
     fail(file + " contains contacts of law " + head.contacts + ", not " + facts_.contacts + "; give the same `contact LAW`");
+  if (head.atom_width != facts_.atom_width || head.record_reals != facts_.record_reals)
+    fail(file + " has other data per atom or bond; give the laws, the `deformable`, and the `heat` of the script that wrote it");
   made_ = head.made;
   mean_radius_ = head.mean_radius;
   for (int axis = 0; axis < 3; axis++) edge_[axis] = head.edge[axis];
@@ -378,8 +388,8 @@ void FixBondBase::update_sums()
   if (summed_at_ == update->ntimestep && update->setupflag == 0) return;
   double mine[CONCORDEM_SUMS];
   concordem_network_sums(network_, mine);
-  MPI_Allreduce(mine, sums_, CONCORDEM_SUMS - 1, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(mine + CONCORDEM_SUMS - 1, sums_ + CONCORDEM_SUMS - 1, 1, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(mine, sums_, CONCORDEM_SUMS, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(mine + CONCORDEM_LONGEST, sums_ + CONCORDEM_LONGEST, 1, MPI_DOUBLE, MPI_MAX, world);
   summed_at_ = update->ntimestep;
 }
 

@@ -40,6 +40,7 @@ class FixBondBase : public Fix {
   double compute_scalar() override;
   double compute_vector(int) override;
   double memory_usage() override;
+  int modify_param(int, char **) override;   // `temperature GROUP VALUE`
 
   const ConcordemNetwork *network() const { return network_; }
 
@@ -91,6 +92,13 @@ class FixBondBase : public Fix {
   void find_forces(bool setup, bool energies, bool virial);
   void update_sums();
 
+  // Heat conduction (heat.cpp).
+  bool conducts() const { return facts_.temperature >= 0; }
+  void measure_heated_groups();    // at the setup of a run, before rebuild()
+  void check_heat_step();
+  void conduct();                  // one step, before atoms change their processors
+  void show_temperatures();        // for output
+
  private:
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
@@ -99,6 +107,10 @@ class FixBondBase : public Fix {
   std::vector<double> records_of_data_;
   long long rows_of_data_[2];                // atoms and records on all processors
 
+  std::vector<std::string> heat_groups_;     // groups that the tables of heat name
+
+  void begin_heat();
+  void check_heat_network();
   void check_other_fixes();
   ConcordemRestartHead head();    // collective
   void resume(const ConcordemRestartHead &, const std::string &file);

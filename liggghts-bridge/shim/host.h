@@ -24,13 +24,14 @@
 namespace LAMMPS_NS {
 
 // Version of restart files. Increase it whenever the head or the meaning of its numbers changes.
-const int CONCORDEM_RESTART_VERSION = 4;
+const int CONCORDEM_RESTART_VERSION = 5;
 
 // Head of a restart file. Every version starts with the version number; the length differs.
 struct ConcordemRestartHead {
   int version;
   int made;
   char law[32], contacts[32];
+  int atom_width, record_reals;
   int64_t found_at;
   double totals[CONCORDEM_TOTALS];
   double edge[3], mean_radius;
@@ -38,7 +39,7 @@ struct ConcordemRestartHead {
   double virial[6];
 };
 
-static_assert(sizeof(ConcordemRestartHead) == 168 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
+static_assert(sizeof(ConcordemRestartHead) == 176 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
 // The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
@@ -191,7 +192,7 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   }
   double sums[CONCORDEM_SUMS];
   concordem_network_sums(network, sums);
-  bounds[2] = sums[CONCORDEM_SUMS - 1];
+  bounds[2] = sums[CONCORDEM_LONGEST];
   MPI_Allreduce(bounds, all, 4, MPI_DOUBLE, MPI_MAX, world);
   *smallest = all[1] > none ? -all[1] : 0.0;
   double longest = std::max(all[2], strcmp(facts.contacts, "none") != 0 ? 2.0 * all[0] : 0.0);
@@ -200,33 +201,49 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   return longest;
 }
 
-// Mean radius of the atoms with a queued bond, 0 if there are none. Summed exactly in integers, so that it does not depend on the
-// distribution of atoms over processors.
-inline double concordem_mean_radius(const ConcordemNetwork *network, const Atom *atom, int groupbit, MPI_Comm world)
+// A sum of numbers on all processors, in units of 2^-shift.
+struct ConcordemExactSum {
+  __int128 units;
+  long long count;
+  int shift;
+  double value() const { return ldexp(static_cast<double>(units), -shift); }
+};
+
+// Sum positive numbers exactly, in integers, so that the sum does not depend on their distribution over processors. Collective.
+inline ConcordemExactSum concordem_exact_sum(const std::vector<double> &values, MPI_Comm world)
 {
-  std::vector<int64_t> queued(concordem_network_queued_atoms(network, NULL));
-  concordem_network_queued_atoms(network, queued.data());
-  std::vector<int> bonded;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & groupbit && std::binary_search(queued.begin(), queued.end(), static_cast<int64_t>(atom->tag[i]))) bonded.push_back(i);
   double mine = 0.0, largest = 0.0;
-  for (size_t k = 0; k < bonded.size(); k++) mine = std::max(mine, atom->radius[bonded[k]]);
+  for (size_t k = 0; k < values.size(); k++) mine = std::max(mine, values[k]);
   MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-  if (!(largest > 0.0)) return 0.0;
+  const ConcordemExactSum none = {0, 0, 0};
+  if (!(largest > 0.0)) return none;
   int exponent;
   frexp(largest, &exponent);
   const int shift = 53 - exponent;
-  // Upper and lower 26 bits are summed separately, which allows 2^37 atoms.
+  // Upper and lower 26 bits are summed separately, which allows 2^37 numbers.
   long long parts[3] = {0, 0, 0}, all[3];
-  for (size_t k = 0; k < bonded.size(); k++) {
-    const long long units = static_cast<long long>(ldexp(atom->radius[bonded[k]], shift));
+  for (size_t k = 0; k < values.size(); k++) {
+    const long long units = static_cast<long long>(ldexp(values[k], shift));
     parts[0] += units >> 26;
     parts[1] += units & ((1LL << 26) - 1);
     parts[2] += 1;
   }
   MPI_Allreduce(parts, all, 3, MPI_LONG_LONG, MPI_SUM, world);
-  const __int128 sum = (static_cast<__int128>(all[0]) << 26) + all[1];
-  return ldexp(static_cast<double>(sum / all[2]), -shift);
+  const ConcordemExactSum sum = {(static_cast<__int128>(all[0]) << 26) + all[1], all[2], shift};
+  return sum;
+}
+
+// Mean radius of the atoms with a queued bond, 0 if there are none. Does not depend on the distribution of atoms over processors.
+inline double concordem_mean_radius(const ConcordemNetwork *network, const Atom *atom, int groupbit, MPI_Comm world)
+{
+  std::vector<int64_t> queued(concordem_network_queued_atoms(network, NULL));
+  concordem_network_queued_atoms(network, queued.data());
+  std::vector<double> bonded;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & groupbit && std::binary_search(queued.begin(), queued.end(), static_cast<int64_t>(atom->tag[i])))
+      bonded.push_back(atom->radius[i]);
+  const ConcordemExactSum sum = concordem_exact_sum(bonded, world);
+  return sum.count ? ldexp(static_cast<double>(sum.units / sum.count), -sum.shift) : 0.0;
 }
 
 // Set `bonds` to the total number of bonds; return whether every bond is known to the processors of both its atoms.
@@ -261,6 +278,8 @@ inline ConcordemRestartHead concordem_restart_head(const ConcordemNetwork *netwo
   double mine[CONCORDEM_TOTALS];
   head.version = CONCORDEM_RESTART_VERSION;
   head.made = made;
+  head.atom_width = facts.atom_width;
+  head.record_reals = facts.record_reals;
   memcpy(head.contacts, facts.contacts, sizeof(head.contacts));
   strncpy(head.law, law, sizeof(head.law) - 1);
   head.found_at = concordem_network_totals(network, mine);

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`network`] | bonds and contacts of one processor's atoms; computes their forces with our solver |
 //! | [`pair`] | contacts of LIGGGHTS' neighbor lists, with our laws or LIGGGHTS' own ([`host_laws`]) |
-//! | [`options`] | arguments of the script command |
+//! | [`options`], [`heat_network`] | arguments of the script command, and their files |
 //! | [`abi`] | functions called from the C++ shims |
 //! | [`driver`] | LIGGGHTS as a library of a Rust program |
 //!
@@ -13,6 +13,7 @@
 pub mod abi;
 pub mod atoms;
 pub mod driver;
+pub mod heat_network;
 pub mod host_laws;
 mod law_names;
 pub mod network;

@@ -14,109 +14,12 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 
 use crate::atoms::{LARGEST_TAG, Tag};
 
-/// Why the arguments are rejected. The message names the argument and the remedy.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OptionError {
-    /// Missing or unknown bond law.
-    #[error("unknown bond law `{name}`; choose one of {}, or `none` with `contact LAW`", names(LawName::bonds()))]
-    Law {
-        /// The word in place of the law.
-        name: String,
-    },
-    /// Unknown contact law.
-    #[error("unknown contact law `{name}`; choose one of none, {}", names(LawName::contacts()))]
-    ContactLaw {
-        /// The word in place of the law.
-        name: String,
-    },
-    /// An option without a value.
-    #[error("`{key}` needs a value: {wanted}")]
-    Missing {
-        /// The option.
-        key: String,
-        /// Valid values.
-        wanted: &'static str,
-    },
-    /// An invalid value.
-    #[error("`{key} {value}` is invalid; give {wanted}")]
-    Value {
-        /// The option.
-        key: String,
-        /// The value.
-        value: String,
-        /// Valid values.
-        wanted: &'static str,
-    },
-    /// An option given twice.
-    #[error("`{key}` is given twice; remove one")]
-    Twice {
-        /// The option.
-        key: String,
-    },
-    /// Parameters that cannot be read.
-    #[error("parameters of {place}: {message}")]
-    Parameters {
-        /// Law or file.
-        place: String,
-        /// Cause.
-        message: String,
-    },
-    /// Option `bond` is missing.
-    #[error("option `bond` is missing; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
-    NoBonds,
-    /// Neither bonds nor contacts.
-    #[error("law `none` without `contact LAW` computes no forces; add `contact LAW`, or choose a bond law")]
-    Nothing,
-    /// Option `bond` without a bond law.
-    #[error(
-        "`bond` needs a bond law, but the law is `none`; remove `bond`, or choose one of {}",
-        names(LawName::bonds())
-    )]
-    NoBondLaw,
-    /// Bonds from a data file and new ones.
-    #[error("`{key}` creates bonds, but `state FILE` has the bonds of a data file; remove `{key}`, or `state`")]
-    StateAndBonds {
-        /// The option that creates bonds.
-        key: &'static str,
-    },
-    /// Parameters by bond type where bonds have no type.
-    #[error("parameters by bond type need the bonds of a bond style of LAMMPS; remove the number before the key")]
-    NoBondTypes,
-    /// Parameters both inline and from a file.
-    #[error("parameter `{key}` conflicts with `materials FILE`; remove one of them")]
-    InlineAndFile {
-        /// The parameter.
-        key: String,
-    },
-    /// A law that does not support deformable particles.
-    #[error(
-        "law {law} does not support `deformable`; remove `deformable`, or choose one of {}",
-        names(LawName::ALL.iter().copied().filter(|law| law.facts().deforms))
-    )]
-    NotDeformable {
-        /// The law.
-        law: String,
-    },
-    /// Deformable particles without elastic constants.
-    #[error(
-        "`deformable` needs elastic constants; add `deformable.young` and `deformable.poisson`, or [material.deformable] in the \
-         materials file"
-    )]
-    NoElasticity,
-    /// A file that cannot be read.
-    #[error("cannot read {path}: {message}")]
-    File {
-        /// The file.
-        path: String,
-        /// Cause.
-        message: String,
-    },
-}
+mod error;
+mod heat;
 
-fn names(laws: impl Iterator<Item = LawName>) -> String {
-    laws.map(LawName::key).collect::<Vec<_>>().join(", ")
-}
+pub use error::OptionError;
+use error::names;
+pub use heat::HeatTables;
 
 /// A bond of a list: ids in ascending order, and the reference length (m) if given.
 pub type Listed = ([Tag; 2], Option<f64>);
@@ -153,6 +56,8 @@ pub struct Options {
     pub sample_every_step: bool,
     /// Condition of deformable particles; `None` if particles are rigid.
     pub deformable: Option<Condition>,
+    /// Heat conduction; `None`: there is none.
+    pub heat: Option<HeatTables>,
     /// Parameters by atom type.
     pub materials: Vec<Material>,
     /// Parameters of bonds by bond type; empty if they belong to atom types.
@@ -241,8 +146,10 @@ struct Arguments {
     deformable: Option<Condition>,
     materials_file: Option<String>,
     state: Option<String>,
-    /// Parameters of bonds, contacts, and deformation.
-    tables: [toml::Table; 3],
+    heat_file: Option<String>,
+    heat_network: Option<String>,
+    /// Parameters of bonds, contacts, deformation, and heat.
+    tables: [toml::Table; 4],
     /// Parameters of bonds by bond type.
     by_bond_type: BTreeMap<usize, toml::Table>,
     /// The first parameter that was given inline.
@@ -341,6 +248,12 @@ impl Arguments {
             ),
             "deformable" => words.fill(&mut self.deformable, "solid, plane-strain, or plane-stress", named),
             "state" => words.fill(&mut self.state, "a file that write_data wrote", |word| Some(word.to_owned())),
+            "heat" => words.fill(&mut self.heat_file, "a file with a table [heat]", |word| Some(word.to_owned())),
+            "heat_network" => words.fill(
+                &mut self.heat_network,
+                "a file with the heat capacities of the atoms and the areas of their bonds",
+                |word| Some(word.to_owned()),
+            ),
             "materials" => {
                 words.fill(&mut self.materials_file, "a file with [[material]] tables", |word| Some(word.to_owned()))
             }
@@ -351,7 +264,7 @@ impl Arguments {
     /// Read an inline material parameter.
     fn read_parameter(&mut self, mut words: OptionWords<'_, '_>) -> Result<(), OptionError> {
         let word = words.value("the parameter's value")?;
-        let [bond, contact, deformable] = &mut self.tables;
+        let [bond, contact, deformable, thermal] = &mut self.tables;
         let of_type = words.key.split_once('.').and_then(|(number, name)| Some((number.parse::<usize>().ok()?, name)));
         let (table, name) = if let Some((bond_type, name)) = of_type {
             (self.by_bond_type.entry(bond_type).or_default(), name)
@@ -359,6 +272,8 @@ impl Arguments {
             (contact, name)
         } else if let Some(name) = words.key.strip_prefix("deformable.") {
             (deformable, name)
+        } else if let Some(name) = words.key.strip_prefix("thermal.") {
+            (thermal, name)
         } else {
             (bond, words.key)
         };
@@ -428,7 +343,15 @@ impl Options {
         if arguments.deformable.is_some() {
             check_deformable(law, contact, &materials)?;
         }
+        let heat = HeatTables::read(
+            arguments.heat_file.as_deref(),
+            arguments.heat_network.as_deref(),
+            &materials,
+            [contact != ContactLawName::NONE, arguments.deformable.is_some()],
+            law,
+        )?;
         Ok(Self {
+            heat,
             deformable: arguments.deformable,
             law,
             contact,
@@ -539,15 +462,15 @@ fn material_table(name: &str) -> toml::Table {
 }
 
 /// The material given inline in the script. `tables`: parameters of bonds (of contacts if there is no bond law), of contacts, and of
-/// deformable particles. `with_bonds`: parameters of bonds belong to atom types.
+/// deformable particles; thermal constants. `with_bonds`: parameters of bonds belong to atom types.
 fn inline_material(
     law: Option<LawName>,
     contact: ContactLawName,
-    tables: [toml::Table; 3],
+    tables: [toml::Table; 4],
     with_bonds: bool,
 ) -> Result<Material, OptionError> {
     let mut material = material_table("all types");
-    let [first, of_contacts, of_particles] = tables;
+    let [first, of_contacts, of_particles, thermal] = tables;
     if let Some(key) = of_contacts.keys().next()
         && (law.is_none() || contact.law().is_none() || contact.law() == law)
     {
@@ -570,6 +493,9 @@ fn inline_material(
     }
     if !of_particles.is_empty() {
         material.insert("deformable".into(), toml::Value::Table(of_particles));
+    }
+    if !thermal.is_empty() {
+        material.insert("thermal".into(), toml::Value::Table(thermal));
     }
     if let (Some(_), Some(contact)) = (law, contact.law().filter(|&contact| Some(contact) != law)) {
         material.insert(contact.key().into(), toml::Value::Table(of_contacts));

@@ -16,7 +16,7 @@ const fn reals(fields: &[Field]) -> usize {
     sum
 }
 
-/// Largest number of reals in the history of any law.
+/// Largest number of reals in the history of any law, with what a bond keeps for heat.
 pub const HISTORY: usize = {
     let (mut most, mut i) = (0, 0);
     while i < LawName::ALL.len() {
@@ -26,8 +26,12 @@ pub const HISTORY: usize = {
         most = if larger > most { larger } else { most };
         i += 1;
     }
-    most
+    most + THERMAL
 };
+
+/// Reals that a bond keeps for heat conduction, behind the history: length at the reference temperature (m), area (m²), and the
+/// distances of A and B from it (m).
+pub const THERMAL: usize = 4;
 
 /// Fields of a history as text: name, number of reals, and unit, such as `shear_displacement 3 (m), normal_dashpot 1 (N)`.
 pub fn history_fields(fields: &[Field]) -> String {

@@ -6,6 +6,7 @@
 pub mod atoms;
 #[cfg(test)]
 mod c_header;
+pub mod heat;
 pub mod network;
 pub mod pair;
 pub mod results;

@@ -27,6 +27,10 @@ pub struct Facts {
     sample_every_step: i32,
     /// Reals in the record of a bond or contact.
     record_reals: i32,
+    /// Place of the temperature among the reals of an atom; −1 without heat conduction.
+    temperature: i32,
+    /// Number of groups that the tables of heat conduction name.
+    heat_groups: i32,
     /// Length of the name of the data file to continue with, bytes; 0: none.
     state_length: i32,
     /// Name of the contact law, padded with zeros.
@@ -76,6 +80,8 @@ pub unsafe extern "C" fn concordem_network_new(
                 creation,
                 sample_every_step: i32::from(options.sample_every_step),
                 record_reals: network.record_reals() as i32,
+                temperature: network.temperature_place().map_or(-1, |place| place as i32),
+                heat_groups: network.heat_groups().len() as i32,
                 state_length: options.state.as_ref().map_or(0, |name| name.len() as i32),
                 contacts: law_names::padded(options.contact.key()),
                 at: options.at.unwrap_or(-1),
@@ -108,11 +114,16 @@ pub unsafe extern "C" fn concordem_network_delete(network: *mut Network) {
     }
 }
 
-/// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals.
+/// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals. `mask`: bits of its groups.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Network, memory: *mut f64) {
+pub unsafe extern "C" fn concordem_network_initial_memory(
+    network: *const Network,
+    tag: i64,
+    mask: i32,
+    memory: *mut f64,
+) {
     // SAFETY: `atom_width` reals.
-    unsafe { (*network).initial_memory(slice_mut(memory, (*network).atom_width())) }
+    unsafe { (*network).initial_memory(tag, mask, slice_mut(memory, (*network).atom_width())) }
 }
 
 /// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.

@@ -10,9 +10,11 @@ use concordem_operator::stress::{ParticleVolume, Partition, axial};
 use crate::network::{self, Network};
 
 /// Number of reals in [`concordem_network_sums`].
-pub const SUMS: usize = 12;
+pub const SUMS: usize = 15;
+/// Place of the length of the longest bond among them, m; the others are to be summed over processors.
+pub const LONGEST: usize = 11;
 /// Number of reals in [`concordem_network_totals`].
-pub const TOTALS: usize = 9;
+pub const TOTALS: usize = 12;
 /// Number of reals per row of [`concordem_network_rows`].
 pub const ROW: usize = 16;
 
@@ -99,7 +101,7 @@ pub unsafe extern "C" fn concordem_couple_of_sums(
     }
 }
 
-/// Write sums over the contacts that this processor counts, [`SUMS`] reals; the last one is the length of the longest bond, m.
+/// Write sums over the contacts that this processor counts, [`SUMS`] reals; number [`LONGEST`] is the length of the longest bond, m.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_sums(network: *const Network, sums: *mut f64) {
     // SAFETY: `SUMS` reals.
@@ -118,6 +120,9 @@ pub unsafe extern "C" fn concordem_network_sums(network: *const Network, sums: *
             s.dissipated[2],
             s.integration,
             s.longest,
+            s.heat[0],
+            s.heat[1],
+            s.heat[2],
         ];
         slice_mut(sums, all.len()).copy_from_slice(&all);
     }

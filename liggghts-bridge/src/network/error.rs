@@ -97,6 +97,59 @@ pub enum NetworkError {
         /// Atom.
         tag: Tag,
     },
+    /// A time step beyond the bound of explicit heat conduction.
+    #[error(
+        "the time step is {dt:.4e} s, but must be at most {bound:.4e} s for stable heat conduction at atom {tag}; reduce `timestep`, or \
+         `time_factor` in [heat]"
+    )]
+    HeatStep {
+        /// The atom that needs it.
+        tag: Tag,
+        /// Time step, s.
+        dt: f64,
+        /// Largest stable one on this processor, s.
+        bound: f64,
+    },
+    /// A temperature is not finite.
+    #[error("at step {step} the temperature of atom {tag} is not finite; check sources and fluxes in [heat]")]
+    HotWithoutBound {
+        /// Step.
+        step: i64,
+        /// Atom.
+        tag: Tag,
+    },
+    /// An atom without a heat capacity.
+    #[error(
+        "atom {tag} has no heat capacity in {path}; add a line `atom {tag} CAPACITY VOLUME`, or take it out of the fix's group"
+    )]
+    NoHeatAtom {
+        /// Atom.
+        tag: Tag,
+        /// The file of `heat_network`.
+        path: String,
+    },
+    /// A bond without an area.
+    #[error(
+        "the bond of atoms {a} and {b} has no area in {path}; add a line `bond {a} {b} AREA LENGTH LENGTH` (area 0: it conducts no heat), or \
+         create the bonds of the scenario, with `bond list FILE`"
+    )]
+    NoHeatBond {
+        /// Atom.
+        a: Tag,
+        /// Atom.
+        b: Tag,
+        /// The file of `heat_network`.
+        path: String,
+    },
+    /// The host's arrays have changed since the last rebuild.
+    #[error(
+        "atom {tag} is not where it was at the last step: a fix moved or deleted atoms at the end of a step. Use a fix that does so at \
+         rebuilds of the neighbor lists"
+    )]
+    Moved {
+        /// Atom.
+        tag: Tag,
+    },
     /// An atom has another id than at the last rebuild.
     #[error(
         "the atom with id {tag} had id {before} before: a command renumbered the atoms (`delete_atoms` without `compress no`, \

@@ -7,7 +7,7 @@ use concordem_solver::state::contacts::{ContactFlags, Pair};
 
 use super::{Network, NetworkError, blocks};
 use crate::atoms::Tag;
-use crate::records::{HISTORY, Kind, Record};
+use crate::records::{HISTORY, Kind, Record, THERMAL};
 
 /// Contacts per particle in compressed rows: the start of each particle's contacts, then the contacts.
 pub(super) type Adjacency = (Vec<u32>, Vec<Link>);
@@ -49,6 +49,40 @@ impl Network {
         Ok(())
     }
 
+    /// Contact `k` of a block as a record; `None` if it has no history to keep.
+    pub(super) fn record_of(&self, tags: &[Tag], kind: Kind, k: usize) -> Option<Record> {
+        let block = self.block(kind)?;
+        let view = block.view(k);
+        let remembers = view.flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0;
+        if view.flags.has(ContactFlags::BROKEN) || !remembers {
+            return None;
+        }
+        let (fields, reals) = block.history_reals();
+        let width: usize = fields.iter().map(|field| field.components).sum();
+        let mut history = [0.0; HISTORY];
+        history[..width].copy_from_slice(&reals[k * width..(k + 1) * width]);
+        // The previous geometry of a contact that does not touch has no effect and differs between processors.
+        let previous = if view.flags.has(ContactFlags::ACTIVE) {
+            view.previous
+        } else {
+            PreviousGeometry { normal: Vec3::x(), length: 1.0 }
+        };
+        let tags = [tags[view.pair.a as usize], tags[view.pair.b as usize]];
+        if let Some(bond) = self.thermal.as_ref().filter(|_| kind == Kind::Bond).and_then(|thermal| thermal.bond(tags))
+        {
+            history[self.width - THERMAL..self.width].copy_from_slice(&bond.reals());
+        }
+        Some(Record {
+            tags,
+            kind,
+            flags: view.flags.bits & !ContactFlags::NOT_OWNED,
+            row: view.flags.row,
+            reference: view.reference,
+            frame: previous,
+            history,
+        })
+    }
+
     /// Append the records of all bonds and contacts of atom `tag` to `buffer`. `leaves`: the atom leaves this processor.
     pub fn pack(&mut self, tag: Tag, leaves: bool, buffer: &mut Vec<f64>) {
         let width = self.width;
@@ -61,10 +95,10 @@ impl Network {
             }
             return;
         }
-        if let Ok(particle) = self.tags.binary_search(&tag) {
-            let (start, contacts) = self.adjacency.get_or_insert_with(|| adjacency(&self.state));
+        self.adjacency.get_or_insert_with(|| adjacency(&self.state));
+        if let (Ok(particle), Some((start, contacts))) = (self.tags.binary_search(&tag), &self.adjacency) {
             for link in &contacts[start[particle] as usize..start[particle + 1] as usize] {
-                if let Some(record) = record_of(&self.state, &self.tags, link.kind(), link.index()) {
+                if let Some(record) = self.record_of(&self.tags, link.kind(), link.index()) {
                     record.write(width, buffer);
                 }
             }
@@ -104,38 +138,6 @@ impl Network {
         all.dedup_by_key(|record| record.key());
         Ok(all)
     }
-}
-
-/// Contact `k` of a block as a record; `None` if it has no history to keep.
-pub(super) fn record_of(state: &State, tags: &[Tag], kind: Kind, k: usize) -> Option<Record> {
-    let block = match kind {
-        Kind::Bond => state.bonds[0].contacts(),
-        Kind::Contact => state.contacts.as_ref()?.contacts(),
-    };
-    let view = block.view(k);
-    let remembers = view.flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0;
-    if view.flags.has(ContactFlags::BROKEN) || !remembers {
-        return None;
-    }
-    let (fields, reals) = block.history_reals();
-    let width: usize = fields.iter().map(|field| field.components).sum();
-    let mut history = [0.0; HISTORY];
-    history[..width].copy_from_slice(&reals[k * width..(k + 1) * width]);
-    // The previous geometry of a contact that does not touch has no effect and differs between processors.
-    let previous = if view.flags.has(ContactFlags::ACTIVE) {
-        view.previous
-    } else {
-        PreviousGeometry { normal: Vec3::x(), length: 1.0 }
-    };
-    Some(Record {
-        tags: [tags[view.pair.a as usize], tags[view.pair.b as usize]],
-        kind,
-        flags: view.flags.bits & !ContactFlags::NOT_OWNED,
-        row: view.flags.row,
-        reference: view.reference,
-        frame: previous,
-        history,
-    })
 }
 
 /// The contacts of each particle that have a history to keep.

@@ -4,7 +4,7 @@ use concordem_contact::math::{Quat, Symmetric, Vec3, normalized, quaternion_of_r
 use concordem_solver::state::Deformation;
 
 use super::{Network, NetworkError};
-use crate::atoms::{Atoms, add, vector};
+use crate::atoms::{Atoms, Tag, add, vector};
 
 /// Number of reals for the net force and torque of the last step.
 const NET: usize = 6;
@@ -14,12 +14,16 @@ const ID: usize = NET;
 /// Offsets in the data of an atom. Data for the owner only come first, then data that ghosts also need.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
+    /// What rounding has cut off from the temperature (K), then, with a file of heat capacities, heat capacity (J/K) and volume (m³).
+    heat: usize,
     /// Virials of a deformable particle: from forces that do not depend on its strain, and from reactions (six reals each).
     others: usize,
     /// Orientation (x, y, z, w).
     orientation: usize,
     /// Virials that determine the strain of the next step, and of the last step (six reals each).
     virials: usize,
+    /// Temperature, K.
+    temperature: usize,
     /// Reals per atom.
     pub(super) width: usize,
 }
@@ -30,17 +34,36 @@ impl Layout {
         self.virials > self.orientation
     }
 
-    pub(super) fn new(oriented: bool, deformable: bool) -> Self {
-        let others = ID + 1;
+    /// Heat capacity (J/K) and volume (m³) of a file in the data of an atom; `None` without a file.
+    pub(super) fn heat_of_file(&self, memory: &[f64]) -> Option<[f64; 2]> {
+        (self.others == self.heat + 3).then(|| [memory[self.heat + 1], memory[self.heat + 2]])
+    }
+
+    /// Set the temperature (K) in the data of an atom; returns the two parts of the old one.
+    pub(super) fn set_temperature(&self, memory: &mut [f64], temperature: f64) -> [f64; 2] {
+        let old = std::mem::replace(&mut memory[self.temperature], temperature);
+        [old, std::mem::take(&mut memory[self.heat])]
+    }
+
+    /// Place of the temperature in the data of an atom; `None` without heat conduction.
+    pub(super) fn temperature(&self) -> Option<usize> {
+        (self.width > self.temperature).then_some(self.temperature)
+    }
+
+    /// `heat`: reals of heat for the owner; 0 without heat conduction.
+    pub(super) fn new(oriented: bool, deformable: bool, heat: usize) -> Self {
+        let others = ID + 1 + heat;
         let orientation = others + if deformable { 12 } else { 0 };
         let virials = orientation + if oriented { 4 } else { 0 };
-        Self { others, orientation, virials, width: virials + if deformable { 12 } else { 0 } }
+        let temperature = virials + if deformable { 12 } else { 0 };
+        let width = temperature + usize::from(heat > 0);
+        Self { heat: ID + 1, others, orientation, virials, temperature, width }
     }
 }
 
 impl Network {
     /// Reals stored per atom: net force and torque of the last step, the id at the last rebuild, the orientation (x, y, z, w) if the law reads it, and four
-    /// virials if the particle is deformable.
+    /// virials if the particle is deformable; with heat conduction, the temperature and what belongs to it.
     pub fn atom_width(&self) -> usize {
         self.layout.width
     }
@@ -50,9 +73,21 @@ impl Network {
         self.layout.width - self.layout.orientation
     }
 
-    /// Initialize the data of a new atom.
-    pub fn initial_memory(&self, memory: &mut [f64]) {
+    /// Place of the temperature among these reals; `None` without heat conduction.
+    pub fn temperature_place(&self) -> Option<usize> {
+        self.layout.temperature()
+    }
+
+    /// Initialize the data of a new atom. `mask`: bits of its groups.
+    pub fn initial_memory(&self, tag: Tag, mask: i32, memory: &mut [f64]) {
         memory.fill(0.0);
+        if let Some(thermal) = &self.thermal {
+            let Layout { heat, temperature, .. } = self.layout;
+            memory[temperature] = thermal.initial_temperature(mask);
+            if let Some(reals) = thermal.from_file(tag) {
+                memory[heat + 1..heat + 3].copy_from_slice(&reals);
+            }
+        }
         if self.needs_orientation() {
             memory[self.layout.orientation + 3] = 1.0;
         }
@@ -91,7 +126,8 @@ impl Network {
 
     /// Read positions, motion, and virials of all particles from the host's arrays. `still`: nothing moves (setup of a run).
     pub(super) fn read_atoms(&mut self, atoms: &Atoms<'_>, still: bool) {
-        let Layout { others, orientation: oriented, virials, width } = self.layout;
+        let Layout { others, orientation: oriented, virials, width, .. } = self.layout;
+        self.read_temperatures(atoms);
         let particles = &mut self.state.particles;
         for (p, &i) in self.atom.iter().enumerate() {
             let i = i as usize;
@@ -124,6 +160,40 @@ impl Network {
                 reaction: virial(i, others + 6),
             }));
         }
+    }
+
+    /// Read the temperatures of all particles.
+    pub(super) fn read_temperatures(&mut self, atoms: &Atoms<'_>) {
+        let (Some(state), Layout { heat, temperature, width, .. }) = (&mut self.state.heat, self.layout) else {
+            return;
+        };
+        for (p, &i) in self.atom.iter().enumerate() {
+            let memory = &atoms.memory[i as usize * width..];
+            state.temperature[p] = memory[temperature];
+            // Ghosts have none.
+            state.correction[p] = if self.owned[p] { memory[heat] } else { 0.0 };
+        }
+    }
+
+    /// Store the temperatures of owned atoms.
+    ///
+    /// # Errors
+    /// The host has other atoms than at the last rebuild, or a temperature is not finite.
+    pub(super) fn write_temperatures(&self, atoms: &mut Atoms<'_>) -> Result<(), NetworkError> {
+        let (Some(state), Layout { heat, temperature, width, .. }) = (&self.state.heat, self.layout) else {
+            return Ok(());
+        };
+        for (p, &i) in self.atom.iter().enumerate().filter(|(p, _)| self.owned[*p]) {
+            let tag = self.tags[p];
+            let memory = atoms.memory.get_mut(i as usize * width..).filter(|memory| memory[ID] == tag as f64);
+            let Some(memory) = memory else { return Err(NetworkError::Moved { tag }) };
+            if !state.temperature[p].is_finite() {
+                return Err(NetworkError::HotWithoutBound { step: atoms.step, tag });
+            }
+            memory[temperature] = state.temperature[p];
+            memory[heat] = state.correction[p];
+        }
+        Ok(())
     }
 
     /// Add the stored net forces and torques of the last step to owned atoms.

@@ -11,12 +11,14 @@
 //! | `lists` | bonds of the host's lists; pairs of the host's neighbor lists that belong to the network |
 //! | `memory` | data stored per atom in the host's arrays |
 //! | `exchange` | records of bonds and contacts for migration and restart |
+//! | `heat` | heat conduction along bonds, and their expansion |
 //! | `rebuild` | the state after migration |
 //! | `results` | counts, energies, virial, stress |
 
 mod create;
 mod error;
 mod exchange;
+mod heat;
 mod lists;
 mod memory;
 mod rebuild;
@@ -37,13 +39,14 @@ use concordem_solver::{Model, PairCoefficients, Solver};
 use create::Fresh;
 pub use error::NetworkError;
 use exchange::Adjacency;
+use heat::Thermal;
 pub use lists::NeighborLists;
 use memory::Layout;
 pub use results::{Sums, TOTALS};
 
 use crate::atoms::{Atoms, Tag};
 use crate::options::Options;
-use crate::records::{Kind, Record};
+use crate::records::{Kind, Record, THERMAL};
 
 /// Bonds and contacts of the atoms of one processor.
 pub struct Network {
@@ -52,10 +55,12 @@ pub struct Network {
     layout: Layout,
     /// Parameters of bonds by pairs of atom types; or by bond types, each as a pair with itself.
     bond_coefficients: PairCoefficients,
-    /// Reals in the history of a bond or contact.
+    /// Reals in the history of a bond or contact, with what it keeps for heat.
     width: usize,
     state: State,
     solver: Option<Solver>,
+    /// Heat conduction, if there is any.
+    thermal: Option<Thermal>,
     /// Id of each particle of the state.
     tags: Vec<Tag>,
     /// Index of its atom in the host's arrays.
@@ -118,7 +123,11 @@ impl Network {
         });
         let mut blocks = std::iter::once(&block).chain(contacts.as_ref().map(|(block, _)| block));
         let oriented = blocks.any(|block| block.contacts().reads_orientations());
-        let layout = Layout::new(oriented, model.deformable.is_some());
+        let thermal = options.heat.clone().map(Thermal::new);
+        let of_file = options.heat.as_ref().is_some_and(|heat| heat.network.is_some());
+        let heat_reals = if thermal.is_none() { 0 } else { 1 + if of_file { 2 } else { 0 } };
+        let layout = Layout::new(oriented, model.deformable.is_some(), heat_reals);
+        let reals = reals + if thermal.is_some() { THERMAL } else { 0 };
         let mut state = State { bonds: vec![block], ..State::default() };
         if let Some((block, rows)) = contacts {
             model.contact_rows = rows;
@@ -132,6 +141,7 @@ impl Network {
             width: reals,
             state,
             solver: None,
+            thermal,
             tags: Vec::new(),
             atom: Vec::new(),
             owned: Vec::new(),
@@ -181,6 +191,7 @@ impl Network {
             return Ok(());
         }
         self.read_atoms(atoms, setup);
+        self.expand();
         let Some(solver) = &mut self.solver else { return Ok(()) };
         self.state.clock.dt = atoms.dt;
         self.state.clock.step = atoms.step as u64;
@@ -211,7 +222,10 @@ impl Network {
             self.broken += f64::from(u8::from(self.owned[a as usize]));
             self.broken_now.push([self.tags[a as usize], self.tags[b as usize]]);
         }
-        self.generation += i64::from(!self.broken_now.is_empty());
+        if !self.broken_now.is_empty() {
+            self.generation += 1;
+            self.bonds_broke();
+        }
         self.write_atoms(atoms)
     }
 

@@ -5,17 +5,28 @@ use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::Solver;
+use concordem_solver::heat::network::NearPair;
 use concordem_solver::state::contacts::{ContactFlags, ContactView, Contacts, Pair};
 use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::create::Fresh;
-use super::exchange::record_of;
 use super::{Network, NetworkError, blocks};
 use crate::atoms::{Atoms, LARGEST_TAG, Tag, vector};
 use crate::records::{HISTORY, Kind, Record};
 
 /// Stands for the particle of an atom that is neither owned nor a ghost.
 pub(super) const ABSENT: u32 = u32::MAX;
+
+/// New bonds.
+#[derive(Default)]
+struct Placed {
+    /// The longest length, m.
+    longest: f64,
+    /// With heat conduction: ids and reference length (m) at the reference temperature of each bond.
+    lengths: Vec<([Tag; 2], f64)>,
+    /// With heat conduction: particles, and the vector between their centers.
+    pairs: Vec<NearPair>,
+}
 
 /// What happens to a bond or contact when atoms have migrated.
 enum Fate {
@@ -50,6 +61,7 @@ impl Network {
         }
         let before = std::mem::take(&mut self.tags);
         self.place_particles(atoms)?;
+        self.place_heat(atoms)?;
         let number = renumbering(&before, &self.tags);
         self.adjacency = None;
         self.particle_of.clear();
@@ -64,8 +76,10 @@ impl Network {
         self.relink(&number, &atoms.edge);
         // Those that are sorted; what follows is added behind them.
         let held = [Kind::Bond, Kind::Contact].map(|kind| self.block(kind).map_or(0, Contacts::len));
+        let thermal = self.thermal_of(&arriving);
         longest = longest.max(self.place_arriving(arriving, held, &atoms.edge, cutoff)?);
-        longest = longest.max(self.place_fresh(&fresh, held[0], [cutoff, mean_radius], &atoms.edge)?);
+        let new = self.place_fresh(&fresh, held[0], [cutoff, mean_radius], &atoms.edge)?;
+        longest = longest.max(new.longest);
         // The solver sorts bonds, but takes contacts as sorted.
         if let Some(contacts) = self.block_mut(Kind::Contact) {
             contacts.sort();
@@ -78,7 +92,7 @@ impl Network {
         }
         self.state.clock.dt = atoms.dt;
         self.solver = Some(Solver::for_subdomain(self.model.clone(), &mut self.state, self.owned.clone())?);
-        Ok(())
+        self.place_thermal_bonds(thermal, &new.lengths, &new.pairs)
     }
 
     /// What happens to a bond or contact between particles `ends`, which may be [`ABSENT`].
@@ -131,7 +145,7 @@ impl Network {
                     Fate::Alone if kind == Kind::Bond => {
                         return Err(self.out_of_sight([view.pair.a, view.pair.b].map(|p| before[p as usize]), cutoff));
                     }
-                    Fate::Alone => alone.extend(record_of(&self.state, before, kind, k)),
+                    Fate::Alone => alone.extend(self.record_of(before, kind, k)),
                     Fate::Stays(ends) => {
                         self.row_of(kind, ends, view.flags.row)?;
                         longest = longest.max(length_of(&view));
@@ -198,7 +212,7 @@ impl Network {
             let pair = Pair { a: a as u32, b: b as u32 };
             let Some(block) = self.block(record.kind) else { continue };
             if let Ok(k) = block.pairs()[..held[record.kind as usize]].binary_search(&pair) {
-                if record_of(&self.state, &self.tags, record.kind, k) != Some(record) {
+                if self.record_of(&self.tags, record.kind, k) != Some(record) {
                     let [a, b] = record.tags;
                     return Err(NetworkError::CopiesDiffer { a, b });
                 }
@@ -220,15 +234,15 @@ impl Network {
         Ok(longest)
     }
 
-    /// Measure and add new bonds, sorted by ids; the first `held` bonds are older. Returns the longest length (m).
+    /// Measure and add new bonds, sorted by ids; the first `held` bonds are older.
     fn place_fresh(
         &mut self,
         fresh: &[Fresh],
         held: usize,
         [cutoff, mean_radius]: [f64; 2],
         edge: &[f64; 3],
-    ) -> Result<f64, NetworkError> {
-        let mut longest = 0.0f64;
+    ) -> Result<Placed, NetworkError> {
+        let mut placed = Placed::default();
         self.state.bonds[0].contacts_mut().reserve(fresh.len());
         for bond in fresh {
             let [a, b] = match Self::fate(&self.owned, self.ends_of(bond.tags)) {
@@ -237,7 +251,7 @@ impl Network {
                 Fate::Stays(ends) => ends,
             };
             let row = self.row_of(Kind::Bond, [a, b], bond.row)?;
-            let State { particles, bonds, cell, .. } = &mut self.state;
+            let State { particles, bonds, cell, heat, .. } = &mut self.state;
             let block = bonds[0].contacts_mut();
             let pair = Pair { a: a as u32, b: b as u32 };
             // take_fresh has compared those that arrived.
@@ -248,16 +262,23 @@ impl Network {
             let image = image_of(&(particles.position[b] - particles.position[a]), edge);
             let shift = cell.map_or_else(Vec3::zeros, |cell: Cell| cell.shift(image));
             let previous = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-            let reference = Reference {
+            let mut reference = Reference {
                 length: if bond.length > 0.0 { bond.length } else { previous.length },
                 area: block.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius),
             };
+            if let (Some(thermal), Some(heat)) = (&self.thermal, heat) {
+                placed.lengths.push((bond.tags, reference.length));
+                placed.pairs.push((pair.a, pair.b, previous.normal * previous.length));
+                if thermal.expands() {
+                    reference.length = thermal.length(particles, heat, [a, b], reference.length);
+                }
+            }
             let bits = ownership(ContactFlags::BONDED | ContactFlags::ACTIVE, self.owned[a]);
             let flags = ContactFlags { row, bits, image, padding: 0 };
-            longest = longest.max(length_of(&ContactView { pair, flags, reference, previous }));
+            placed.longest = placed.longest.max(length_of(&ContactView { pair, flags, reference, previous }));
             block.push_with_history(pair, flags, reference, previous, &[0.0; HISTORY]);
         }
-        Ok(longest)
+        Ok(placed)
     }
 
     /// Create one particle per atom of the group, ordered by id. An owned atom has priority over its ghosts.

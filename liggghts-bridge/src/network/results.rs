@@ -4,10 +4,10 @@ use concordem_contact::law::EnergySplit;
 use concordem_contact::math::Vec3;
 use concordem_operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
 use concordem_operator::{ContactSet, LoadSet, Region, Truncation, couple_stress};
+use concordem_solver::heat::{HeatLedger, HeatState};
 use concordem_solver::record::ContactForces;
 use concordem_solver::state::contacts::{ContactFlags, Pair};
 
-use super::exchange::record_of;
 use super::{Network, NetworkError, blocks};
 use crate::atoms::Tag;
 use crate::records::{Kind, Record};
@@ -29,10 +29,12 @@ pub struct Sums {
     pub integration: f64,
     /// Largest reference or current length of a bond, m.
     pub longest: f64,
+    /// Heat content relative to the reference temperature, heat from sources, and heat through the boundary so far, J.
+    pub heat: [f64; 3],
 }
 
 /// Number of reals in [`Network::totals`].
-pub const TOTALS: usize = 9;
+pub const TOTALS: usize = 12;
 
 impl Network {
     pub(super) fn tags_of(&self, pair: Pair) -> [Tag; 2] {
@@ -71,6 +73,7 @@ impl Network {
             dissipated: [d.damage, d.friction, d.viscous],
             integration: d.integration,
             longest,
+            heat: self.heat_sums(),
         }
     }
 
@@ -88,9 +91,10 @@ impl Network {
     }
 
     /// Totals for a restart file, to be summed over processors: number of broken bonds, dissipated energies, and stored energies of the
-    /// last sampled step (J).
+    /// last sampled step, heat content at the start, heat from sources and through the boundary (J).
     pub fn totals(&self) -> [f64; TOTALS] {
         let (d, s) = (&self.dissipated, &self.stored);
+        let heat = self.state.heat.as_ref().map_or_else(HeatLedger::default, |heat| heat.ledger);
         [
             self.broken,
             d.damage,
@@ -101,6 +105,9 @@ impl Network {
             s.stored_shear,
             s.stored_bending,
             s.stored_twist,
+            heat.initial,
+            heat.sources.get(),
+            heat.boundary.get(),
         ]
     }
 
@@ -111,7 +118,13 @@ impl Network {
 
     /// Continue from a restart file with the totals of this processor and the step whose forces the file contains.
     pub fn resume(&mut self, totals: &[f64; TOTALS], found_at: Option<i64>) {
-        let [broken, damage, friction, viscous, integration, normal, shear, bending, twist] = *totals;
+        let [broken, damage, friction, viscous, integration, normal, shear, bending, twist, initial, sources, boundary] =
+            *totals;
+        if let Some(thermal) = &mut self.thermal {
+            thermal.begun = true;
+            let ledger = HeatLedger::from_reals([initial, sources, 0.0, boundary, 0.0]);
+            self.state.heat = Some(HeatState { ledger, ..HeatState::default() });
+        }
         self.found_at = found_at;
         self.broken = broken;
         self.dissipated = EnergySplit { damage, friction, viscous, integration, ..EnergySplit::default() };
@@ -231,7 +244,7 @@ impl Network {
         let mut reals = Vec::new();
         for (kind, block) in blocks(&self.state) {
             for k in (0..block.len()).filter(|&k| !block.view(k).flags.has(ContactFlags::NOT_OWNED)) {
-                if let Some(record) = record_of(&self.state, &self.tags, kind, k) {
+                if let Some(record) = self.record_of(&self.tags, kind, k) {
                     record.write(self.width, &mut reals);
                 }
             }

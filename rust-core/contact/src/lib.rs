@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`math`], [`cell`], [`columns`](mod@columns), [`prefetch`] | vectors, periodic cell, struct-of-arrays storage |
 //! | [`geometry`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
+//! | [`material`], [`heat`], [`quantity`] | tables of materials and of heat conduction, with units |
 //! | [`kinematics`] | relative motion of the two sides in a step |
 //! | [`law`] | force, moment, history, and energy from that motion |
 //! | [`leapfrog`] | kick and drift of a free particle |
@@ -22,6 +23,8 @@ pub mod conformance;
 pub mod constraint;
 pub mod elastic;
 pub mod geometry;
+#[cfg(feature = "std")]
+pub mod heat;
 pub mod kinematics;
 pub mod law;
 pub mod leapfrog;

@@ -5,7 +5,7 @@ use super::histories::history;
 use super::{AssemblyError, unfit};
 use crate::checks::length;
 use crate::schedule::{HeatHistories, History};
-use crate::schema::quantity::{Number, vector};
+use crate::schema::quantity::vector;
 use crate::schema::{Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatScheme, HeatSource, Quantity, Scenario, Shape};
 use concordem_contact::math::Vec3;
 use concordem_operator::HalfSpace;
@@ -13,8 +13,8 @@ use concordem_solver::heat::implicit::to_steady_state;
 use concordem_solver::heat::network::{self, Exposure, NearPair, Network, Plane};
 use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{
-    ContactConduction, ContactExchange, Curve, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread,
-    Supply, SurfaceExchange, ThermalMaterial, WallExchange, capacities, expansion,
+    ContactConduction, Curves, Exchange, HeatModel, Held, MaterialCurves, Source, Spread, Supply, SurfaceExchange,
+    ThermalMaterial, WallExchange, capacities, expansion,
 };
 use concordem_solver::state::{Particles, State};
 use concordem_solver::{Model, Solver};
@@ -39,7 +39,7 @@ pub(super) fn build(
     whole: &mut Model,
 ) -> Result<Option<HeatHistories>, AssemblyError> {
     let Some(heat) = &scenario.heat else { return Ok(None) };
-    let materials: Vec<ThermalMaterial> = scenario.materials.iter().map(thermal).collect();
+    let materials: Vec<ThermalMaterial> = scenario.materials.iter().map(ThermalMaterial::of).collect();
     let mut network = network_of(scenario, heat, state)?;
     for exposure in &mut network.exposures {
         let radius = state.particles.radius[exposure.particle as usize];
@@ -56,8 +56,10 @@ pub(super) fn build(
     let mut histories = HeatHistories { time_factor: heat.time_factor.si(), ..HeatHistories::default() };
     let supply = supply(scenario, heat, state, &network, &mut histories)?;
     let temperature = heat.temperature.si();
-    let curves =
-        Curves { materials: scenario.materials.iter().map(curves).collect(), of: state.particles.material.clone() };
+    let curves = Curves {
+        materials: scenario.materials.iter().map(MaterialCurves::of).collect(),
+        of: state.particles.material.clone(),
+    };
     let model = HeatModel {
         materials,
         curves,
@@ -70,12 +72,8 @@ pub(super) fn build(
         mechanics: heat.motion,
         dissipation: heat.dissipation,
         crack_resistance: heat.crack_resistance.map_or(f64::INFINITY, Quantity::si),
-        contact: heat.contact.as_ref().map(|contact| ContactConduction {
-            exchange: contact
-                .resistance
-                .map_or(ContactExchange::Constriction, |resistance| ContactExchange::Resistance(resistance.si())),
-            planar: scenario.dimension == 2,
-            watched: !scenario.integration.allow_unstable,
+        contact: heat.contact.as_ref().map(|contact| {
+            ContactConduction::of(contact, scenario.dimension == 2, !scenario.integration.allow_unstable)
         }),
     };
     let mut temperatures = vec![temperature; state.particles.len()];
@@ -118,33 +116,6 @@ pub(super) fn bound(model: Option<&HeatModel>, state: &State) -> f64 {
         }
         _ => f64::INFINITY,
     }
-}
-
-/// Thermal constants of a material; the checks guarantee that it has some.
-fn thermal(material: &crate::schema::Material) -> ThermalMaterial {
-    material.thermal.as_ref().map_or_else(ThermalMaterial::default, |thermal| ThermalMaterial {
-        specific_heat: thermal.specific_heat.si(),
-        conductivity: thermal.conductivity.si(),
-        expansion: thermal.expansion.si(),
-    })
-}
-
-/// How the thermal constants of a material vary with the temperature.
-fn curves(material: &crate::schema::Material) -> MaterialCurves {
-    let variation = material.thermal.as_ref().and_then(|thermal| thermal.variation.as_ref());
-    variation.map_or_else(MaterialCurves::default, |variation| {
-        let of = |factors: &Option<Vec<Number>>| {
-            let temperature = variation.temperature.iter().map(|t| t.si()).collect();
-            factors.as_ref().map(|factors| Curve::new(temperature, factors.iter().map(|f| f.si()).collect()))
-        };
-        MaterialCurves {
-            specific_heat: of(&variation.specific_heat),
-            conductivity: of(&variation.conductivity),
-            expansion: of(&variation.expansion),
-            stiffness: of(&variation.stiffness),
-            strength: of(&variation.strength),
-        }
-    })
 }
 
 fn network_of(scenario: &Scenario, heat: &Heat, state: &State) -> Result<Network, AssemblyError> {
@@ -252,7 +223,7 @@ fn supply(
         let wall = boundary.wall.as_ref();
         if let Some(wall) = wall.and_then(|wall| scenario.wall_names().iter().position(|name| name == wall)) {
             let planar = scenario.dimension == 2;
-            supply.walls.push(WallExchange { wall, exchange: exchange(boundary), planar });
+            supply.walls.push(WallExchange { wall, exchange: Exchange::of(boundary), planar });
             histories.walls.push(of(&boundary.history));
         } else if let (Some(set), None, Some(temperature)) = (&boundary.set, &boundary.face, boundary.temperature) {
             let particles: Vec<u32> = members(scenario, &state.particles, set).iter().map(|&p| p as u32).collect();
@@ -264,25 +235,11 @@ fn supply(
             histories.held.push(of(&boundary.history));
         } else {
             let exposures = exposures(scenario, at, boundary, state, network)?;
-            supply.surfaces.push(SurfaceExchange { exposures, exchange: exchange(boundary) });
+            supply.surfaces.push(SurfaceExchange { exposures, exchange: Exchange::of(boundary) });
             histories.surfaces.push(of(&boundary.history));
         }
     }
     Ok(supply)
-}
-
-/// The exchange of a boundary; the checks guarantee that it has exactly one.
-fn exchange(boundary: &HeatBoundary) -> Exchange {
-    if let Some(temperature) = boundary.temperature {
-        return Exchange::Temperature(temperature.si());
-    }
-    if let Some(convection) = &boundary.convection {
-        return Exchange::Convection { coefficient: convection.coefficient.si(), ambient: convection.ambient.si() };
-    }
-    if let Some(radiation) = &boundary.radiation {
-        return Exchange::Radiation { emissivity: radiation.emissivity.si(), ambient: radiation.ambient.si() };
-    }
-    Exchange::Flux(boundary.flux.map_or(0.0, Quantity::si))
 }
 
 /// The parts of the surface that a boundary names.

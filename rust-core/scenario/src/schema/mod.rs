@@ -32,7 +32,6 @@ mod cut;
 mod document;
 mod error;
 mod fibers;
-mod heat;
 mod history;
 mod material;
 mod membrane;
@@ -57,14 +56,14 @@ pub use bodies::{
     WallRotation, WallShape,
 };
 pub use bonding::Bonding;
+pub use concordem_contact::heat::{
+    Convection, Heat, HeatBoundary, HeatContact, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot,
+    Radiation,
+};
 pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
 pub use fibers::{FiberGroup, Fibers};
-pub use heat::{
-    Convection, Heat, HeatBoundary, HeatContact, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot,
-    Radiation,
-};
 pub use history::{Control, History, HistoryShape, Stage, StageStop};
 pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,

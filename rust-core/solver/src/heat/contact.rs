@@ -13,6 +13,7 @@
 //!
 //! Which contacts touch follows from the positions alone, so nothing about them is stored.
 
+use concordem_contact::heat::HeatContact;
 use concordem_contact::kinematics::deformable::SurfaceDisplacement;
 use concordem_contact::math::Vec3;
 use rayon::prelude::*;
@@ -47,6 +48,14 @@ pub enum ContactExchange {
 const BINS: u32 = 64;
 
 impl ContactConduction {
+    /// What a table says about contacts.
+    pub fn of(contact: &HeatContact, planar: bool, watched: bool) -> Self {
+        let exchange = contact
+            .resistance
+            .map_or(ContactExchange::Constriction, |resistance| ContactExchange::Resistance(resistance.si()));
+        Self { exchange, planar, watched }
+    }
+
     /// Conductance of two touching particles with the radii (m), conductivities (W/(m·K)), and the radius of their contact (m), W/K.
     #[inline]
     pub fn conductance(&self, radii: [f64; 2], conductivities: [f64; 2], spot: f64) -> f64 {

@@ -3,6 +3,9 @@
 //! A [`Curve`] is a factor on a constant: linear between its points, constant outside them. What follows from it over a change of
 //! temperature is its integral: the heat `c ∫ f dT` per mass that a particle takes up, and the thermal strain `α ∫ f dT`.
 
+use concordem_contact::material::Material;
+use concordem_contact::quantity::Number;
+
 /// A factor on a constant, as a function of the temperature.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
@@ -104,6 +107,26 @@ pub struct MaterialCurves {
     pub stiffness: Option<Curve>,
     /// Of the strength of bonds.
     pub strength: Option<Curve>,
+}
+
+impl MaterialCurves {
+    /// The curves of a material (`thermal.variation`).
+    pub fn of(material: &Material) -> Self {
+        let variation = material.thermal.as_ref().and_then(|thermal| thermal.variation.as_ref());
+        variation.map_or_else(Self::default, |variation| {
+            let of = |factors: &Option<Vec<Number>>| {
+                let temperature = variation.temperature.iter().map(|t| t.si()).collect();
+                factors.as_ref().map(|factors| Curve::new(temperature, factors.iter().map(|f| f.si()).collect()))
+            };
+            Self {
+                specific_heat: of(&variation.specific_heat),
+                conductivity: of(&variation.conductivity),
+                expansion: of(&variation.expansion),
+                stiffness: of(&variation.stiffness),
+                strength: of(&variation.strength),
+            }
+        })
+    }
 }
 
 /// Which constants vary with the temperature, by material.

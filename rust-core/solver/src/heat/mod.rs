@@ -41,6 +41,8 @@ pub use flow::HeatFlows;
 pub use network::{Exposure, Link, Network};
 pub use supply::{Exchange, Held, Source, Spread, Supply, SurfaceExchange, WallExchange};
 
+use concordem_contact::material::Material;
+
 use crate::energy::Sum;
 use crate::state::Particles;
 use crate::state::contacts::Pair;
@@ -54,6 +56,17 @@ pub struct ThermalMaterial {
     pub conductivity: f64,
     /// Linear thermal expansion, 1/K.
     pub expansion: f64,
+}
+
+impl ThermalMaterial {
+    /// The constants of a material; zero if it has none.
+    pub fn of(material: &Material) -> Self {
+        material.thermal.as_ref().map_or_else(Self::default, |thermal| Self {
+            specific_heat: thermal.specific_heat.si(),
+            conductivity: thermal.conductivity.si(),
+            expansion: thermal.expansion.si(),
+        })
+    }
 }
 
 /// Everything about heat that stays constant while the solver steps.

@@ -239,6 +239,11 @@ impl HeatPass {
     /// Sufficient for stability. Infinite without any exchange. With constants that vary, it holds at all temperatures: lowest
     /// capacities, largest conductivities. With contacts that form later, it holds for as many as fit around a particle.
     pub fn stable_step(&self, model: &HeatModel, particles: &Particles, heat: &HeatState) -> f64 {
+        self.stable_steps(model, particles, heat).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The bound of [`Self::stable_step`] that each particle sets; infinite where the temperature is prescribed.
+    pub fn stable_steps(&self, model: &HeatModel, particles: &Particles, heat: &HeatState) -> Vec<f64> {
         let mut sums = vec![0.0; particles.len()];
         let largest = self.conductances(model, particles, |_, material| model.largest_conductivity(material));
         for (p, sum) in sums.iter_mut().enumerate() {
@@ -262,8 +267,8 @@ impl HeatPass {
             }
         }
         add_later_contacts(model, particles, &mut sums);
-        let steps = sums.iter().enumerate().zip(&self.held).filter(|(_, held)| !**held);
-        steps.map(|((p, sum), _)| model.lowest_capacity(p) / sum).fold(f64::INFINITY, f64::min)
+        let of = |(p, sum): (usize, &f64)| if self.held[p] { f64::INFINITY } else { model.lowest_capacity(p) / sum };
+        sums.iter().enumerate().map(of).collect()
     }
 
     /// Fail if contacts have become so many that an explicit step of `dt` (s, thermal time) is beyond its bound.

@@ -1,6 +1,8 @@
 //! Heat from outside: sources, heat through the surface, prescribed temperatures.
 
+use concordem_contact::heat::HeatBoundary;
 use concordem_contact::math::Vec3;
+use concordem_contact::quantity::Quantity;
 
 use super::network::Exposure;
 
@@ -128,6 +130,20 @@ pub(super) fn factor(factors: &[f64], k: usize) -> f64 {
 }
 
 impl Exchange {
+    /// The exchange of a boundary, which has exactly one.
+    pub fn of(boundary: &HeatBoundary) -> Self {
+        if let Some(temperature) = boundary.temperature {
+            return Self::Temperature(temperature.si());
+        }
+        if let Some(convection) = &boundary.convection {
+            return Self::Convection { coefficient: convection.coefficient.si(), ambient: convection.ambient.si() };
+        }
+        if let Some(radiation) = &boundary.radiation {
+            return Self::Radiation { emissivity: radiation.emissivity.si(), ambient: radiation.ambient.si() };
+        }
+        Self::Flux(boundary.flux.map_or(0.0, Quantity::si))
+    }
+
     /// Heat into a particle at `temperature` (K) through an area (m²) at a distance (m) from its center, with the
     /// conductivity (W/(m·K)) and a factor, W; and minus its derivative with respect to the temperature, W/K.
     #[inline]

@@ -252,6 +252,8 @@ pub trait Contacts: Send + Sync {
     fn largest_factor(&self, a: u16, b: u16) -> f64;
     /// Let the bonds expand: their present reference lengths belong to the reference temperature.
     fn begin_expansion(&mut self);
+    /// Reference lengths of the bonds at the reference temperature, m, one per bond; a host sets them after it has moved bonds.
+    fn rest_lengths_mut(&mut self) -> &mut Vec<f64>;
     /// Give each bond its reference length at the thermal strains `strain` of the particles ([`crate::heat::expansion`]).
     /// `continued`: the lengths of the last step move along.
     fn expand(&mut self, strain: &[f64], continued: bool);
@@ -466,6 +468,9 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn begin_expansion(&mut self) {
         self.rest_length = self.reference.iter().map(|reference| reference.length).collect();
+    }
+    fn rest_lengths_mut(&mut self) -> &mut Vec<f64> {
+        &mut self.rest_length
     }
     fn expand(&mut self, strain: &[f64], continued: bool) {
         let Self { pair, flags, reference, previous, rest_length, .. } = self;

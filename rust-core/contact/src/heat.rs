@@ -1,9 +1,9 @@
-//! Heat conduction: the network, initial temperatures, sources, and the surface.
+//! The table `[heat]` of a scenario, and of a host's `heat FILE`: the network, initial temperatures, sources, and the surface.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{
+use crate::quantity::{
     HeatFlux, HeatTransfer, Length, Number, Power, PowerDensity, Temperature, ThermalResistance, Velocity,
 };
 

@@ -1,0 +1,127 @@
+//! Errors of the arguments.
+
+use concordem_contact::law::LawName;
+
+/// Why the arguments are rejected. The message names the argument and the remedy.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OptionError {
+    /// Missing or unknown bond law.
+    #[error("unknown bond law `{name}`; choose one of {}, or `none` with `contact LAW`", names(LawName::bonds()))]
+    Law {
+        /// The word in place of the law.
+        name: String,
+    },
+    /// Unknown contact law.
+    #[error("unknown contact law `{name}`; choose one of none, {}", names(LawName::contacts()))]
+    ContactLaw {
+        /// The word in place of the law.
+        name: String,
+    },
+    /// An option without a value.
+    #[error("`{key}` needs a value: {wanted}")]
+    Missing {
+        /// The option.
+        key: String,
+        /// Valid values.
+        wanted: &'static str,
+    },
+    /// An invalid value.
+    #[error("`{key} {value}` is invalid; give {wanted}")]
+    Value {
+        /// The option.
+        key: String,
+        /// The value.
+        value: String,
+        /// Valid values.
+        wanted: &'static str,
+    },
+    /// An option given twice.
+    #[error("`{key}` is given twice; remove one")]
+    Twice {
+        /// The option.
+        key: String,
+    },
+    /// Parameters that cannot be read.
+    #[error("parameters of {place}: {message}")]
+    Parameters {
+        /// Law or file.
+        place: String,
+        /// Cause.
+        message: String,
+    },
+    /// Option `bond` is missing.
+    #[error("option `bond` is missing; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
+    NoBonds,
+    /// Neither bonds nor contacts.
+    #[error("law `none` without `contact LAW` computes no forces; add `contact LAW`, or choose a bond law")]
+    Nothing,
+    /// Option `bond` without a bond law.
+    #[error(
+        "`bond` needs a bond law, but the law is `none`; remove `bond`, or choose one of {}",
+        names(LawName::bonds())
+    )]
+    NoBondLaw,
+    /// Bonds from a data file and new ones.
+    #[error("`{key}` creates bonds, but `state FILE` has the bonds of a data file; remove `{key}`, or `state`")]
+    StateAndBonds {
+        /// The option that creates bonds.
+        key: &'static str,
+    },
+    /// Parameters by bond type where bonds have no type.
+    #[error("parameters by bond type need the bonds of a bond style of LAMMPS; remove the number before the key")]
+    NoBondTypes,
+    /// Parameters both inline and from a file.
+    #[error("parameter `{key}` conflicts with `materials FILE`; remove one of them")]
+    InlineAndFile {
+        /// The parameter.
+        key: String,
+    },
+    /// A law that does not support deformable particles.
+    #[error(
+        "law {law} does not support `deformable`; remove `deformable`, or choose one of {}",
+        names(LawName::ALL.iter().copied().filter(|law| law.facts().deforms))
+    )]
+    NotDeformable {
+        /// The law.
+        law: String,
+    },
+    /// Deformable particles without elastic constants.
+    #[error(
+        "`deformable` needs elastic constants; add `deformable.young` and `deformable.poisson`, or [material.deformable] in the \
+         materials file"
+    )]
+    NoElasticity,
+    /// A file that cannot be read.
+    #[error("cannot read {path}: {message}")]
+    File {
+        /// The file.
+        path: String,
+        /// Cause.
+        message: String,
+    },
+    /// The materials have thermal constants, but there is no heat conduction.
+    #[error("the thermal constants of {of} have no effect without heat conduction; add `heat FILE`, or remove them")]
+    NoHeat {
+        /// Owner of the constants.
+        of: String,
+    },
+    /// Heat conduction that is not possible here.
+    #[error("{file}{}: {key}: {message}; {remedy}", line.map_or_else(String::new, |line| format!(", line {line}")))]
+    Heat {
+        /// The file with `[heat]`, or with `[[material]]`.
+        file: String,
+        /// Line, if it is known.
+        line: Option<usize>,
+        /// Key, with its value.
+        key: String,
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        remedy: String,
+    },
+}
+
+pub(super) fn names(laws: impl Iterator<Item = LawName>) -> String {
+    laws.map(LawName::key).collect::<Vec<_>>().join(", ")
+}
