@@ -1,5 +1,4 @@
-//! The file of `heat_network FILE`: heat capacities of atoms, and areas of their bonds, as `concordem export --format heat-network`
-//! writes them.
+//! The file of `heat_network FILE`: heat capacities of atoms, and areas of their bonds.
 //!
 //! ```text
 //! model disordered

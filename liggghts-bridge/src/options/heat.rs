@@ -242,8 +242,8 @@ fn check_heat(
             return refuse("model", &message, "give the same model");
         }
     } else if matches!(model, HeatNetwork::Power | HeatNetwork::Disordered) {
-        let remedy = "write the areas of the bonds with `concordem export --format heat-network`, and give `heat_network FILE`; or \
-                      choose \"ordered\" with pairs = \"bonds\", or \"contacts\"";
+        let remedy = "give heat capacities and areas with `heat_network FILE`; or choose \"ordered\" with pairs = \"bonds\", or \
+                      \"contacts\"";
         return refuse("model", "the areas depend on more than the two atoms of a bond (default: \"power\")", remedy);
     }
     let grains = *model == HeatNetwork::Contacts;

@@ -79,3 +79,66 @@ fn errors_name_the_argument_and_the_remedy() {
         assert!(message.contains(wanted), "{text}: {message}");
     }
 }
+
+/// The error that a file with `table` in `[heat]`, and `more` arguments, gives.
+fn heat_error(table: &str, more: &str) -> String {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), format!("[heat]\ntemperature = 300\n{table}\n")).unwrap();
+    let name = file.path().display();
+    let thermal = "thermal.specific_heat 800 thermal.conductivity 1";
+    parse(&format!("linear_bond normal_stiffness 1 shear_stiffness 1 bond distance 1.1 {thermal} heat {name} {more}"))
+        .unwrap_err()
+}
+
+#[test]
+fn heat_that_does_not_work_is_rejected_with_line_and_remedy() {
+    const ORDERED: &str = "model = \"ordered\"\npairs = \"bonds\"\n";
+    for (table, wanted) in [
+        ("steady = true", ", line 5: `heat.steady = true`: the steady state needs all processors at once; give"),
+        ("scheme = \"implicit\"", "remove the key: steps are then explicit"),
+        ("motion = false", "the host moves the atoms"),
+        ("dissipation = true", "heat of dissipation is not available here"),
+        ("crack_resistance = 1e-3", "here, cracks insulate"),
+        ("contact_ratio = 1.1", "here, heat flows along bonds"),
+        ("contact = { resistance = 1 }", "without a contact law no atoms touch"),
+        ("reference_temperature = 290", "no material expands"),
+        ("time_factor = -1", "`heat.time_factor = -1`: must be positive"),
+        ("glow = 1", "unknown field `glow`"),
+        ("[[heat.initial]]\nset = \"a\"\ntemperature = -1", "`heat.initial[0].temperature = -1`: must be at least 0 K"),
+        ("[[heat.source]]\nspot = { center = [0, 0, 0], radius = 1 }\npower = 1", "line 6: `heat.source[0].spot"),
+        (
+            "[[heat.source]]\nset = \"hot\"\npower = 1\nhistory = \"h\"",
+            "`heat.source[0].history = \"h\"`: there are no",
+        ),
+        ("[[heat.source]]\nset = \"hot\"", "`heat.source[0].power`: needs exactly one of `power` and `density`"),
+        ("[[heat.source]]\npower = 1", "nothing is heated"),
+        ("[[heat.boundary]]\nface = \"side\"\nflux = 1", "the body has no faces here"),
+        ("[[heat.boundary]]\nwall = \"floor\"\ntemperature = 300", "walls exchange no heat here"),
+        ("[[heat.boundary]]\nset = \"hot\"\nflux = 1\nhistory = \"h\"", "there are no histories here"),
+        ("[[heat.boundary]]\nset = \"hot\"\ntemperature = 300\nflux = 1", "needs exactly one of `temperature`"),
+        (
+            "[[heat.boundary]]\nset = \"hot\"\nconvection = { coefficient = 0, ambient = 300 }",
+            "needs a positive coefficient",
+        ),
+    ] {
+        let error = heat_error(&format!("{ORDERED}{table}"), "");
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+    assert!(
+        heat_error(ORDERED, "deformable solid deformable.young 1 deformable.poisson 0")
+            .contains("not with `deformable`")
+    );
+    assert!(heat_error("", "").contains("(default: \"power\"); give heat capacities"));
+    assert!(heat_error("model = \"ordered\"", "").contains("give pairs = \"bonds\""));
+    assert!(heat_error("model = \"contacts\"", "").contains("needs to know how contacts conduct"));
+    let grains = "model = \"contacts\"\ncontact = { resistance = 0 }\n";
+    let contact =
+        "contact frictional contact.normal_stiffness 1 contact.shear_stiffness 1 contact.friction_coefficient 0";
+    let surface = format!("{grains}[[heat.boundary]]\nset = \"a\"\nflux = 1");
+    assert!(heat_error(&surface, contact).contains("atoms have no surface"));
+    assert!(
+        parse("linear_bond normal_stiffness 1 shear_stiffness 1 bond none heat_network x")
+            .unwrap_err()
+            .contains("`heat FILE`")
+    );
+}
