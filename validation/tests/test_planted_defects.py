@@ -204,6 +204,10 @@ DEFECTS = {
         concordem=[ours(material__0__thermal__conductivity=1.10011)])),
     "heat capacities exchanged in LIGGGHTS": ("heat-lattice", "two-materials", "liggghts", dict(
         liggghts=[other("thermalCapacity peratomtype 800.0 400.0", "thermalCapacity peratomtype 400.0 800.0")])),
+    "conductivity of bonds 0.01 % too high": ("heat-bonds", "main", "liggghts", dict(
+        concordem=[ours(material__0__thermal__conductivity=1.10011)])),
+    "expansion of bonds 0.01 % too high": ("heat-bonds", "main", "liggghts", dict(
+        concordem=[ours(material__0__thermal__expansion=1.0001e-5)])),
     "resistance of contacts 0.01 % too high": ("heat-collisions", "resistance", "liggghts", dict(
         concordem=[ours(heat__contact__resistance=1.0001e-4)])),
     "conductivity 0.01 % too high in LAMMPS": ("heat-collisions", "constriction", "lammps", dict(

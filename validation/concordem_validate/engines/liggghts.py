@@ -119,6 +119,8 @@ def _bond_fix(document):
     bonds = f"{document['bonds']['law']} bond list bonds.txt" if "bonds" in document else "none"
     line = f"fix bonds all concordem/bond {bonds} materials materials.toml"
     line += f" kinematics {document.get('kinematics', 'finite')} contact {document['contacts']['law']}"
+    if "heat" in document:
+        line += " heat heat.toml"
     if "deformable" in document:
         translate.law_keys("liggghts", document["deformable"], {"condition"})
         line += f" deformable {document['deformable'].get('condition', 'solid')}"
@@ -229,8 +231,6 @@ def deck(task, ranks):
     if moment.any():
         raise Unsupported("liggghts: no translation of moments on particles")
     if ours:
-        if "heat" in document:
-            raise Unsupported("liggghts: our bonds do not conduct heat")
         if document.get("wall"):
             raise Unsupported("liggghts: our bonds do not support walls")
         head, properties, style = [], plates[1] if plates else [], None
@@ -290,12 +290,15 @@ def deck(task, ranks):
     if size:
         lines.append(f"fix gravity all gravity {_number(size)} vector " + " ".join(map(_number, gravity)))
     if ours:
+        lines += liggghts_heat.groups_of_bonds(document, start, group_lines)
         lines.append(_bond_fix(document))
     for p in np.flatnonzero(force.any(axis=1)):
         lines += [f"group loaded{p} id {p + 1}", f"fix load{p} loaded{p} addforce " + " ".join(map(_number, force[p]))]
     held, integrators = _held(fixed, loading)
     columns = "id x y z vx vy vz omegax omegay omegaz fx fy fz"
-    if "heat" in document:
+    if "heat" in document and ours:
+        columns += " f_bonds"
+    elif "heat" in document:
         lines += liggghts_heat.lines(document, start, group_lines)
         columns += " f_Temp[0]"
         if not liggghts_heat.moves(document):
@@ -332,8 +335,12 @@ def deck(task, ranks):
     files |= plates[2] if plates else {}
     if ours:
         files["materials.toml"] = _materials(document)
+        if "heat" in document:
+            files["heat.toml"] = scenario.dumps({"heat": document["heat"]})
+        # with heat, the start state has the lengths of its temperatures; at bonding, they are the distances
+        lengths = start.reference_length if "heat" not in document else [""] * len(start.bonds)
         files["bonds.txt"] = "".join(
-            f"{a + 1} {b + 1} {_number(length)}\n" for (a, b), length in zip(start.bonds, start.reference_length))
+            f"{a + 1} {b + 1} {length and _number(length)}\n" for (a, b), length in zip(start.bonds, lengths))
     return files, steps
 
 
@@ -436,7 +443,7 @@ class Liggghts:
             result.add(name, at, frames[:, :, columns], unit, "All particles")
         if "heat" in task.scenario:
             # the flow of a step has the positions at its end, ours those at its start; at first no grains touch
-            late = int(liggghts_heat.moves(task.scenario))
+            late = int(liggghts_heat.moves(task.scenario) and not _ours(task))
             result.add("temperature", at + late, frames[:, :, 12], "K", "All particles")
         if task.command == "operators":
             _frozen(result, task, folder, text, frames[-1, :, :3])

@@ -1,4 +1,4 @@
-"""Heat conduction in LIGGGHTS: `fix heat/gran/conduction`.
+"""Heat conduction in LIGGGHTS: `fix heat/gran/conduction`; groups for heat along our bonds.
 
 LIGGGHTS conducts `2 H √a` through a contact, with the harmonic mean H of both conductivities and an area `a` (Chaudhuri et al. 2006):
 
@@ -87,3 +87,11 @@ def lines(document, start, group_lines):
     for k, one in enumerate(heat.get("initial", [])):
         out += [*group_lines(f"initial{k}", sets[one["set"]]), f"set group initial{k} property/atom Temp {si(one['temperature'])!r}"]
     return out
+
+
+def groups_of_bonds(document, start, group_lines):
+    """Groups for our fix, whose `heat FILE` names them as sets. The fix itself rejects the keys of `[heat]` that it does not know."""
+    heat = document.get("heat", {})
+    named = {one["set"] for key in ("initial", "source", "boundary") for one in heat.get(key, []) if "set" in one}
+    sets = translate.members(document, start)
+    return [line for name in sorted(named) for line in group_lines(name, sets[name])]
