@@ -1,4 +1,5 @@
-//! The file of `heat_network FILE`: heat capacities of atoms, and areas of their bonds.
+//! The file of `heat_network FILE`: heat capacities of atoms, and areas of their bonds, as `concordem export --format heat-network`
+//! writes them.
 //!
 //! ```text
 //! model disordered
@@ -74,7 +75,7 @@ impl HeatNetworkFile {
                     else {
                         return Err(wrong(wanted));
                     };
-                    if a == b || !(of_a + of_b > 0.0) {
+                    if a == b || of_a + of_b <= 0.0 {
                         return Err(wrong(wanted));
                     }
                     let lengths = if a < b { [of_a, of_b] } else { [of_b, of_a] };

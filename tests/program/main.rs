@@ -6,6 +6,7 @@ mod contents;
 mod cracks;
 mod elastic;
 mod export;
+mod heat_network;
 mod interruption;
 mod matrix;
 mod measure;

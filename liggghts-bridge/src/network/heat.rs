@@ -7,6 +7,7 @@
 
 use concordem_contact::heat::HeatNetwork;
 use concordem_contact::math::Vec3;
+use concordem_contact::quantity::Quantity;
 use concordem_solver::heat::expansion::Expansion;
 use concordem_solver::heat::network::{self, NearPair};
 use concordem_solver::heat::pass::HeatPass;
@@ -79,7 +80,7 @@ impl Thermal {
             network: network::Network::default(),
             capacity: Vec::new(),
             supply: Supply::default(),
-            reference_temperature: heat.reference_temperature.map_or(temperature, |t| t.si()),
+            reference_temperature: heat.reference_temperature.map_or(temperature, Quantity::si),
             time_factor: heat.time_factor.si(),
             implicit: false,
             mechanics: true,
@@ -110,7 +111,7 @@ impl Thermal {
     }
 
     /// Heat capacity (J/K) and volume (m³) of an atom from the file, if there is one; zeros if the atom is not in it.
-    pub(super) fn from_file(&self, tag: Tag) -> Option<[f64; 2]> {
+    pub(super) fn entry_of_file(&self, tag: Tag) -> Option<[f64; 2]> {
         self.tables.network.as_ref().map(|file| file.atoms.get(&tag).copied().unwrap_or_default())
     }
 
@@ -185,7 +186,7 @@ impl Thermal {
         for source in &self.tables.heat.sources {
             let whole = source.set.as_ref().map_or(0.0, |set| self.volumes[self.tables.group(set)]);
             let share = |p: u32| (p, self.model.network.volume[p as usize] / whole);
-            let power = source.power.map_or(0.0, |power| power.si());
+            let power = source.power.map_or(0.0, Quantity::si);
             let power = source.density.map_or(power, |density| density.si() * whole);
             let shares = members(source.set.as_ref()).into_iter().map(share).collect();
             supply.sources.push(Source { power, spread: Spread::Shares(shares) });
@@ -276,7 +277,7 @@ impl Network {
         let (mut capacity, mut volume) = (Vec::with_capacity(self.atom.len()), Vec::with_capacity(self.atom.len()));
         for (p, &i) in self.atom.iter().enumerate() {
             let [c, v] = self.heat_of(&thermal, atoms, i as usize);
-            if !(c > 0.0) {
+            if c.is_nan() || c <= 0.0 {
                 let path = thermal.tables.network.as_ref().map_or_else(String::new, |file| file.path.clone());
                 return Err(NetworkError::NoHeatAtom { tag: self.tags[p], path });
             }

@@ -84,7 +84,7 @@ impl Network {
         if let Some(thermal) = &self.thermal {
             let Layout { heat, temperature, .. } = self.layout;
             memory[temperature] = thermal.initial_temperature(mask);
-            if let Some(reals) = thermal.from_file(tag) {
+            if let Some(reals) = thermal.entry_of_file(tag) {
                 memory[heat + 1..heat + 3].copy_from_slice(&reals);
             }
         }

@@ -2,9 +2,12 @@
 //!
 //! Sets of a scenario are groups of the host here. What needs more than an atom and its neighbors is rejected.
 
-use concordem_contact::heat::{Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatScheme, HeatSource};
+use std::fmt::Write as _;
+
+use concordem_contact::heat::{Heat, HeatBoundary, HeatContact, HeatNetwork, HeatPairs, HeatScheme, HeatSource};
 use concordem_contact::law::LawName;
 use concordem_contact::material::{Material, ThermalVariation};
+use concordem_contact::quantity::Quantity;
 use concordem_solver::heat::{MaterialCurves, ThermalMaterial};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
@@ -57,7 +60,9 @@ impl Place<'_> {
             match step {
                 Step::Key(name) if key.is_empty() => key.push_str(name),
                 Step::Key(name) => key.extend([".", name]),
-                Step::At(at) => key.push_str(&format!("[{at}]")),
+                Step::At(at) => {
+                    let _ = write!(key, "[{at}]");
+                }
             }
         }
         let found = DeTable::parse(self.text).ok().and_then(|table| {
@@ -148,7 +153,7 @@ impl HeatTables {
             curves: materials.iter().map(MaterialCurves::of).collect(),
             bulk_density: materials
                 .iter()
-                .map(|material| material.thermal.as_ref()?.bulk_density.map(|density| density.si()))
+                .map(|material| material.thermal.as_ref()?.bulk_density.map(Quantity::si))
                 .collect(),
             network,
             heat,
@@ -164,6 +169,16 @@ impl HeatTables {
     pub fn expands(&self) -> bool {
         self.materials.iter().any(|material| material.expansion != 0.0)
     }
+}
+
+/// Whether a number is positive; NaN is not.
+fn positive(number: f64) -> bool {
+    number > 0.0
+}
+
+/// Whether a number is zero or positive; NaN is not.
+fn not_negative(number: f64) -> bool {
+    number >= 0.0
 }
 
 /// Reject a constant of a material.
@@ -184,7 +199,7 @@ fn check_heat(
     // All keys, so that a new one is not ignored.
     let Heat {
         model,
-        pairs,
+        pairs: _, // check_model
         contact_ratio,
         temperature,
         reference_temperature,
@@ -232,18 +247,46 @@ fn check_heat(
         return refuse("time_factor", "must be positive", "give a positive number");
     }
     for (key, given) in [("temperature", Some(*temperature)), ("reference_temperature", *reference_temperature)] {
-        if given.is_some_and(|t| !(t.si() >= 0.0)) {
+        if given.is_some_and(|t| !not_negative(t.si())) {
             return refuse(key, "must be at least 0 K", "give an absolute temperature");
         }
     }
+    check_model(place, heat, network, law)?;
+    check_contact(place, contact.as_ref(), contacts)?;
+    for (at, initial) in initials.iter().enumerate() {
+        if !not_negative(initial.temperature.si()) {
+            let path = [Step::Key("heat"), Step::Key("initial"), Step::At(at), Step::Key("temperature")];
+            return Err(place.refuse(&path, "must be at least 0 K", "give an absolute temperature"));
+        }
+    }
+    for (at, source) in sources.iter().enumerate() {
+        check_source(place, at, source)?;
+    }
+    for (at, boundary) in boundaries.iter().enumerate() {
+        check_boundary(place, at, boundary, *model == HeatNetwork::Contacts)?;
+    }
+    Ok(())
+}
+
+/// The network: what conducts along bonds.
+fn check_model(
+    place: &Place<'_>,
+    heat: &Heat,
+    network: Option<&HeatNetworkFile>,
+    law: Option<LawName>,
+) -> Result<(), OptionError> {
+    let Heat { model, pairs, contact, .. } = heat;
+    let refuse = |key: &'static str, message: &str, remedy: &str| {
+        Err(place.refuse(&[Step::Key("heat"), Step::Key(key)], message, remedy))
+    };
     if let Some(file) = network {
         if file.model != *model {
             let message = format!("the file of `heat_network` has the model {}", file.name());
             return refuse("model", &message, "give the same model");
         }
     } else if matches!(model, HeatNetwork::Power | HeatNetwork::Disordered) {
-        let remedy = "give heat capacities and areas with `heat_network FILE`; or choose \"ordered\" with pairs = \"bonds\", or \
-                      \"contacts\"";
+        let remedy = "give heat capacities and areas with `heat_network FILE`, as `concordem export --format heat-network` writes them; or \
+                      choose \"ordered\" with pairs = \"bonds\", or \"contacts\"";
         return refuse("model", "the areas depend on more than the two atoms of a bond (default: \"power\")", remedy);
     }
     let grains = *model == HeatNetwork::Contacts;
@@ -263,36 +306,26 @@ fn check_heat(
     if !grains && law.is_none() {
         return refuse("model", "there are no bonds along which heat could flow", "choose \"contacts\", or a bond law");
     }
+    Ok(())
+}
+
+/// Heat between atoms that touch.
+fn check_contact(place: &Place<'_>, contact: Option<&HeatContact>, contacts: bool) -> Result<(), OptionError> {
+    let refuse =
+        |message: &str, remedy: &str| Err(place.refuse(&[Step::Key("heat"), Step::Key("contact")], message, remedy));
     if let Some(contact) = contact {
         if contact.resistance.is_some() == contact.constriction {
-            return refuse(
-                "contact",
-                "needs exactly one of `resistance` and `constriction = true`",
-                "give one of them",
-            );
+            return refuse("needs exactly one of `resistance` and `constriction = true`", "give one of them");
         }
-        if contact.resistance.is_some_and(|r| !(r.si() >= 0.0)) {
-            return refuse("contact", "the resistance must be at least 0", "give a resistance of 0 or more");
+        if contact.resistance.is_some_and(|r| !not_negative(r.si())) {
+            return refuse("the resistance must be at least 0", "give a resistance of 0 or more");
         }
         if !contacts {
             return refuse(
-                "contact",
                 "has no effect: without a contact law no atoms touch",
                 "add `contact LAW`, or remove the key",
             );
         }
-    }
-    for (at, initial) in initials.iter().enumerate() {
-        if !(initial.temperature.si() >= 0.0) {
-            let path = [Step::Key("heat"), Step::Key("initial"), Step::At(at), Step::Key("temperature")];
-            return Err(place.refuse(&path, "must be at least 0 K", "give an absolute temperature"));
-        }
-    }
-    for (at, source) in sources.iter().enumerate() {
-        check_source(place, at, source)?;
-    }
-    for (at, boundary) in boundaries.iter().enumerate() {
-        check_boundary(place, at, boundary, grains)?;
     }
     Ok(())
 }
@@ -365,7 +398,7 @@ fn check_boundary(place: &Place<'_>, at: usize, boundary: &HeatBoundary, grains:
             "give `temperature`, or another model",
         );
     }
-    if temperature.is_some_and(|t| !(t.si() >= 0.0)) {
+    if temperature.is_some_and(|t| !not_negative(t.si())) {
         return refuse("temperature", "must be at least 0 K", "give an absolute temperature");
     }
     if convection.as_ref().is_some_and(|c| !(c.coefficient.si() > 0.0 && c.ambient.si() >= 0.0)) {
@@ -398,13 +431,13 @@ fn check_thermal(material: &Material) -> Result<(), OptionError> {
             "add `thermal.specific_heat VALUE thermal.conductivity VALUE`, or [material.thermal] in the materials file",
         );
     };
-    if !(thermal.specific_heat.si() > 0.0) {
+    if !positive(thermal.specific_heat.si()) {
         return refuse("thermal.specific_heat", "must be positive", "give a positive heat capacity, J/(kg K)");
     }
-    if !(thermal.conductivity.si() >= 0.0) {
+    if !not_negative(thermal.conductivity.si()) {
         return refuse("thermal.conductivity", "must not be negative", "give 0 or more, W/(m K)");
     }
-    if thermal.bulk_density.is_some_and(|density| !(density.si() > 0.0)) {
+    if thermal.bulk_density.is_some_and(|density| !positive(density.si())) {
         return refuse("thermal.bulk_density", "must be positive", "give a positive density, or remove it");
     }
     let Some(variation) = &thermal.variation else { return Ok(()) };

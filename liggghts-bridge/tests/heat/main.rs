@@ -227,7 +227,8 @@ fn heat_crosses_periodic_borders() {
     for (host, style) in [(Host::Liggghts, false), (Host::Lammps, false), (Host::Lammps, true)] {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
-        std::fs::write(folder.join("heat.toml"), format!("{ORDERED}temperature = 300\ntime_factor = {factor:e}\n")).unwrap();
+        std::fs::write(folder.join("heat.toml"), format!("{ORDERED}temperature = 300\ntime_factor = {factor:e}\n"))
+            .unwrap();
         let atoms = lattice([n, 4, 4], 0.0);
         let near = |a: usize, b: usize| {
             let apart = (atoms[b].position - atoms[a].position) / (2.0 * R);
@@ -243,7 +244,10 @@ fn heat_crosses_periodic_borders() {
         let (fix, id) = if style {
             let parameters = LINEAR.split_once(' ').unwrap().1;
             let pair = "pair_style zero 0.003\npair_coeff * *\n";
-            (format!("{pair}bond_style concordem/linear_bond heat heat.toml\nbond_coeff * {parameters} {GLASS}\n"), "concordem_bonds")
+            (
+                format!("{pair}bond_style concordem/linear_bond heat heat.toml\nbond_coeff * {parameters} {GLASS}\n"),
+                "concordem_bonds",
+            )
         } else {
             (format!("fix bonds all concordem/bond {LINEAR} {GLASS} heat heat.toml bond distance 1.01\n"), "bonds")
         };
@@ -252,7 +256,8 @@ fn heat_crosses_periodic_borders() {
         for k in 0..n {
             let ids: Vec<String> = (0..16).map(|row| (n * row + k + 1).to_string()).collect();
             let temperature = 300.0 + 50.0 * at(k);
-            writeln!(script, "group a{k} id {}\nfix_modify {id} temperature a{k} {temperature:e}", ids.join(" ")).unwrap();
+            writeln!(script, "group a{k} id {}\nfix_modify {id} temperature a{k} {temperature:e}", ids.join(" "))
+                .unwrap();
         }
         script += &output(host, steps as usize).replace("f_bonds", &format!("f_{id}"));
         let sine = (std::f64::consts::PI / n as f64).sin();
@@ -528,7 +533,7 @@ fn a_file_gives_capacities_and_areas() {
         let head = start(host, folder, &lattice([5, 1, 1], 0.0), 1e-4);
         let initial = "pairs = \"bonds\"\ntemperature = 300\n[[heat.initial]]\nset = \"hot\"\ntemperature = 400\n";
         let write = |model: &str| {
-            std::fs::write(folder.join("heat.toml"), format!("[heat]\nmodel = \"{model}\"\n{initial}")).unwrap()
+            std::fs::write(folder.join("heat.toml"), format!("[heat]\nmodel = \"{model}\"\n{initial}")).unwrap();
         };
         let run = |more: &str| {
             format!(

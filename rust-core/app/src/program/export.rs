@@ -1,12 +1,17 @@
 //! `concordem export`: particles and bonds for ParaView, OVITO, and LAMMPS.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::drive::open_result;
+use super::drive::{build, open_result};
+use super::meter::{Display, Meter};
+use super::run::SCENARIO_FILE;
 use super::{Console, Failure};
-use crate::output::export::{write_cracks, write_lammps, write_vtk};
+use crate::output::export::{write_cracks, write_heat_network, write_lammps, write_vtk};
+use crate::output::result::ResultFile;
+use concordem_contact::heat::HeatNetwork;
+use concordem_scenario::schema::Scenario;
 
 /// Arguments of `concordem export`.
 #[derive(Debug, clap::Args)]
@@ -33,15 +38,18 @@ enum Format {
     Lammps,
     /// STEM.cracks.vtp: the crack surfaces, one polygon for each broken bond, for VTK, pyvista, and ParaView
     Cracks,
+    /// STEM.heat.txt: heat capacities of the particles and areas of their bonds at the start, for `heat_network` in LIGGGHTS and LAMMPS
+    HeatNetwork,
 }
 
 pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let result = open_result(&arguments.file)?;
-    if result.snapshot_times()?.is_empty() {
+    let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
+    if result.snapshot_times()?.is_empty() && arguments.format != Format::HeatNetwork {
         return Err(Failure::Usage(format!("{} has no snapshots", arguments.file.display())));
     }
-    let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
     let written = match arguments.format {
+        Format::HeatNetwork => return heat_network(&result, &stem, arguments.force, console),
         Format::Vtk => write_vtk(&result, &stem, arguments.force)?,
         Format::Lammps => write_lammps(&result, &stem, arguments.force)?,
         Format::Cracks => {
@@ -62,4 +70,30 @@ pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> 
     }
     let files: Vec<String> = written.files.iter().map(|file| format!("{}\n", file.display())).collect();
     console.print(&files.concat())
+}
+
+/// Writes the heat network of the body at the start, which is made again.
+fn heat_network(result: &ResultFile, stem: &Path, force: bool, console: &mut Console<'_>) -> Result<(), Failure> {
+    let unfit = |problem: &str| Failure::Usage(format!("{}: {problem}", result.path().display()));
+    let provenance = result.provenance()?;
+    let file = provenance.iter().find(|(name, _)| name == SCENARIO_FILE).map_or("scenario", |(_, file)| file);
+    let scenario = Scenario::parse(file, &result.scenario()?)?;
+    let Some(model) = scenario.heat.as_ref().map(|heat| heat.model) else {
+        return Err(unfit("the scenario has no [heat]"));
+    };
+    if model == HeatNetwork::Contacts || scenario.dimension == 2 || scenario.bonds.is_none() {
+        return Err(unfit(
+            "a heat network for LIGGGHTS and LAMMPS needs [bonds], dimension = 3, and another model than \"contacts\" in [heat] (which needs \
+             no file)",
+        ));
+    }
+    let assembly = build(&scenario, console.cache().as_ref(), &Meter::new(Display::Nothing))?;
+    let Some(heat) = &assembly.model.heat else { return Err(unfit("the scenario has no [heat]")) };
+    match write_heat_network(model, &assembly.state, heat, stem, force)? {
+        Ok(path) => console.print(&format!("{}\n", path.display())),
+        Err(count) => Err(unfit(&format!(
+            "heat flows along {count} links without a bond of their own, which LIGGGHTS and LAMMPS cannot have; choose \"disordered\" or \
+             \"ordered\" with pairs = \"bonds\" in [heat]"
+        ))),
+    }
 }

@@ -1,7 +1,8 @@
-//! Exports of results for ParaView and OVITO: particles and bonds at every snapshot.
+//! Exports of results: particles and bonds at every snapshot for ParaView and OVITO, cracks, and the heat network for MPI hosts.
 
 mod bonds;
 mod cracks;
+mod heat_network;
 mod lammps;
 mod vtk;
 
@@ -11,6 +12,7 @@ use super::error::OutputError;
 use super::frames::Frames;
 use super::result::ResultFile;
 pub use cracks::{Cracks, write as write_cracks};
+pub use heat_network::write as write_heat_network;
 pub use lammps::write as write_lammps;
 pub use vtk::write as write_vtk;
 
