@@ -15,26 +15,36 @@ use concordem_solver::state::particles::Sphere;
 ///
 /// # Errors
 /// Lines that are not four finite numbers with a positive radius, each with its number; errors of the reader.
-pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
+pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
     let mut packing = Packing::default();
+    // Kept from line to line: packings have millions of them.
+    let (mut line, mut values) = (String::new(), Vec::new());
     // Whether a comment of YADE names columns after x y z r, which are skipped.
     let mut further = false;
-    for (index, line) in reader.lines().enumerate() {
-        let number = index + 1;
-        let line = line.map_err(|source| PackingError::Io { action: format!("cannot read line {number}"), source })?;
+    for number in 1.. {
+        line.clear();
+        let failed = |source| PackingError::Io { action: format!("cannot read line {number}"), source };
+        if reader.read_line(&mut line).map_err(failed)? == 0 {
+            break;
+        }
+        let line = line.strip_suffix('\n').unwrap_or(&line);
+        let line = line.strip_suffix('\r').unwrap_or(line);
         let bad =
             |reason: String| PackingError::BadLine { line: number, reason, text: line.chars().take(80).collect() };
-        let numbers = |text: &str| -> Result<Vec<f64>, PackingError> {
-            text.split_whitespace()
-                .map(|word| match word.parse::<f64>() {
-                    Ok(value) if value.is_finite() => Ok(value),
-                    Ok(value) => Err(bad(format!("{value} is not finite"))),
-                    Err(_) => Err(bad(format!("{word:?} is not a number"))),
-                })
-                .collect()
+        let mut numbers = |text: &str| -> Result<(), PackingError> {
+            values.clear();
+            for word in text.split_whitespace() {
+                match word.parse::<f64>() {
+                    Ok(value) if value.is_finite() => values.push(value),
+                    Ok(value) => return Err(bad(format!("{value} is not finite"))),
+                    Err(_) => return Err(bad(format!("{word:?} is not a number"))),
+                }
+            }
+            Ok(())
         };
         if let Some(cell) = line.trim_start().strip_prefix("##PERIODIC::") {
-            let size = numbers(cell)?;
+            numbers(cell)?;
+            let size = &values;
             if size.len() != 3 || size.iter().any(|edge| *edge <= 0.0) {
                 return Err(bad("a periodic cell needs three positive edges".into()));
             }
@@ -42,11 +52,11 @@ pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
             continue;
         }
         if let Some(cell) = line.trim_start().strip_prefix("# cell ") {
-            let edges = numbers(cell)?;
-            if edges.len() != 9 {
+            numbers(cell)?;
+            if values.len() != 9 {
                 return Err(bad("a cell has three edge vectors with three components each".into()));
             }
-            let cell = Cell::new(Mat3::from_column_slice(&edges));
+            let cell = Cell::new(Mat3::from_column_slice(&values));
             if !cell.volume().is_normal() {
                 return Err(bad("the cell has no volume".into()));
             }
@@ -61,11 +71,11 @@ pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
             continue;
         }
         let content = line.split('#').next().unwrap_or("");
-        let values = if further {
-            numbers(&content.split_whitespace().take(4).collect::<Vec<_>>().join(" "))?
+        if further {
+            numbers(&content.split_whitespace().take(4).collect::<Vec<_>>().join(" "))?;
         } else {
-            numbers(content)?
-        };
+            numbers(content)?;
+        }
         match values[..] {
             [] => {}
             [x, y, z, radius] if radius > 0.0 => {

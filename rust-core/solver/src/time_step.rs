@@ -86,34 +86,30 @@ pub fn p_wave(particles: &Particles, young: f64) -> f64 {
 }
 
 fn elements(state: &State) -> Vec<Element> {
-    let mut all = Vec::new();
     let particles = &state.particles;
-    let mut add = |block: &dyn Contacts| {
-        for k in 0..block.len() {
-            let view = block.view(k);
-            if view.flags.has(ContactFlags::BROKEN) {
-                continue;
-            }
-            let (a, b) = (view.pair.a as usize, view.pair.b as usize);
-            let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.flags.image));
-            let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-            let (arm_a, arm_b) = block.arms(k, particles, geometry.length);
-            let overlap = particles.radius[a] + particles.radius[b] - geometry.length;
-            all.push(Element {
-                a: view.pair.a,
-                b: view.pair.b,
-                normal: geometry.normal,
-                arm_a,
-                arm_b,
-                stiffness: stiffness(block, k, particles, false, overlap),
-            });
+    let element = |block: &dyn Contacts, k: usize| {
+        let view = block.view(k);
+        if view.flags.has(ContactFlags::BROKEN) {
+            return None;
         }
+        let (a, b) = (view.pair.a as usize, view.pair.b as usize);
+        let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.flags.image));
+        let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+        let (arm_a, arm_b) = block.arms(k, particles, geometry.length);
+        let overlap = particles.radius[a] + particles.radius[b] - geometry.length;
+        Some(Element {
+            a: view.pair.a,
+            b: view.pair.b,
+            normal: geometry.normal,
+            arm_a,
+            arm_b,
+            stiffness: stiffness(block, k, particles, false, overlap),
+        })
     };
-    for block in &state.bonds {
-        add(block.contacts());
-    }
-    if let Some(block) = &state.contacts {
-        add(block.contacts());
+    let mut all = Vec::new();
+    for block in state.bonds.iter().chain(&state.contacts) {
+        let block = block.contacts();
+        all.par_extend((0..block.len()).into_par_iter().filter_map(|k| element(block, k)));
     }
     all
 }
@@ -195,6 +191,16 @@ pub fn bounds(state: &State) -> TimeStepBounds {
 /// [`bounds`] between deformable particles, and whether their strains and forces converge. If they do not, no time step
 /// is stable, and the bounds are those of rigid particles.
 pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepBounds, Option<Convergence>) {
+    bounds_unless(state, deformable, |_| false)
+}
+
+/// As [`bounds_with`], but without the Lanczos iteration, which takes most of the time, if the bound per particle `suffices`; it is
+/// then the spectral bound, too, with no iterations.
+pub fn bounds_unless(
+    state: &State,
+    deformable: Option<&Deformable>,
+    suffices: impl Fn(&TimeStepBounds) -> bool,
+) -> (TimeStepBounds, Option<Convergence>) {
     let coupling = deformable.map(|deformable| Coupling::new(state, deformable));
     let convergence = coupling.as_ref().map(Coupling::convergence);
     let update = deformable.map_or(Update::Lagged, |d| d.update);
@@ -217,7 +223,22 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
     let scale = mass_scale(state);
     let largest = largest_block_eigenvalue(&elements, &walls, &scale) * stiffening;
     let per_particle_frequency = largest.max(0.0).sqrt();
-
+    let bounds = |square: f64, width: f64, iterations: usize| {
+        let frequency = square.max(0.0).sqrt();
+        TimeStepBounds {
+            per_particle: limit(per_particle_frequency, beta, &Damping::None),
+            spectral: limit(frequency, beta, &Damping::None),
+            frequency,
+            uncertainty: if square > 0.0 { 0.5 * width / square } else { 0.0 },
+            iterations,
+            smallest_frequency: frequency.min(per_particle_frequency),
+            dashpot_ratio: beta,
+        }
+    };
+    let rough = bounds(largest, largest, 0);
+    if suffices(&rough) {
+        return (rough, convergence);
+    }
     let found = lanczos::largest_eigenvalue(
         scale.len(),
         |p, i| scale[p][i] != 0.0,
@@ -233,18 +254,7 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
             }
         },
     );
-    let (square, width, iterations) = (found.upper, found.width, found.iterations);
-    let frequency = square.max(0.0).sqrt();
-    let bounds = TimeStepBounds {
-        per_particle: limit(per_particle_frequency, beta, &Damping::None),
-        spectral: limit(frequency, beta, &Damping::None),
-        frequency,
-        uncertainty: if square > 0.0 { 0.5 * width / square } else { 0.0 },
-        iterations,
-        smallest_frequency: frequency.min(per_particle_frequency),
-        dashpot_ratio: beta,
-    };
-    (bounds, convergence)
+    (bounds(found.upper, found.width, found.iterations), convergence)
 }
 
 /// `Σ k l²/V` over all contacts and candidates, Pa, with the larger one of normal and shear stiffness k and the center

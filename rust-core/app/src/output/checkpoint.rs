@@ -49,14 +49,7 @@ pub(super) fn write_in_run(
         hdf::write_text_attribute(file, "run_id", &run.run_id, path)?;
         hdf::write_attribute(file, "segments", &run.segments, path)?;
         hdf::write_text(file, "provenance", provenance, path)?;
-        let group = file.create_group(STATE).at(path)?;
-        let mut sink = HashingSink {
-            file: GroupSink { group: &group, path, allowed: &[], failure: None },
-            hasher: StateHasher::default(),
-        };
-        let written = state.write(&mut sink);
-        sink.file.outcome(written)?;
-        state_hash = sink.hasher.finish();
+        state_hash = write_state(file, state, path)?;
         hdf::write_text_attribute(file, "state_hash", &state_hash, path)
     })?;
     Ok(state_hash)
@@ -98,12 +91,16 @@ fn read_state(file: &hdf5::Group, path: &Path) -> Result<(ColumnStore, String), 
     Ok((columns, stored))
 }
 
-/// Writes the state into a result.
-pub(super) fn write_state(file: &hdf5::Group, state: &dyn WriteColumns, path: &Path) -> Result<(), OutputError> {
+/// Writes the state into a file; returns the state hash.
+pub(super) fn write_state(file: &hdf5::Group, state: &dyn WriteColumns, path: &Path) -> Result<String, OutputError> {
     let group = file.create_group(STATE).at(path)?;
-    let mut sink = GroupSink { group: &group, path, allowed: &[], failure: None };
+    let mut sink = HashingSink {
+        file: GroupSink { group: &group, path, allowed: &[], failure: None },
+        hasher: StateHasher::default(),
+    };
     let written = state.write(&mut sink);
-    sink.outcome(written)
+    sink.file.outcome(written)?;
+    Ok(sink.hasher.finish())
 }
 
 /// Writes and hashes the state in one pass.

@@ -38,7 +38,7 @@ impl ColumnSink for StateHasher {
         hasher.update(column.kind().to_string().as_bytes());
         hasher.update(&(column.components() as u64).to_le_bytes());
         hasher.update(&(column.len() as u64).to_le_bytes());
-        hasher.update(column.bytes());
+        hasher.update_rayon(column.bytes());
         if self.columns.insert(path.to_owned(), hasher.finalize()).is_some() {
             return Err(ColumnError::Duplicate { path: path.to_owned() });
         }

@@ -24,7 +24,6 @@ pub(super) struct Merge<'a> {
     pub scratch: &'a Path,
     pub header: &'a RunHeader,
     pub run_id: &'a str,
-    pub state_hash: &'a str,
     pub notes: &'a BTreeMap<String, String>,
     pub segments: &'a [PathBuf],
 }
@@ -35,7 +34,6 @@ impl Merge<'_> {
         sealed::write(path, self.scratch, |file| {
             hdf::write_identity(file, kind::RESULT, path)?;
             hdf::write_text_attribute(file, "run_id", self.run_id, path)?;
-            hdf::write_text_attribute(file, "state_hash", self.state_hash, path)?;
             self.write_provenance(file)?;
             let mut samples = Vec::new();
             let mut operators = vec![Vec::new(); self.header.operators.len()];
@@ -79,7 +77,8 @@ impl Merge<'_> {
             if let Some(writer) = bonds {
                 writer.finish()?;
             }
-            checkpoint::write_state(file, state, path)?;
+            let state_hash = checkpoint::write_state(file, state, path)?;
+            hdf::write_text_attribute(file, "state_hash", &state_hash, path)?;
             let mut sink = GroupSink { group: file, path, allowed: &["cell", "contacts", "particles"], failure: None };
             let written = tables.write(&mut sink);
             sink.outcome(written)

@@ -9,6 +9,9 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use super::error::{At, OutputError};
 use super::hdf::options;
@@ -39,14 +42,46 @@ pub(crate) fn write(
 ) -> Result<(), OutputError> {
     let path = &target(path)?;
     let unfinished = new_unfinished(path, scratch)?;
+    let early = unfinished.as_file().try_clone().and_then(EarlySync::begin);
+    let early = early.map_err(|error| OutputError::io(path, "write", error))?;
     // Errors of the library must name the final file, not the temporary one.
     let content = options().create(unfinished.path()).at(path)?;
     let filled = fill(&content).and_then(|()| content.flush().at(path));
     let closed = content.close().at(path);
     filled?;
     closed?;
+    early.end().map_err(|error| OutputError::io(path, "write", error))?;
     seal::append(unfinished.path()).map_err(|error| OutputError::io(path, "write", error))?;
     put_in_place(unfinished, path)
+}
+
+/// Time between two early synchronizations. Most files are complete before the first one.
+const PAUSE: Duration = Duration::from_millis(300);
+
+/// Brings the content of a large file to the disk while the rest is computed, so that the last synchronization has little to wait for.
+struct EarlySync {
+    /// Dropping it ends the thread.
+    filling: mpsc::Sender<()>,
+    thread: JoinHandle<io::Result<()>>,
+}
+
+impl EarlySync {
+    fn begin(file: File) -> io::Result<Self> {
+        let (filling, filled) = mpsc::channel();
+        let thread = thread::Builder::new().spawn(move || {
+            while filled.recv_timeout(PAUSE) == Err(RecvTimeoutError::Timeout) {
+                file.sync_data()?;
+            }
+            Ok(())
+        })?;
+        Ok(Self { filling, thread })
+    }
+
+    /// Ends it. The system reports a failure of the disk only once, so it must not get lost here.
+    fn end(self) -> io::Result<()> {
+        drop(self.filling);
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
 }
 
 /// Writes a text file completely or not at all.

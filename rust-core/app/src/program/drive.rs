@@ -12,7 +12,7 @@ use super::tables::{BondRows, Tables, bond_damage};
 use super::watch::Live;
 use crate::output::{BondSnapshot, OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
 use concordem_contact::math::Vec3;
-use concordem_scenario::assembly::{Assembly, PackingCache, assemble_cached};
+use concordem_scenario::assembly::{Assembly, PackingCache, Sharpness, assemble_cached};
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::{Advance, Simulation};
 use concordem_scenario::schema::Scenario;
@@ -25,6 +25,9 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 const CHECKPOINT_AT_MOST_EVERY: Duration = Duration::from_secs(5);
 /// Except for the longest time, checkpoints take at most this part of a run.
 const CHECKPOINT_SHARE: f64 = 0.01;
+/// A run with more particles and bonds begins without a checkpoint: at 4e6 it is as large as 0.7 GB. The first one follows after
+/// [`CHECKPOINT_AT_MOST_EVERY`].
+const MOST_AT_START: usize = 200_000;
 /// Snapshots stay in memory until the next checkpoint; more bytes than this trigger a checkpoint.
 const MOST_SNAPSHOT_BYTES: usize = 256 << 20;
 
@@ -36,10 +39,21 @@ pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
     }
 }
 
-/// Assembles a scenario.
+/// Assembles a scenario, with sharp bounds of the time step.
 pub(super) fn build(scenario: &Scenario, cache: Option<&PackingCache>, meter: &Meter) -> Result<Assembly, Failure> {
+    build_with(scenario, cache, Sharpness::Sharp, meter)
+}
+
+/// Assembles a scenario.
+pub(super) fn build_with(
+    scenario: &Scenario,
+    cache: Option<&PackingCache>,
+    sharpness: Sharpness,
+    meter: &Meter,
+) -> Result<Assembly, Failure> {
     let folder = scenario.directory();
-    let assembly = assemble_cached(scenario, &folder, cache, &mut |stage, share| meter.stage(stage, share));
+    let progress = &mut |stage: &str, share: f64| meter.stage(stage, share);
+    let assembly = assemble_cached(scenario, &folder, cache, sharpness, progress);
     assembly.map_err(|error| {
         meter.finish();
         Failure::of_assembly(scenario, error)
@@ -155,7 +169,8 @@ impl Run {
         self.live = Some(live);
     }
 
-    /// Runs to the end. A `fresh` run first writes a checkpoint of its initial state.
+    /// Runs to the end. A `fresh` run first writes a checkpoint of its initial state, unless that takes long: a run killed before its
+    /// first checkpoint begins again.
     pub(super) fn drive(mut self, meter: &Meter, fresh: bool) -> Result<Outcome, Failure> {
         let interruption = Interruption::listen();
         let outcome = self.steps(meter, fresh, &interruption.requested);
@@ -181,7 +196,7 @@ impl Run {
         let start = Instant::now();
         let first_step = self.simulation.state.clock.step;
         let bonds: usize = self.simulation.state.bonds.iter().map(|block| block.len()).sum();
-        if fresh {
+        if fresh && self.simulation.state.particles.len() + bonds <= MOST_AT_START {
             self.commit()?;
         }
         let mut last_commit = Instant::now();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::drive::{Run, build, csv_path, result_path, write_csv};
+use super::drive::{Run, build_with, csv_path, result_path, write_csv};
 use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
@@ -12,8 +12,8 @@ use super::{Console, Failure, Work};
 use crate::output::checkpoint::Checkpoint;
 use crate::output::sealed::target;
 use crate::output::{ResultFile, Resumed, RunFiles};
-use concordem_scenario::assembly::Assembly;
 use concordem_scenario::assembly::restart::{Continuation, changes, check};
+use concordem_scenario::assembly::{Assembly, Sharpness};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 
@@ -69,7 +69,9 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(display);
         // Assemble model and schedule again; read the state from the checkpoint.
-        let mut assembly = build(&scenario, cache.as_ref(), &meter)?;
+        // A state of another scenario may need the sharp bound for its time step.
+        let sharpness = if edited || origin.is_some() { Sharpness::Sharp } else { Sharpness::Sufficient };
+        let mut assembly = build_with(&scenario, cache.as_ref(), sharpness, &meter)?;
         if initial_hash.is_some_and(|hash| state_hash(&assembly.state).is_ok_and(|now| now != hash)) {
             return Err(Failure::Usage(format!(
                 "{} cannot be resumed: its scenario builds another initial state than at the start (a packing or mesh \

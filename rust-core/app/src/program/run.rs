@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::drive::{Outcome, Run, build, check_result_name, csv_path, result_path};
+use super::drive::{Outcome, Run, build_with, check_result_name, csv_path, result_path};
 use super::meter::Meter;
 use super::restart::Origin;
 use super::settings::Settings;
@@ -13,6 +13,7 @@ use crate::output::run_files::parts_folder;
 use crate::output::sealed::target;
 use crate::output::{OperatorTable, OutputError, ResultFile, RunFiles, RunHeader, SeriesColumn};
 use crate::report::{SPECIMEN_LENGTH, summary};
+use concordem_scenario::assembly::Sharpness;
 use concordem_scenario::sampling::{SampledQuantity, ScheduledOperator};
 use concordem_scenario::schedule::{Record, Simulation};
 use concordem_scenario::schema::Scenario;
@@ -66,7 +67,9 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
     let display = console.display(&arguments.work);
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(display);
-        let mut assembly = build(&scenario, cache.as_ref(), &meter)?;
+        // A state from elsewhere may need the sharp bound for its time step.
+        let sharpness = if origin.is_some() { Sharpness::Sharp } else { Sharpness::Sufficient };
+        let mut assembly = build_with(&scenario, cache.as_ref(), sharpness, &meter)?;
         if !arguments.work.quiet {
             meter.finish();
             console.warn(&scenario, &scenario.warnings());

@@ -8,6 +8,7 @@ use concordem_solver::record::{Forces, WallForces};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
 use concordem_solver::state::contacts::{BrokenBond, ContactFlags, ContactView, Contacts, Pair};
+use rayon::prelude::*;
 
 /// Tables of a state: `particles/…` with one row per particle in the order of ids, `cell/…`, `contacts/LAW/…` with one row
 /// per bond, including broken ones, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
@@ -23,9 +24,8 @@ impl WriteColumns for Tables<'_> {
     fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
         let particles = &self.state.particles;
         let mut order: Vec<usize> = (0..particles.len()).collect();
-        order.sort_by_key(|&p| particles.id[p]);
-        let ids: Vec<u32> = order.iter().map(|&p| particles.id[p]).collect();
-        sink.column("particles/id", Column::u32(&ids))?;
+        order.par_sort_by_key(|&p| particles.id[p]);
+        sink.column("particles/id", Column::u32(&picked(&order, |p| particles.id[p])))?;
         let positions = self.state.unwrapped_positions();
         let vectors = [
             ("position", &positions[..], "m"),
@@ -34,31 +34,25 @@ impl WriteColumns for Tables<'_> {
             ("angular_velocity", &particles.angular_velocity, "rad/s"),
         ];
         for (name, values, unit) in vectors {
-            let reals: Vec<f64> = order.iter().flat_map(|&p| values[p].iter().copied()).collect();
-            sink.column(&format!("particles/{name}"), Column::f64(&reals, 3, unit))?;
+            let rows = picked(&order, |p| values[p]);
+            sink.column(&format!("particles/{name}"), Column::f64(bytemuck::cast_slice(&rows), 3, unit))?;
         }
         let damage = bond_damage(self.state);
         let scalars =
             [("radius", &particles.radius[..], "m"), ("mass", &particles.mass, "kg"), ("damage", &damage, "1")];
         for (name, values, unit) in scalars {
-            let reals: Vec<f64> = order.iter().map(|&p| values[p]).collect();
-            sink.column(&format!("particles/{name}"), Column::f64(&reals, 1, unit))?;
+            sink.column(&format!("particles/{name}"), Column::f64(&picked(&order, |p| values[p]), 1, unit))?;
         }
-        let material: Vec<u16> = order.iter().map(|&p| particles.material[p]).collect();
-        sink.column("particles/material", Column::u16(&material))?;
+        sink.column("particles/material", Column::u16(&picked(&order, |p| particles.material[p])))?;
         if !particles.aggregate.is_empty() {
-            let aggregate: Vec<u32> = order.iter().map(|&p| particles.aggregate[p]).collect();
-            sink.column("particles/aggregate", Column::u32(&aggregate))?;
+            sink.column("particles/aggregate", Column::u32(&picked(&order, |p| particles.aggregate[p])))?;
         }
         let fragments = concordem_solver::fracture::fragments::fragments(self.state);
-        let fragment: Vec<u32> = order.iter().map(|&p| fragments[p]).collect();
-        sink.column("particles/fragment", Column::u32(&fragment))?;
-        sink.column("particles/sets", Column::u64(&order.iter().map(|&p| particles.tags[p]).collect::<Vec<_>>()))?;
-        let rotation: Vec<f64> =
-            order.iter().flat_map(|&p| rotation_vector(&particles.orientation[p]).data.0[0]).collect();
-        sink.column("particles/rotation", Column::f64(&rotation, 3, "rad"))?;
-        let prescribed: Vec<u8> = order.iter().map(|&p| particles.constraint[p].0).collect();
-        sink.column("particles/prescribed", Column::u8(&prescribed))?;
+        sink.column("particles/fragment", Column::u32(&picked(&order, |p| fragments[p])))?;
+        sink.column("particles/sets", Column::u64(&picked(&order, |p| particles.tags[p])))?;
+        let rotation = picked(&order, |p| rotation_vector(&particles.orientation[p]));
+        sink.column("particles/rotation", Column::f64(bytemuck::cast_slice(&rotation), 3, "rad"))?;
+        sink.column("particles/prescribed", Column::u8(&picked(&order, |p| particles.constraint[p].0)))?;
         if let Some(cell) = &self.state.cell {
             for (name, matrix, unit) in [
                 ("edges", &cell.matrix, "m"),
@@ -97,6 +91,14 @@ impl WriteColumns for Tables<'_> {
     }
 }
 
+/// The value of each particle, in this order.
+fn picked<T: Send>(order: &[usize], value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    order.par_iter().with_min_len(SMALL).map(|&p| value(p)).collect()
+}
+
+/// Fewest rows that a thread computes at a time.
+const SMALL: usize = 1 << 12;
+
 /// Prefix of the table of unbonded contacts, before the name of their law.
 pub(super) const UNBONDED: &str = "unbonded_";
 /// Name of the table of contacts with walls.
@@ -116,9 +118,6 @@ fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Resul
     }
     Ok(())
 }
-
-/// A column of a table: name, value of a row, unit.
-type Quantity<T> = (&'static str, fn(&Row) -> T, &'static str);
 
 /// A row of a table of contacts.
 struct Row {
@@ -167,7 +166,7 @@ fn contacts(
         let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
         particles.position[pair.b as usize] + shift - particles.position[pair.a as usize]
     };
-    let live = shown.iter().map(|&k| {
+    let live = |&k: &usize| {
         let ContactView { pair, flags, reference, previous } = block.view(k);
         let branch = branch_of(pair, flags.image);
         let carried = (row_of[k] != usize::MAX).then_some(row_of[k]);
@@ -182,8 +181,8 @@ fn contacts(
         let [damage, lost_strength] = forces.damage.get(first + k).copied().unwrap_or_default();
         let position = position + state.unwrapping(pair.a as usize);
         Row { pair, branch, position, force, moment, previous, reference, damage, lost_strength, broken: false }
-    });
-    let gone = broken.iter().map(|&BrokenBond { pair, image, reference, previous, .. }| Row {
+    };
+    let gone = |&BrokenBond { pair, image, reference, previous, .. }: &BrokenBond| Row {
         pair,
         branch: branch_of(pair, image),
         // Half way between its particles.
@@ -197,56 +196,89 @@ fn contacts(
         damage: 1.0,
         lost_strength: 1.0,
         broken: true,
-    });
-    let rows: Vec<Row> = live.chain(gone).collect();
+    };
     let path = |column: &str| format!("contacts/{name}/{column}");
-    columns(&rows, &path, &particles.id, sink)?;
+    let mut columns = RowColumns::with_capacity(shown.len() + broken.len());
+    shown.chunks(ROWS_AT_A_TIME).for_each(|part| columns.extend(part, live, &particles.id));
+    columns.extend(broken, gone, &particles.id);
+    columns.write(&path, sink)?;
     let (fields, reals) = block.history_reals();
     let width: usize = fields.iter().map(|field| field.components).sum();
     let mut offset = 0;
     for field in fields {
-        let at = |k: usize| k * width + offset;
-        let values = shown.iter().flat_map(|&k| reals[at(k)..at(k) + field.components].iter().copied());
-        let values: Vec<f64> = values.chain(std::iter::repeat_n(0.0, field.components * broken.len())).collect();
+        // Broken bonds keep zeros.
+        let mut values = vec![0.0; field.components * (shown.len() + broken.len())];
+        values.par_chunks_mut(field.components).zip(&shown).with_min_len(SMALL).for_each(|(row, &k)| {
+            row.copy_from_slice(&reals[k * width + offset..][..field.components]);
+        });
         sink.column(&path(&format!("history_{}", field.name)), Column::f64(&values, field.components, field.unit))?;
         offset += field.components;
     }
     Ok(())
 }
 
-/// The columns that all laws share; `id`: ids of the particles.
-fn columns(
-    rows: &[Row],
-    path: &dyn Fn(&str) -> String,
-    id: &[u32],
-    sink: &mut dyn ColumnSink,
-) -> Result<(), ColumnError> {
-    let ids: Vec<u32> = rows.iter().flat_map(|row| [row.pair.a, row.pair.b]).map(|p| id[p as usize]).collect();
-    sink.column(&path("ids"), Column::U32 { data: &ids, components: 2, unit: "1" })?;
-    let vectors: [Quantity<Vec3>; 5] = [
-        ("position", |row| row.position, "m"),
-        ("branch", |row| row.branch, "m"),
-        ("force", |row| row.force, "N"),
-        ("moment", |row| row.moment, "N m"),
-        ("normal", |row| row.previous.normal, "1"),
-    ];
-    for (column, vector, unit) in vectors {
-        let reals: Vec<f64> = rows.iter().flat_map(|row| vector(row).data.0[0]).collect();
-        sink.column(&path(column), Column::f64(&reals, 3, unit))?;
+/// Rows that are computed before they are divided into columns: few enough to stay in the caches.
+const ROWS_AT_A_TIME: usize = 1 << 15;
+
+/// The columns that all laws share.
+struct RowColumns {
+    /// Rows computed last, whose memory is used again.
+    rows: Vec<Row>,
+    ids: Vec<[u32; 2]>,
+    /// Position, branch, force, moment, normal.
+    vectors: [Vec<Vec3>; 5],
+    /// Length, reference length, area, damage, lost strength.
+    scalars: [Vec<f64>; 5],
+    broken: Vec<u8>,
+}
+
+impl RowColumns {
+    fn with_capacity(count: usize) -> Self {
+        Self {
+            rows: Vec::new(),
+            ids: Vec::with_capacity(count),
+            vectors: std::array::from_fn(|_| Vec::with_capacity(count)),
+            scalars: std::array::from_fn(|_| Vec::with_capacity(count)),
+            broken: Vec::with_capacity(count),
+        }
     }
-    let scalars: [Quantity<f64>; 5] = [
-        ("length", |row| row.previous.length, "m"),
-        ("reference_length", |row| row.reference.length, "m"),
-        ("area", |row| row.reference.area, "m^2"),
-        ("damage", |row| row.damage, "1"),
-        ("lost_strength", |row| row.lost_strength, "1"),
-    ];
-    for (column, scalar, unit) in scalars {
-        let reals: Vec<f64> = rows.iter().map(scalar).collect();
-        sink.column(&path(column), Column::f64(&reals, 1, unit))?;
+
+    /// Adds the rows of these contacts; `id`: ids of the particles.
+    fn extend<T: Sync>(&mut self, contacts: &[T], row: impl Fn(&T) -> Row + Send + Sync, id: &[u32]) {
+        contacts.par_iter().with_min_len(SMALL).map(row).collect_into_vec(&mut self.rows);
+        let rows = || self.rows.par_iter().with_min_len(SMALL);
+        self.ids.par_extend(rows().map(|row| [row.pair.a, row.pair.b].map(|p| id[p as usize])));
+        let vectors: [fn(&Row) -> Vec3; 5] =
+            [|row| row.position, |row| row.branch, |row| row.force, |row| row.moment, |row| row.previous.normal];
+        for (column, vector) in self.vectors.iter_mut().zip(vectors) {
+            column.par_extend(rows().map(vector));
+        }
+        let scalars: [fn(&Row) -> f64; 5] = [
+            |row| row.previous.length,
+            |row| row.reference.length,
+            |row| row.reference.area,
+            |row| row.damage,
+            |row| row.lost_strength,
+        ];
+        for (column, scalar) in self.scalars.iter_mut().zip(scalars) {
+            column.par_extend(rows().map(scalar));
+        }
+        self.broken.par_extend(rows().map(|row| u8::from(row.broken)));
     }
-    let is_broken: Vec<u8> = rows.iter().map(|row| u8::from(row.broken)).collect();
-    sink.column(&path("broken"), Column::u8(&is_broken))
+
+    fn write(&self, path: &dyn Fn(&str) -> String, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+        sink.column(&path("ids"), Column::U32 { data: self.ids.as_flattened(), components: 2, unit: "1" })?;
+        let names = [("position", "m"), ("branch", "m"), ("force", "N"), ("moment", "N m"), ("normal", "1")];
+        for (values, (name, unit)) in self.vectors.iter().zip(names) {
+            sink.column(&path(name), Column::f64(bytemuck::cast_slice(values), 3, unit))?;
+        }
+        let names =
+            [("length", "m"), ("reference_length", "m"), ("area", "m^2"), ("damage", "1"), ("lost_strength", "1")];
+        for (values, (name, unit)) in self.scalars.iter().zip(names) {
+            sink.column(&path(name), Column::f64(values, 1, unit))?;
+        }
+        sink.column(&path("broken"), Column::u8(&self.broken))
+    }
 }
 
 /// Mean damage of the bonds of each particle; broken bonds count as 1. 0 for particles without bonds.

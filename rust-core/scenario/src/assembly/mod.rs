@@ -1,6 +1,6 @@
 //! Assembly: from a scenario to a state, a model, and a schedule.
 //!
-//! [`assemble_with`] lists the stages; each stage has its own file. Particles and clumps come first, because walls,
+//! [`assemble_stages`] lists the stages; each stage has its own file. Particles and clumps come first, because walls,
 //! bonds, and the loading refer to them; the time step comes last, because it depends on all of them.
 
 mod aggregates;
@@ -65,7 +65,7 @@ pub use fibers::{FiberFacts, FiberPhase};
 pub use model::deformable;
 pub use place::{Cooking, Placed, Walled, place, place_cached, solid};
 pub use surface::half_spaces;
-pub use time_step::settles;
+pub use time_step::{Sharpness, settles};
 
 /// A built scenario.
 pub struct Assembly {
@@ -146,7 +146,8 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     assemble_placed(scenario, folder, &placed, progress)
 }
 
-/// Builds a scenario as [`assemble`] does; packings that take long to make are read from the cache, and stored there.
+/// Builds a scenario as [`assemble`] does; packings that take long to make are read from the cache, and stored there. `sharpness`: of the
+/// stability bounds in the summary; [`assemble`] finds sharp ones.
 ///
 /// # Errors
 /// Those of [`assemble`].
@@ -154,10 +155,11 @@ pub fn assemble_cached(
     scenario: &Scenario,
     folder: &Path,
     cache: Option<&PackingCache>,
+    sharpness: Sharpness,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
     let placed = place_cached(scenario, folder, cache, progress)?;
-    assemble_placed(scenario, folder, &placed, progress)
+    assemble_stages(scenario, folder, &placed, (&mut |_, _| (), sharpness), progress)
 }
 
 /// Builds a scenario as [`assemble`] does, but refuses sphere packs in HDF5. A library that calls only this one can be linked
@@ -225,6 +227,17 @@ pub fn assemble_with(
     replace: ReplaceLaws<'_>,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
+    assemble_stages(scenario, folder, placed, (replace, Sharpness::Sharp), progress)
+}
+
+/// The stages from a packing to an assembly.
+fn assemble_stages(
+    scenario: &Scenario,
+    folder: &Path,
+    placed: &Placed,
+    (replace, sharpness): (ReplaceLaws<'_>, Sharpness),
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
     memory::check_particles(scenario, placed)?;
     let mut cuts = Cuts::new(scenario, folder, placed.packing.cell.as_ref())?;
     let aggregates = aggregates::build(scenario, folder, placed, progress)?;
@@ -250,7 +263,7 @@ pub fn assemble_with(
     warnings.extend(overlaps::of_particles(scenario, &state)?);
     let heat = heat::build(scenario, &mut state, &mut model)?;
     progress("time step", 0.0);
-    let step = time_step::choose(scenario, &model, &state)?;
+    let step = time_step::choose(scenario, &model, &state, sharpness)?;
     state.clock.dt = step.dt;
     schedule.loading.tune(step.cell_stiffness, step.dt);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;

@@ -1,13 +1,14 @@
 //! Checks overlaps before the first step, whose elastic energy would drive particles apart: between particles of files
 //! and clumps, and with walls.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 use super::{AssemblyError, material_index, unfit};
 use crate::checks::{OVERLAP_BONDED, OVERLAP_UNBONDED, length};
 use crate::schema::{Packing, Problem, Scenario, WallShape};
 use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
+use concordem_solver::state::contacts::Pair;
 use concordem_solver::state::{Cell, State, Wall, WallShape as Shape};
 
 /// Refuses particles inside or behind walls.
@@ -137,9 +138,8 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
         return Ok(None);
     }
     let particles = &state.particles;
-    let blocks = state.bonds.iter().map(|block| block.contacts());
-    let bonded: HashSet<[u32; 2]> =
-        blocks.flat_map(|block| (0..block.len()).map(|k| [block.view(k).pair.a, block.view(k).pair.b])).collect();
+    // Blocks of bonds are sorted by their pairs.
+    let bonded = |pair: &Pair| state.bonds.iter().any(|block| block.pairs().binary_search(pair).is_ok());
     let (mut count, mut deepest) = (0_usize, None::<(f64, [u32; 2])>);
     for pair in candidate_pairs(&particles.position, &particles.radius, state.cell.as_ref())? {
         let (a, b) = (pair.a as usize, pair.b as usize);
@@ -148,14 +148,21 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
             continue;
         }
         let of_fiber = [a, b].iter().any(|&p| fibers.contains(&particles.material[p]));
-        let is_bonded = bonded.contains(&[pair.a, pair.b]);
-        if if of_fiber { is_bonded } else { !(given || added) } {
+        if !(of_fiber || given || added) {
             continue;
         }
         let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
         let distance = (particles.position[b] + shift - particles.position[a]).norm();
         let smaller = particles.radius[a].min(particles.radius[b]);
         let depth = (particles.radius[a] + particles.radius[b] - distance) / smaller;
+        // Few pairs overlap by more than this, so few are looked up among the bonds.
+        if depth <= OVERLAP_UNBONDED {
+            continue;
+        }
+        let is_bonded = bonded(&Pair { a: pair.a, b: pair.b });
+        if of_fiber && is_bonded {
+            continue;
+        }
         // Bonds are unstrained at the start, but spheres inside each other are a mistake in a file.
         let allowed = if is_bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED };
         if depth > allowed {

@@ -9,6 +9,8 @@ use std::path::Path;
 
 const MAGIC: &[u8; 16] = b"ConcorDEM-seal-1";
 const LENGTH: u64 = 16 + 8 + 32;
+/// Bytes that are read and hashed at a time.
+const BLOCK: u64 = 8 << 20;
 
 /// What is wrong with the seal of a file.
 #[derive(Debug, thiserror::Error)]
@@ -31,14 +33,23 @@ pub enum SealError {
 /// The file cannot be read or written.
 pub fn append(path: &Path) -> io::Result<()> {
     let mut file = File::options().read(true).append(true).open(path)?;
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(&mut file)?;
+    let hasher = hash(&mut file)?;
     let mut mark = Vec::with_capacity(LENGTH as usize);
     mark.extend_from_slice(MAGIC);
     mark.extend_from_slice(&hasher.count().to_le_bytes());
     mark.extend_from_slice(hasher.finalize().as_bytes());
     file.write_all(&mark)?;
     file.sync_all()
+}
+
+/// Hashes all that remains to be read, on all threads.
+fn hash(reader: &mut impl Read) -> io::Result<blake3::Hasher> {
+    let (mut hasher, mut block) = (blake3::Hasher::new(), Vec::new());
+    while reader.by_ref().take(BLOCK).read_to_end(&mut block)? > 0 {
+        hasher.update_rayon(&block);
+        block.clear();
+    }
+    Ok(hasher)
 }
 
 /// Checks that a file is complete and unchanged.
@@ -62,9 +73,8 @@ pub fn check(path: &Path) -> Result<(), SealError> {
     if mark[16..24] != content.to_le_bytes() {
         return Err(SealError::Differs("its length has changed since it was written"));
     }
-    let mut hasher = blake3::Hasher::new();
     file.seek(SeekFrom::Start(0))?;
-    hasher.update_reader(file.take(content))?;
+    let hasher = hash(&mut file.take(content))?;
     if mark[24..] != *hasher.finalize().as_bytes() {
         return Err(SealError::Differs("its content has changed since it was written"));
     }

@@ -171,13 +171,15 @@ impl Solver {
             }
         }
         excluded.sort_unstable();
+        // The candidates are sorted in the same way, so each list is walked through once.
+        let (mut excluded, mut present) = (Walk::new(&excluded), Walk::new(&present));
         for candidate in candidates {
             let pair = Pair { a: candidate.a, b: candidate.b };
             let (a, b) = (pair.a as usize, pair.b as usize);
             let key = (pair, candidate.image);
             let same_clump = in_one_clump(particles, a, b);
             let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
-            if same_clump || foreign || excluded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
+            if same_clump || foreign || excluded.contains(&key) || present.contains(&key) {
                 continue;
             }
             let Some(row) = row_of(pair) else { continue };
@@ -238,6 +240,27 @@ impl Solver {
 /// Whether two particles belong to one clump, whose members do not interact.
 fn in_one_clump(particles: &Particles, a: usize, b: usize) -> bool {
     particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX
+}
+
+/// A walk through a sorted list.
+struct Walk<'a> {
+    rest: &'a [Key],
+}
+
+impl<'a> Walk<'a> {
+    fn new(rest: &'a [Key]) -> Self {
+        Self { rest }
+    }
+
+    /// Whether the list has this contact, which must not come before the one asked for last.
+    fn contains(&mut self, key: &Key) -> bool {
+        while let [first, rest @ ..] = self.rest
+            && first < key
+        {
+            self.rest = rest;
+        }
+        self.rest.first() == Some(key)
+    }
 }
 
 /// Contact `k` of a block.

@@ -56,7 +56,6 @@ pub struct RunFiles {
     _lock: File,
     segments: u64,
     next_checkpoint: u64,
-    last_hash: String,
     notes: BTreeMap<String, String>,
     samples: Vec<f64>,
     /// Rows of each operator.
@@ -155,7 +154,6 @@ impl RunFiles {
             _lock: lock,
             segments: 0,
             next_checkpoint: 0,
-            last_hash: String::new(),
             notes: BTreeMap::new(),
             samples: Vec::new(),
             events: Vec::new(),
@@ -205,7 +203,6 @@ impl RunFiles {
                         fields: snapshot_fields(&parts, checkpoint.run.segments)?,
                         segments: checkpoint.run.segments,
                         next_checkpoint: number + 1,
-                        last_hash: checkpoint.state_hash.clone(),
                         ..Self::begun(path, parts, header, run_id, lock)
                     };
                     return Ok(Resumed::Continue {
@@ -322,32 +319,21 @@ impl RunFiles {
     ///
     /// After a failure, the last commit is still valid, no appended data are lost, and the commit can be tried again.
     pub fn commit(&mut self, state: &dyn WriteColumns) -> Result<String, OutputError> {
-        let empty = self.samples.is_empty()
-            && self.operators.iter().all(Vec::is_empty)
-            && self.events.is_empty()
-            && self.snapshots.is_empty()
-            && self.bonds.is_empty();
-        let segment = numbered(&self.parts, "segment", self.segments);
-        if !empty {
-            stage("before segment");
-            self.write_segment(&segment)?;
-            stage("after segment");
-        }
-        let run = RunMark { run_id: self.run_id.clone(), segments: self.segments + u64::from(!empty) };
+        let segments = self.segments + u64::from(self.write_pending()?);
+        let run = RunMark { run_id: self.run_id.clone(), segments };
         let checkpoint = numbered(&self.parts, "checkpoint", self.next_checkpoint);
         let hash = checkpoint::write_in_run(&checkpoint, state, &self.header.scenario, &run).inspect_err(|_| {
             // If the file cannot be removed, the next commit replaces it, because it uses the same number.
-            let _ = fs::remove_file(&segment);
+            let _ = fs::remove_file(numbered(&self.parts, "segment", self.segments));
         })?;
         stage("after checkpoint");
-        self.segments = run.segments;
+        self.segments = segments;
         self.next_checkpoint += 1;
         self.samples.clear();
         self.operators.iter_mut().for_each(Vec::clear);
         self.events.clear();
         self.snapshots.clear();
         self.bonds.clear();
-        self.last_hash.clone_from(&hash);
         for (&number, old) in &list_numbered(&self.parts, "checkpoint")? {
             if number + 2 < self.next_checkpoint {
                 remove(old)?;
@@ -356,24 +342,44 @@ impl RunFiles {
         Ok(hash)
     }
 
+    /// Writes the next segment, unless nothing was appended since the last commit; returns whether it did.
+    fn write_pending(&self) -> Result<bool, OutputError> {
+        let empty = self.samples.is_empty()
+            && self.operators.iter().all(Vec::is_empty)
+            && self.events.is_empty()
+            && self.snapshots.is_empty()
+            && self.bonds.is_empty();
+        if !empty {
+            stage("before segment");
+            self.write_segment(&numbered(&self.parts, "segment", self.segments))?;
+            stage("after segment");
+        }
+        Ok(!empty)
+    }
+
     /// Merges all segments into the result and removes the working folder.
     ///
-    /// First commits `last`, the final state; `tables` writes columns below `cell/`, `contacts/`, and `particles/`. A run
-    /// killed in this function is resumed like any other: its newest checkpoint is the final state.
+    /// `last`: the final state; `tables` writes columns below `cell/`, `contacts/`, and `particles/`. No checkpoint of the final state is
+    /// written, because the result holds it: a run killed in this function is resumed like any other, from its last commit. If the result
+    /// cannot be written, the final state is committed, so that no step is lost.
     pub fn finish(mut self, last: &dyn WriteColumns, tables: &dyn WriteColumns) -> Result<(), OutputError> {
-        self.commit(last)?;
+        let pending = self.write_pending()?;
         stage("before merge");
-        let segments: Vec<PathBuf> = (0..self.segments).map(|k| numbered(&self.parts, "segment", k)).collect();
+        let count = self.segments + u64::from(pending);
+        let segments: Vec<PathBuf> = (0..count).map(|k| numbered(&self.parts, "segment", k)).collect();
         let result = merge::Merge {
             path: &self.path,
             scratch: &self.parts,
             header: &self.header,
             run_id: &self.run_id,
-            state_hash: &self.last_hash,
             notes: &self.notes,
             segments: &segments,
         };
-        result.write(last, tables)?;
+        if let Err(error) = result.write(last, tables) {
+            // The disk may be full; the first error tells the user more than another one here.
+            let _ = self.commit(last);
+            return Err(error);
+        }
         stage("after merge");
         remove_folder(&self.parts)?;
         sealed::sync_folder(&sealed::folder_of(&self.path))

@@ -7,6 +7,7 @@ use crate::output::error::{At, OutputError};
 use crate::output::{hdf, sealed};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::columns::{Column, ColumnData, StoredColumn};
+use rayon::prelude::*;
 
 /// The particles at one time, for `/VTKHDF`.
 #[derive(Debug, Clone)]
@@ -232,10 +233,10 @@ impl StoredSnapshot {
             return Err(wrong(format!("it has {} positions for {count} ids", snapshot.position.len())));
         }
         let mut order: Vec<usize> = (0..count).collect();
-        order.sort_by_key(|&k| snapshot.id[k]);
+        order.par_sort_by_key(|&k| snapshot.id[k]);
         let order = &order;
-        let position: Vec<f64> = order.iter().flat_map(|&k| snapshot.position[k].iter().copied()).collect();
-        let id = order.iter().map(|&k| snapshot.id[k]).collect();
+        let position = pick(bytemuck::cast_slice(snapshot.position), 3, order);
+        let id = pick(snapshot.id, 1, order);
         let fields = vec![
             field(POSITION, "m", "Center of the particle.", 3, ColumnData::F64(position)),
             field(ID, "1", "Stable id of the particle.", 1, ColumnData::U32(id)),
@@ -247,8 +248,8 @@ impl StoredSnapshot {
     /// Checks a snapshot of bonds and sorts its rows by the ids of the particles.
     pub(super) fn of_bonds(snapshot: &BondSnapshot<'_>) -> Result<Self, OutputError> {
         let mut order: Vec<usize> = (0..snapshot.ids.len()).collect();
-        order.sort_by_key(|&k| snapshot.ids[k]);
-        let ids = order.iter().flat_map(|&k| snapshot.ids[k]).collect();
+        order.par_sort_by_key(|&k| snapshot.ids[k]);
+        let ids = pick(snapshot.ids.as_flattened(), 2, &order);
         let fields = vec![field("ids", "1", "Stable ids of the two particles.", 2, ColumnData::U32(ids))];
         Self::with(snapshot.time, snapshot.step, &order, fields, &snapshot.fields)
     }
@@ -288,11 +289,18 @@ fn field(name: &str, unit: &str, description: &str, components: usize, data: Col
     }
 }
 
+/// Rows with this number of components in another order.
+fn pick<T: Copy + Default + Send + Sync>(data: &[T], components: usize, order: &[usize]) -> Vec<T> {
+    let mut rows = vec![T::default(); order.len() * components];
+    rows.par_chunks_mut(components.max(1))
+        .zip(order)
+        .with_min_len(1 << 12)
+        .for_each(|(row, &k)| row.copy_from_slice(&data[k * components..(k + 1) * components]));
+    rows
+}
+
 /// The rows of a column in another order.
 fn sorted(column: &Column<'_>, order: &[usize]) -> ColumnData {
-    fn pick<T: Copy>(data: &[T], components: usize, order: &[usize]) -> Vec<T> {
-        order.iter().flat_map(|&k| data[k * components..(k + 1) * components].iter().copied()).collect()
-    }
     match *column {
         Column::F64 { data, components, .. } => ColumnData::F64(pick(data, components, order)),
         Column::U64 { data, components, .. } => ColumnData::U64(pick(data, components, order)),

@@ -11,14 +11,14 @@ use std::time::{Duration, Instant, SystemTime};
 use super::Live;
 use crate::output::run_files::Follower;
 use crate::program::check::count;
-use crate::program::drive::{Interruption, build, result_path};
+use crate::program::drive::{Interruption, build_with, result_path};
 use crate::program::info::share_of;
 use crate::program::meter::{Display, Meter};
 use crate::program::restart::apply_changes;
 use crate::program::run::SCENARIO_FILE;
 use crate::program::tables::bond_damage;
 use crate::program::{Console, Failure};
-use concordem_scenario::assembly::Assembly;
+use concordem_scenario::assembly::{Assembly, Sharpness};
 use concordem_scenario::schema::Scenario;
 
 /// Time between two looks at the folder of the run.
@@ -65,7 +65,8 @@ fn show(mut follower: Follower, port: u16, console: &mut Console<'_>) -> Result<
     let scenario = Scenario::parse(&file.unwrap_or_default(), &header.scenario)?;
     let at = |name: &str| header.series.iter().position(|series| series.name == name);
     let (width, strain, stress) = (header.series.len().max(1), at("strain"), at("stress"));
-    let mut assembly = build(&scenario, console.cache().as_ref(), &Meter::new(Display::Nothing))?;
+    let (cache, meter) = (console.cache(), Meter::new(Display::Nothing));
+    let mut assembly = build_with(&scenario, cache.as_ref(), Sharpness::Sufficient, &meter)?;
     let initial = assembly.state.particles.position.clone();
     let Some(mut live) = Live::begin(Some(port), &scenario.title, &initial, &assembly.state, console)? else {
         return Ok(());
