@@ -1,6 +1,7 @@
 //! Largest eigenvalue of a symmetric operator on six reals per particle, by Lanczos iteration.
 
 use nalgebra::{DMatrix, SymmetricEigen, Vector6};
+use rayon::prelude::*;
 
 use concordem_contact::math::{Vec3, any_perpendicular};
 
@@ -36,8 +37,13 @@ pub(super) fn start(n: usize, free: impl Fn(usize, usize) -> bool) -> Vec<Vector
 }
 
 fn dot(a: &[Vector6<f64>], b: &[Vector6<f64>]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x.dot(y)).sum::<f64>()
+    let products: Vec<f64> = a.par_iter().zip(b).with_min_len(SMALL).map(|(x, y)| x.dot(y)).collect();
+    // In the order of the particles, for any number of threads.
+    products.iter().sum()
 }
+
+/// Fewest particles that a thread computes at a time.
+const SMALL: usize = 1 << 12;
 
 /// Largest eigenvalue of the operator `apply`, known to be at most `ceiling`, among vectors that are zero where `free`
 /// is false. The residual is at most `tolerance` times the eigenvalue.
@@ -61,9 +67,8 @@ pub(super) fn largest_eigenvalue(
         apply(&v, &mut w);
         let a = dot(&v, &w);
         let b_old = beta.last().copied().unwrap_or(0.0);
-        for ((w, v), p) in w.iter_mut().zip(&v).zip(&previous) {
-            *w -= v * a + p * b_old;
-        }
+        let terms = w.par_iter_mut().zip(&v).zip(&previous).with_min_len(SMALL);
+        terms.for_each(|((w, v), p)| *w -= v * a + p * b_old);
         alpha.push(a);
         let b = dot(&w, &w).sqrt();
         if step % 10 == 0 || b <= 1e-14 * ceiling || step == STEPS.min(6 * n) {
@@ -87,9 +92,7 @@ pub(super) fn largest_eigenvalue(
         }
         beta.push(b);
         std::mem::swap(&mut previous, &mut v);
-        for (v, w) in v.iter_mut().zip(&w) {
-            *v = w / b;
-        }
+        v.par_iter_mut().zip(&w).with_min_len(SMALL).for_each(|(v, w)| *v = w / b);
     }
     best
 }

@@ -24,9 +24,12 @@
 //! [`Damping::stiffening`](crate::integrate::Damping::stiffening). The product of the separate limits for dashpots and
 //! for φ is not a bound: at ζ = 1 and φ = 1.5 it is too large by a factor of 1.4.
 
+mod network;
+
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
+use self::network::{Network, halves, joined};
 use crate::coupling::{Convergence, Coupling};
 use crate::integrate::Damping;
 use crate::lanczos;
@@ -86,6 +89,7 @@ pub fn p_wave(particles: &Particles, young: f64) -> f64 {
 }
 
 fn elements(state: &State) -> Vec<Element> {
+    const PART: usize = 1 << 16;
     let particles = &state.particles;
     let element = |block: &dyn Contacts, k: usize| {
         let view = block.view(k);
@@ -109,7 +113,12 @@ fn elements(state: &State) -> Vec<Element> {
     let mut all = Vec::new();
     for block in state.bonds.iter().chain(&state.contacts) {
         let block = block.contacts();
-        all.par_extend((0..block.len()).into_par_iter().filter_map(|k| element(block, k)));
+        all.reserve_exact(block.len());
+        // In parts: a parallel iterator that leaves elements out needs the memory twice.
+        for first in (0..block.len()).step_by(PART) {
+            let part = first..(first + PART).min(block.len());
+            all.par_extend(part.into_par_iter().filter_map(|k| element(block, k)));
+        }
     }
     all
 }
@@ -239,13 +248,15 @@ pub fn bounds_unless(
     if suffices(&rough) {
         return (rough, convergence);
     }
+    let mut network = Network::new(scale.len(), &elements, &walls);
+    drop(elements);
     let found = lanczos::largest_eigenvalue(
         scale.len(),
         |p, i| scale[p][i] != 0.0,
         largest,
         1e-4,
         |x, y| {
-            apply(&elements, &walls, &scale, x, y);
+            network.apply(&scale, x, y);
             if let Some(coupling) = &coupling {
                 let motion = |p: usize| halves(&x[p].component_mul(&scale[p]));
                 coupling.add_stiffness(update, motion, |p, force, torque| {
@@ -304,47 +315,4 @@ fn largest_block_eigenvalue(elements: &[Element], walls: &[WallElement], scale: 
             SymmetricEigen::new(scaled).eigenvalues.max()
         })
         .reduce(|| 0.0, f64::max)
-}
-
-/// Translational and rotational parts of a vector.
-fn halves(v: &Vector6<f64>) -> (Vec3, Vec3) {
-    (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
-}
-
-/// The inverse of [`halves`].
-fn joined(force: &Vec3, torque: &Vec3) -> Vector6<f64> {
-    Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
-}
-
-/// `y = S K S x`, element by element in fixed order.
-fn apply(
-    elements: &[Element],
-    walls: &[WallElement],
-    scale: &[Vector6<f64>],
-    x: &[Vector6<f64>],
-    y: &mut [Vector6<f64>],
-) {
-    y.fill(Vector6::zeros());
-    let split = |p: usize| halves(&x[p].component_mul(&scale[p]));
-    let mut add = |p: usize, force: Vec3, torque: Vec3| y[p] += joined(&force, &torque).component_mul(&scale[p]);
-    for e in elements {
-        let ((ua, wa), (ub, wb)) = (split(e.a as usize), split(e.b as usize));
-        let n = e.normal;
-        let relative = ub - ua + n.cross(&(wa * e.arm_a + wb * e.arm_b));
-        let normal_part = n * n.dot(&relative);
-        let f = normal_part * e.stiffness.normal + (relative - normal_part) * e.stiffness.shear;
-        let rotation = wb - wa;
-        let twist = n * n.dot(&rotation);
-        let moment = twist * e.stiffness.twist + (rotation - twist) * e.stiffness.bending;
-        let torque_per_arm = n.cross(&f);
-        add(e.a as usize, -f, -torque_per_arm * e.arm_a - moment);
-        add(e.b as usize, f, -torque_per_arm * e.arm_b + moment);
-    }
-    for (p, n, arm, k) in walls {
-        let (u, w) = split(*p as usize);
-        let relative = -u + n.cross(&(w * *arm));
-        let normal_part = n * n.dot(&relative);
-        let f = normal_part * k.normal + (relative - normal_part) * k.shear;
-        add(*p as usize, -f, -n.cross(&f) * *arm);
-    }
 }
