@@ -248,8 +248,7 @@ pub fn bounds_unless(
     if suffices(&rough) {
         return (rough, convergence);
     }
-    let mut network = Network::new(scale.len(), &elements, &walls);
-    drop(elements);
+    let mut network = Network::new(scale.len(), elements, &walls);
     let found = lanczos::largest_eigenvalue(
         scale.len(),
         |p, i| scale[p][i] != 0.0,

@@ -1,22 +1,22 @@
 //! The contacts as linear elements, for the iteration to the largest frequency: the product of the mass-scaled stiffness with a vector.
 //!
-//! Particles are divided into tiles. A tile has all elements of its particles, in their order, so tiles are independent of each other, and
-//! each particle sums its elements in the same order for any number of threads. An element between two tiles is computed in both: some tenth
-//! of them. Within a tile, elements are stored in columns for vector instructions.
+//! Particles are divided into tiles. A tile computes all elements of its particles, in their order, so tiles are independent of each other,
+//! and each particle sums its elements in the same order for any number of threads. An element between two tiles is computed in both: some
+//! tenth of them. Within a tile, the formula runs over columns.
 
 use nalgebra::Vector6;
 use rayon::prelude::*;
 
 use super::{Element, WallElement};
+use concordem_contact::columns::{Arrays, BATCH, Columns, Formula};
 use concordem_contact::math::Vec3;
 
 /// Particles per tile.
 const TILE: usize = 1024;
-/// Elements whose columns are computed at a time.
-const LANES: usize = 16;
 
-/// The elements of all tiles.
+/// The elements, and those of each tile.
 pub(super) struct Network {
+    elements: Vec<Element>,
     tiles: Vec<Tile>,
     /// Displacements and rotations `S x`.
     motion: Vec<Vector6<f64>>,
@@ -25,150 +25,50 @@ pub(super) struct Network {
 struct Tile {
     /// Index of the first particle.
     first: usize,
-    batches: Vec<Batch>,
+    /// Indices of the elements, ascending.
+    elements: Vec<u32>,
     walls: Vec<WallElement>,
 }
 
-/// Elements in columns. Only the first `count` lanes are in use.
-struct Batch {
-    count: usize,
-    ends: [[u32; 2]; LANES],
-    normal: [[f64; LANES]; 3],
-    arms: [[f64; LANES]; 2],
-    /// Stiffness of the normal, shear, bending, twist.
-    stiffness: [[f64; LANES]; 4],
-}
-
-/// Motion of the two ends of the elements of a batch: displacement, then rotation.
-type Motions = [[[f64; LANES]; 6]; 2];
-
-impl Network {
-    /// The elements of `count` particles. Elements with walls follow those between particles.
-    pub(super) fn new(count: usize, elements: &[Element], walls: &[WallElement]) -> Self {
-        let tile_of = |p: u32| p as usize / TILE;
-        let mut of_tile = vec![Vec::new(); count.div_ceil(TILE)];
-        for (k, element) in elements.iter().enumerate() {
-            let (a, b) = (tile_of(element.a), tile_of(element.b));
-            of_tile[a].push(k as u32);
-            if b != a {
-                of_tile[b].push(k as u32);
-            }
-        }
-        let mut walls_of_tile = vec![Vec::new(); of_tile.len()];
-        for &wall in walls {
-            walls_of_tile[tile_of(wall.0)].push(wall);
-        }
-        let tile = |(t, (list, walls)): (usize, (Vec<u32>, Vec<WallElement>))| Tile {
-            first: t * TILE,
-            batches: list.chunks(LANES).map(|list| Batch::new(elements, list)).collect(),
-            walls,
-        };
-        let lists: Vec<_> = of_tile.into_iter().zip(walls_of_tile).collect();
-        Self { tiles: lists.into_par_iter().enumerate().map(tile).collect(), motion: vec![Vector6::zeros(); count] }
+concordem_contact::columns! {
+    /// An element and the motions of its ends.
+    struct Moved {
+        normal: Vec3,
+        arm_a: f64,
+        arm_b: f64,
+        normal_stiffness: f64,
+        shear_stiffness: f64,
+        bending_stiffness: f64,
+        twist_stiffness: f64,
+        displacement_a: Vec3,
+        rotation_a: Vec3,
+        displacement_b: Vec3,
+        rotation_b: Vec3,
     }
-
-    /// `y = S K S x` with the diagonal matrix `S` of `scale`.
-    pub(super) fn apply(&mut self, scale: &[Vector6<f64>], x: &[Vector6<f64>], y: &mut [Vector6<f64>]) {
-        let motions = self.motion.par_iter_mut().with_min_len(TILE);
-        motions.zip(x).zip(scale).for_each(|((motion, x), scale)| *motion = x.component_mul(scale));
-        let motion = &self.motion;
-        self.tiles.par_iter().zip(y.par_chunks_mut(TILE)).for_each(|(tile, y)| tile.apply(scale, motion, y));
+    /// Force on the second end, the opposite of that on the first one, and torques on both.
+    struct Loads {
+        force: Vec3,
+        torque_a: Vec3,
+        torque_b: Vec3,
     }
 }
 
-impl Tile {
-    /// The product for the particles of the tile.
-    fn apply(&self, scale: &[Vector6<f64>], motion: &[Vector6<f64>], y: &mut [Vector6<f64>]) {
-        y.fill(Vector6::zeros());
-        let mut add = |p: usize, contribution: Vector6<f64>| {
-            if let Some(y) = y.get_mut(p.wrapping_sub(self.first)) {
-                *y += contribution.component_mul(&scale[p]);
-            }
-        };
-        for batch in &self.batches {
-            let [on_a, on_b] = pulp::Arch::new().dispatch(Response { batch, motions: &batch.motions(motion) });
-            for (lane, ends) in batch.ends[..batch.count].iter().enumerate() {
-                add(ends[0] as usize, Vector6::from_fn(|i, _| on_a[i][lane]));
-                add(ends[1] as usize, Vector6::from_fn(|i, _| on_b[i][lane]));
-            }
-        }
-        for (p, n, arm, k) in &self.walls {
-            let (u, w) = halves(&motion[*p as usize]);
-            let f = along_and_across(n, &(-u + n.cross(&(w * *arm))), k.normal, k.shear);
-            add(*p as usize, joined(&-f, &(-n.cross(&f) * *arm)));
-        }
-    }
-}
+/// Forces and torques of an element.
+struct Linear;
 
-impl Batch {
-    fn new(elements: &[Element], list: &[u32]) -> Self {
-        let mut batch = Self {
-            count: list.len(),
-            ends: [[0; 2]; LANES],
-            normal: [[0.0; LANES]; 3],
-            arms: [[0.0; LANES]; 2],
-            stiffness: [[0.0; LANES]; 4],
-        };
-        for (lane, &k) in list.iter().enumerate() {
-            let Element { a, b, normal, arm_a, arm_b, stiffness } = &elements[k as usize];
-            batch.ends[lane] = [*a, *b];
-            for (column, value) in batch.normal.iter_mut().zip(normal) {
-                column[lane] = *value;
-            }
-            (batch.arms[0][lane], batch.arms[1][lane]) = (*arm_a, *arm_b);
-            let all = [stiffness.normal, stiffness.shear, stiffness.bending, stiffness.twist];
-            for (column, value) in batch.stiffness.iter_mut().zip(all) {
-                column[lane] = value;
-            }
-        }
-        batch
-    }
-
-    /// The motions of the ends.
-    fn motions(&self, motion: &[Vector6<f64>]) -> Motions {
-        let mut columns = [[[0.0; LANES]; 6]; 2];
-        for (lane, ends) in self.ends[..self.count].iter().enumerate() {
-            for (columns, &p) in columns.iter_mut().zip(ends) {
-                let motion = &motion[p as usize];
-                for (i, column) in columns.iter_mut().enumerate() {
-                    column[lane] = motion[i];
-                }
-            }
-        }
-        columns
-    }
-}
-
-/// Forces and torques on the ends of the elements of a batch, with the widest instructions of the processor.
-struct Response<'a> {
-    batch: &'a Batch,
-    motions: &'a Motions,
-}
-
-impl pulp::NullaryFnOnce for Response<'_> {
-    type Output = Motions;
+impl Formula for Linear {
+    type Input = Moved;
+    type Output = Loads;
     #[inline(always)]
-    fn call(self) -> Motions {
-        let Self { batch, motions } = self;
-        let mut on_ends = [[[0.0; LANES]; 6]; 2];
-        for lane in 0..LANES {
-            let vector = |columns: &[[f64; LANES]], i: usize| {
-                Vec3::new(columns[i][lane], columns[i + 1][lane], columns[i + 2][lane])
-            };
-            let [(ua, wa), (ub, wb)] = [0, 1].map(|end| (vector(&motions[end], 0), vector(&motions[end], 3)));
-            let (n, [arm_a, arm_b]) = (vector(&batch.normal, 0), batch.arms.map(|arms| arms[lane]));
-            let [normal, shear, bending, twist] = batch.stiffness.map(|column| column[lane]);
-            let f = along_and_across(&n, &(ub - ua + n.cross(&(wa * arm_a + wb * arm_b))), normal, shear);
-            let moment = along_and_across(&n, &(wb - wa), twist, bending);
-            let torque_per_arm = n.cross(&f);
-            let (force_a, torque_a) = (-f, -torque_per_arm * arm_a - moment);
-            let torque_b = -torque_per_arm * arm_b + moment;
-            for i in 0..3 {
-                (on_ends[0][i][lane], on_ends[0][i + 3][lane]) = (force_a[i], torque_a[i]);
-                (on_ends[1][i][lane], on_ends[1][i + 3][lane]) = (f[i], torque_b[i]);
-            }
-        }
-        on_ends
+    fn apply(&self, moved: Moved) -> Loads {
+        let Moved { normal: n, arm_a, arm_b, .. } = moved;
+        let contact = n.cross(&(moved.rotation_a * arm_a + moved.rotation_b * arm_b));
+        let relative = moved.displacement_b - moved.displacement_a + contact;
+        let force = along_and_across(&n, &relative, moved.normal_stiffness, moved.shear_stiffness);
+        let rotation = moved.rotation_b - moved.rotation_a;
+        let moment = along_and_across(&n, &rotation, moved.twist_stiffness, moved.bending_stiffness);
+        let torque_per_arm = n.cross(&force);
+        Loads { force, torque_a: -torque_per_arm * arm_a - moment, torque_b: -torque_per_arm * arm_b + moment }
     }
 }
 
@@ -179,12 +79,104 @@ fn along_and_across(normal: &Vec3, vector: &Vec3, along: f64, across: f64) -> Ve
     part * along + (vector - part) * across
 }
 
+impl Network {
+    /// The elements of `count` particles. Elements with walls follow those between particles.
+    pub(super) fn new(count: usize, elements: Vec<Element>, walls: &[WallElement]) -> Self {
+        let tile = |t: usize| Tile { first: t * TILE, elements: Vec::new(), walls: Vec::new() };
+        let mut tiles: Vec<Tile> = (0..count.div_ceil(TILE)).map(tile).collect();
+        for (k, element) in elements.iter().enumerate() {
+            let (a, b) = (element.a as usize / TILE, element.b as usize / TILE);
+            tiles[a].elements.push(k as u32);
+            if b != a {
+                tiles[b].elements.push(k as u32);
+            }
+        }
+        for &wall in walls {
+            tiles[wall.0 as usize / TILE].walls.push(wall);
+        }
+        Self { elements, tiles, motion: vec![Vector6::zeros(); count] }
+    }
+
+    /// `y = S K S x` with the diagonal matrix `S` of `scale`.
+    pub(super) fn apply(&mut self, scale: &[Vector6<f64>], x: &[Vector6<f64>], y: &mut [Vector6<f64>]) {
+        let motions = self.motion.par_iter_mut().with_min_len(TILE);
+        motions.zip(x).zip(scale).for_each(|((motion, x), scale)| *motion = x.component_mul(scale));
+        let (elements, motion) = (&self.elements[..], &self.motion[..]);
+        self.tiles.par_iter().zip(y.par_chunks_mut(TILE)).for_each(|(tile, y)| {
+            pulp::Arch::new().dispatch(Product { tile, elements, scale, motion, y });
+        });
+    }
+}
+
+/// The product for the particles of a tile, with the widest instructions of the processor.
+struct Product<'a> {
+    tile: &'a Tile,
+    elements: &'a [Element],
+    scale: &'a [Vector6<f64>],
+    motion: &'a [Vector6<f64>],
+    y: &'a mut [Vector6<f64>],
+}
+
+impl Product<'_> {
+    /// Adds force and torque to a particle, if it lies in the tile.
+    #[inline(always)]
+    fn add(&mut self, p: u32, force: &Vec3, torque: &Vec3) {
+        if let Some(y) = self.y.get_mut((p as usize).wrapping_sub(self.tile.first)) {
+            *y += joined(force, torque).component_mul(&self.scale[p as usize]);
+        }
+    }
+}
+
+impl pulp::NullaryFnOnce for Product<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn call(mut self) {
+        let Self { tile, elements, motion, .. } = self;
+        self.y.fill(Vector6::zeros());
+        let mut columns = Columns::default();
+        for list in tile.elements.chunks(BATCH) {
+            let moved = columns.input::<Moved>();
+            for (lane, &k) in list.iter().enumerate() {
+                let Element { a, b, normal, arm_a, arm_b, stiffness } = &elements[k as usize];
+                moved.normal.set(lane, *normal);
+                moved.arm_a.set(lane, *arm_a);
+                moved.arm_b.set(lane, *arm_b);
+                moved.normal_stiffness.set(lane, stiffness.normal);
+                moved.shear_stiffness.set(lane, stiffness.shear);
+                moved.bending_stiffness.set(lane, stiffness.bending);
+                moved.twist_stiffness.set(lane, stiffness.twist);
+                let (displacement, rotation) = halves(&motion[*a as usize]);
+                moved.displacement_a.set(lane, displacement);
+                moved.rotation_a.set(lane, rotation);
+                let (displacement, rotation) = halves(&motion[*b as usize]);
+                moved.displacement_b.set(lane, displacement);
+                moved.rotation_b.set(lane, rotation);
+            }
+            columns.apply(&Linear);
+            let loads = columns.output::<Loads>();
+            for (lane, &k) in list.iter().enumerate() {
+                let Element { a, b, .. } = elements[k as usize];
+                let force = loads.force.get(lane);
+                self.add(a, &-force, &loads.torque_a.get(lane));
+                self.add(b, &force, &loads.torque_b.get(lane));
+            }
+        }
+        for (p, n, arm, k) in &tile.walls {
+            let (displacement, rotation) = halves(&motion[*p as usize]);
+            let force = along_and_across(n, &(-displacement + n.cross(&(rotation * *arm))), k.normal, k.shear);
+            self.add(*p, &-force, &(-n.cross(&force) * *arm));
+        }
+    }
+}
+
 /// Translational and rotational parts of a vector.
+#[inline(always)]
 pub(super) fn halves(v: &Vector6<f64>) -> (Vec3, Vec3) {
     (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
 }
 
 /// The inverse of [`halves`].
+#[inline(always)]
 pub(super) fn joined(force: &Vec3, torque: &Vec3) -> Vector6<f64> {
     Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
 }
@@ -258,7 +250,7 @@ mod tests {
             .map(|p| (p, Vec3::new(random(), random(), random()).normalize(), 1.0, stiffness(&mut random)))
             .collect();
         let scale: Vec<_> = (0..n).map(|_| Vector6::from_fn(|_, _| 1.5 + random())).collect();
-        let mut network = Network::new(n, &elements, &walls);
+        let mut network = Network::new(n, elements.clone(), &walls);
         for _ in 0..2 {
             let x: Vec<_> = (0..n).map(|_| Vector6::from_fn(|_, _| random())).collect();
             let mut y = vec![Vector6::repeat(f64::NAN); n];
