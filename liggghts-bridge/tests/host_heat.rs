@@ -1,8 +1,8 @@
 //! Heat along the bonds of atoms in LIGGGHTS and LAMMPS: any number of processors, restart, balance, closed forms, ConcorDEM's solver,
 //! LIGGGHTS' own heat conduction, and what is rejected.
 
-#[path = "../harness/mod.rs"]
 mod harness;
+#[path = "host_heat/refused.rs"]
 mod refused;
 
 use std::fmt::Write as _;
