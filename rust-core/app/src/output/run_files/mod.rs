@@ -327,13 +327,8 @@ impl RunFiles {
             let _ = fs::remove_file(numbered(&self.parts, "segment", self.segments));
         })?;
         stage("after checkpoint");
-        self.segments = segments;
+        self.close_segment(segments);
         self.next_checkpoint += 1;
-        self.samples.clear();
-        self.operators.iter_mut().for_each(Vec::clear);
-        self.events.clear();
-        self.snapshots.clear();
-        self.bonds.clear();
         for (&number, old) in &list_numbered(&self.parts, "checkpoint")? {
             if number + 2 < self.next_checkpoint {
                 remove(old)?;
@@ -357,16 +352,26 @@ impl RunFiles {
         Ok(!empty)
     }
 
+    /// Forgets what was appended, because it is in the segments now.
+    fn close_segment(&mut self, segments: u64) {
+        self.segments = segments;
+        self.samples.clear();
+        self.operators.iter_mut().for_each(Vec::clear);
+        self.events.clear();
+        self.snapshots.clear();
+        self.bonds.clear();
+    }
+
     /// Merges all segments into the result and removes the working folder.
     ///
     /// `last`: the final state; `tables` writes columns below `cell/`, `contacts/`, and `particles/`. No checkpoint of the final state is
     /// written, because the result holds it: a run killed in this function is resumed like any other, from its last commit. If the result
     /// cannot be written, the final state is committed, so that no step is lost.
     pub fn finish(mut self, last: &dyn WriteColumns, tables: &dyn WriteColumns) -> Result<(), OutputError> {
-        let pending = self.write_pending()?;
+        let segments = self.segments + u64::from(self.write_pending()?);
+        self.close_segment(segments);
         stage("before merge");
-        let count = self.segments + u64::from(pending);
-        let segments: Vec<PathBuf> = (0..count).map(|k| numbered(&self.parts, "segment", k)).collect();
+        let segments: Vec<PathBuf> = (0..segments).map(|k| numbered(&self.parts, "segment", k)).collect();
         let result = merge::Merge {
             path: &self.path,
             scratch: &self.parts,
