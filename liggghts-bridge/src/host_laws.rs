@@ -16,7 +16,7 @@
 //!
 //! These laws keep LIGGGHTS' quirks: the shear spring creates energy when the overlap shrinks, and the dashpot can pull and can
 //! exceed the friction limit. The energy ledger does not cover them. ConcorDEM's own laws are
-//! [`HertzMindlin`](concordem_contact::law::HertzMindlin) and [`Frictional`](concordem_contact::law::Frictional).
+//! [`HertzMindlin`] and [`Frictional`].
 
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PointKinematics, Transport, WallInput};
 use concordem_contact::law::{

@@ -1,6 +1,6 @@
 //! Assembly: from a scenario to a state, a model, and a schedule.
 //!
-//! [`assemble_stages`] lists the stages; each stage has its own file. Particles and clumps come first, because walls,
+//! `assemble_stages` lists the stages; each stage has its own file. Particles and clumps come first, because walls,
 //! bonds, and the loading refer to them; the time step comes last, because it depends on all of them.
 
 mod aggregates;
