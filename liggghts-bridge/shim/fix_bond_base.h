@@ -108,6 +108,7 @@ class FixBondBase : public Fix {
   long long rows_of_data_[2];                // atoms and records on all processors
 
   std::vector<std::string> heat_groups_;     // groups that the tables of heat name
+  std::vector<int> heat_bits_;               // their bits
 
   void begin_heat();
   void check_heat_network();

@@ -9,6 +9,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "domain.h"
 #include "fix_bond_base.h"
 #include "group.h"
 #include "memory.h"
@@ -22,16 +23,17 @@ using namespace LAMMPS_NS;
 void FixBondBase::begin_heat()
 {
   if (!conducts()) return;
-  std::vector<int> bits;
+  // In two dimensions LIGGGHTS' masses are those of discs 1 m deep, but areas of bonds are those of spheres.
+  if (domain->dimension == 2) fail("`heat` needs `dimension 3`; keep the atoms in a plane with forces along z set to zero");
   for (int k = 0; k < facts_.heat_groups; k++) {
     std::string name(concordem_network_heat_group(network_, k, NULL), ' ');
     concordem_network_heat_group(network_, k, &name[0]);
     heat_groups_.push_back(name);
     const int found = group->find(name.c_str());
     if (found < 0) fail("the file of `heat` names the set " + name + ", but there is no such group; define it before this fix");
-    bits.push_back(group->bitmask[found]);
+    heat_bits_.push_back(group->bitmask[found]);
   }
-  concordem_network_set_heat_groups(network_, bits.data());
+  concordem_network_set_heat_groups(network_, heat_bits_.data());
   // `f_ID` of an atom is its temperature.
   peratom_flag = 1;
   size_peratom_cols = 0;
@@ -44,6 +46,10 @@ void FixBondBase::measure_heated_groups()
   ConcordemAtoms atoms = arrays();
   std::vector<double> volumes;
   for (int k = 0; k < facts_.heat_groups; k++) {
+    // Another group may have the bit of a deleted one.
+    const int found = group->find(heat_groups_[k].c_str());
+    if (found < 0 || group->bitmask[found] != heat_bits_[k])
+      fail("the group " + heat_groups_[k] + " of the file of `heat` was deleted; define the fix again, or keep the group");
     const int64_t count = concordem_network_heat_volumes(network_, &atoms, k, NULL);
     if (count < 0) continue;
     volumes.resize(count);

@@ -423,7 +423,7 @@ impl Network {
     /// Set the temperature (K) of the owned atoms with the group's bit. Their heat counts as heat through the boundary.
     pub fn set_temperature(&mut self, atoms: &mut Atoms<'_>, bit: i32, temperature: f64) {
         let Some(thermal) = self.thermal.take() else { return };
-        for i in (0..atoms.owned).filter(|&i| atoms.mask[i] & bit != 0) {
+        for i in (0..atoms.owned).filter(|&i| atoms.mask[i] & bit != 0 && atoms.mask[i] & atoms.group != 0) {
             let [capacity, _] = self.heat_of(&thermal, atoms, i);
             let old = self.layout.set_temperature(&mut atoms.memory[i * self.layout.width..], temperature);
             let material = (atoms.kind[i] - 1) as usize;
