@@ -28,6 +28,23 @@ fn unknown_groups_and_large_steps_are_rejected() {
     rejected(folder, 1.01 * bound, &format!("but must be at most {bound:.4e} s for stable heat conduction"));
 }
 
+/// A new group takes the bit of a deleted one, so the fix must not go on with the bit.
+#[test]
+fn a_deleted_group_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let table = "[[heat.source]]\nset = \"hot\"\npower = 1";
+    std::fs::write(folder.join("heat.toml"), format!("{ORDERED}temperature = 300\n{table}\n")).unwrap();
+    for host in BOTH {
+        let head = start(host, folder, &lattice([4, 1, 1], 0.0), 1e-6);
+        let bonds = format!("fix bonds all concordem/bond {LINEAR} {GLASS} heat heat.toml bond distance 1.01\nrun 2\n");
+        let script = format!("{head}group hot id 1\n{bonds}group hot delete\ngroup other id 2\nrun 2\n");
+        let printed = text(&attempt_in(host, folder, &script, 1)).replace('\n', " ");
+        let wanted = "the group hot of the file of `heat` was deleted";
+        assert!(printed.contains(wanted), "{host:?}: {printed}");
+    }
+}
+
 /// The fix stops both hosts.
 fn rejected(folder: &Path, dt: f64, wanted: &str) {
     for host in BOTH {
