@@ -139,6 +139,7 @@ void FixConcordemBond::pre_force(int)
   communicate();
   show_temperatures();
   if (neighbor->ago == 0) {
+    measure_heated_groups();
     rebuild();
     check_pair_style();
   }

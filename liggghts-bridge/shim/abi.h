@@ -72,6 +72,8 @@ struct ConcordemFacts {
   double factor;
   /// Reach given by the user, m; 0: none.
   double reach;
+  /// Temperature at which bonds have their reference lengths, K; 0 without heat conduction.
+  double reference_temperature;
 };
 
 /// Caller's buffer for an error message, zero-terminated.
@@ -535,7 +537,8 @@ static_assert(offsetof(ConcordemFacts, contacts) == 32 && sizeof(ConcordemFacts:
 static_assert(offsetof(ConcordemFacts, at) == 64 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
 static_assert(offsetof(ConcordemFacts, factor) == 72 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
 static_assert(offsetof(ConcordemFacts, reach) == 80 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
-static_assert(sizeof(ConcordemFacts) == 88 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemFacts, reference_temperature) == 88 && sizeof(ConcordemFacts::reference_temperature) == 8, "ConcordemFacts::reference_temperature");
+static_assert(sizeof(ConcordemFacts) == 96 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
 static_assert(offsetof(ConcordemPairLists, atoms) == 0 && sizeof(ConcordemPairLists::atoms) == 4, "ConcordemPairLists::atoms");
 static_assert(offsetof(ConcordemPairLists, index_bits) == 4 && sizeof(ConcordemPairLists::index_bits) == 4, "ConcordemPairLists::index_bits");
 static_assert(offsetof(ConcordemPairLists, list) == 8 && sizeof(ConcordemPairLists::list) == 8, "ConcordemPairLists::list");
@@ -619,4 +622,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x1b8e031030fde118)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xe53c14722805152c)

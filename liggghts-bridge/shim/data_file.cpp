@@ -217,10 +217,11 @@ void FixBondBase::write_data_section_keyword(int part, FILE *fp)
             head.contacts, head.made, head.found_at == update->ntimestep, head.virial_at == update->ntimestep, rows_of_data_[0],
             2 + facts_.atom_width, rows_of_data_[1], facts_.record_reals);
     print_reals(fp, head.totals, CONCORDEM_TOTALS);
-    double more[10] = {head.mean_radius};
+    double more[11] = {head.mean_radius};
     std::copy(head.edge, head.edge + 3, more + 1);
     std::copy(head.virial, head.virial + 6, more + 4);
-    print_reals(fp, more, 10);
+    more[10] = head.reference_temperature;
+    print_reals(fp, more, 11);
   } else if (part == END) {
     fprintf(fp, "# end of the %s\n", title(id).c_str());
 #ifndef CONCORDEM_LAMMPS
@@ -271,7 +272,7 @@ void FixBondBase::read_state(const std::string &data_file)
   memset(&head, 0, sizeof(head));
   StateCounts found;
   memset(&found, 0, sizeof(found));
-  double more[10] = {0.0};
+  double more[11] = {0.0};
   if (file) {
     file->seek(id);
     const char *line = file->error.empty() ? file->text() : "";
@@ -280,12 +281,12 @@ void FixBondBase::read_state(const std::string &data_file)
                found.law, found.contacts, &found.made, &found.forces, &found.virial, &found.rows[0], &found.columns[0], &found.rows[1],
                &found.columns[1]) != 10)
       file->fail_at_line("the head of the state is damaged");
-    if (file->error.empty()) file->reals(head.totals, CONCORDEM_TOTALS) && file->reals(more, 10);
+    if (file->error.empty()) file->reals(head.totals, CONCORDEM_TOTALS) && file->reals(more, 11);
   }
   check();
   MPI_Bcast(&found, sizeof(found), MPI_BYTE, 0, world);
   MPI_Bcast(head.totals, CONCORDEM_TOTALS, MPI_DOUBLE, 0, world);
-  MPI_Bcast(more, 10, MPI_DOUBLE, 0, world);
+  MPI_Bcast(more, 11, MPI_DOUBLE, 0, world);
   const int columns[2] = {2 + facts_.atom_width, facts_.record_reals};
   memcpy(head.law, found.law, sizeof(head.law));
   memcpy(head.contacts, found.contacts, sizeof(head.contacts));
@@ -293,6 +294,7 @@ void FixBondBase::read_state(const std::string &data_file)
   head.mean_radius = more[0];
   std::copy(more + 1, more + 4, head.edge);
   std::copy(more + 4, more + 10, head.virial);
+  head.reference_temperature = more[10];
   head.found_at = found.forces ? update->ntimestep : -1;
   head.virial_at = found.virial ? update->ntimestep : -1;
   head.atom_width = found.columns[0] - 2;

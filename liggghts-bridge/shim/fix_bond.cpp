@@ -100,6 +100,7 @@ void FixConcordemBond::pre_force(int vflag)
   communicate();
   show_temperatures();
   if (neighbor->ago == 0) {
+    measure_heated_groups();
     rebuild();
     check_pair_style();
   }

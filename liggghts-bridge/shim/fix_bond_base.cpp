@@ -341,6 +341,11 @@ void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &fi
     fail(file + " contains contacts of law " + head.contacts + ", not " + facts_.contacts + "; give the same `contact LAW`");
   if (head.atom_width != facts_.atom_width || head.record_reals != facts_.record_reals)
     fail(file + " has other data per atom or bond; give the laws, the `deformable`, and the `heat` of the script that wrote it");
+  if (head.reference_temperature != facts_.reference_temperature) {
+    char kelvin[32];
+    snprintf(kelvin, sizeof(kelvin), "%.17g", head.reference_temperature);
+    fail(file + " has bonds whose lengths are those at " + kelvin + " K; add `reference_temperature = " + kelvin + "` to [heat]");
+  }
   made_ = head.made;
   mean_radius_ = head.mean_radius;
   for (int axis = 0; axis < 3; axis++) edge_[axis] = head.edge[axis];

@@ -94,7 +94,7 @@ class FixBondBase : public Fix {
 
   // Heat conduction (heat.cpp).
   bool conducts() const { return facts_.temperature >= 0; }
-  void measure_heated_groups();    // at the setup of a run, before rebuild()
+  void measure_heated_groups();    // before rebuild()
   void check_heat_step();
   void conduct();                  // one step, before atoms change their processors
   void show_temperatures();        // for output

@@ -32,6 +32,9 @@ void FixBondBase::begin_heat()
     const int found = group->find(name.c_str());
     if (found < 0) fail("the file of `heat` names the set " + name + ", but there is no such group; define it before this fix");
     heat_bits_.push_back(group->bitmask[found]);
+    if (group->count(found) == 0 && comm->me == 0)
+      warn("the group " + name + " of the file of `heat` has no atoms yet; initial temperatures are for atoms that are in their groups when "
+           "the fix is defined, or when they are made");
   }
   concordem_network_set_heat_groups(network_, heat_bits_.data());
   // `f_ID` of an atom is its temperature.
@@ -40,7 +43,8 @@ void FixBondBase::begin_heat()
   peratom_freq = 1;
 }
 
-// The power of a source is shared in proportion to the volumes of its atoms, on all processors. Collective; at the setup of a run.
+// The power of a source is shared in proportion to the volumes of its atoms, on all processors. Collective; before each rebuild, because atoms may
+// have been inserted or deleted.
 void FixBondBase::measure_heated_groups()
 {
   ConcordemAtoms atoms = arrays();
@@ -100,7 +104,7 @@ int FixBondBase::modify_param(int narg, char **arg)
   char *end;
   const double value = strtod(arg[2], &end);
   if (end == arg[2] || *end || !(value >= 0.0 && value < 1e300))
-    fail("`fix_modify " + std::string(id) + " temperature " + arg[1] + " " + arg[2] + "`: give an absolute temperature in K");
+    fail("`fix_modify " + std::string(id) + " temperature " + arg[1] + " " + arg[2] + "`: give a number, the absolute temperature in K, without a unit");
   ConcordemAtoms atoms = arrays();
   concordem_network_set_temperature(network_, &atoms, group->bitmask[found], value);
   // Ghosts need the temperatures before the next step, also of `run N pre no`.

@@ -24,7 +24,7 @@
 namespace LAMMPS_NS {
 
 // Version of restart files. Increase it whenever the head or the meaning of its numbers changes.
-const int CONCORDEM_RESTART_VERSION = 5;
+const int CONCORDEM_RESTART_VERSION = 6;
 
 // Head of a restart file. Every version starts with the version number; the length differs.
 struct ConcordemRestartHead {
@@ -34,12 +34,12 @@ struct ConcordemRestartHead {
   int atom_width, record_reals;
   int64_t found_at;
   double totals[CONCORDEM_TOTALS];
-  double edge[3], mean_radius;
+  double edge[3], mean_radius, reference_temperature;
   int64_t virial_at;
   double virial[6];
 };
 
-static_assert(sizeof(ConcordemRestartHead) == 176 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
+static_assert(sizeof(ConcordemRestartHead) == 184 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
 // The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
@@ -280,6 +280,7 @@ inline ConcordemRestartHead concordem_restart_head(const ConcordemNetwork *netwo
   head.made = made;
   head.atom_width = facts.atom_width;
   head.record_reals = facts.record_reals;
+  head.reference_temperature = facts.reference_temperature;
   memcpy(head.contacts, facts.contacts, sizeof(head.contacts));
   strncpy(head.law, law, sizeof(head.law) - 1);
   head.found_at = concordem_network_totals(network, mine);

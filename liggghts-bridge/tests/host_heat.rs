@@ -1,6 +1,8 @@
 //! Heat along the bonds of atoms in LIGGGHTS and LAMMPS: any number of processors, restart, balance, closed forms, ConcorDEM's solver,
 //! LIGGGHTS' own heat conduction, and what is rejected.
 
+#[path = "host_heat/groups.rs"]
+mod groups;
 mod harness;
 #[path = "host_heat/refused.rs"]
 mod refused;

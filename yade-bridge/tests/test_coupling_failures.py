@@ -13,8 +13,8 @@ from concordem import coupling
 
 pytest.importorskip("skfem")
 
+import test_cells as cells_of  # noqa: E402
 import test_contact_coupling as contact  # noqa: E402
-import test_coupling as cells_of  # noqa: E402
 import test_surface_coupling as surface  # noqa: E402
 import test_volume_coupling as volume  # noqa: E402
 

@@ -41,6 +41,8 @@ pub struct Facts {
     factor: f64,
     /// Reach given by the user, m; 0: none.
     reach: f64,
+    /// Temperature at which bonds have their reference lengths, K; 0 without heat conduction.
+    reference_temperature: f64,
 }
 
 /// Create a network from the `count` script arguments after the style name, on processor `processor` of `processors`. Returns null and a
@@ -87,6 +89,7 @@ pub unsafe extern "C" fn concordem_network_new(
                 at: options.at.unwrap_or(-1),
                 factor,
                 reach: options.reach,
+                reference_temperature: network.reference_temperature(),
             };
             made = Box::into_raw(Box::new(network));
             Ok::<_, String>(0)

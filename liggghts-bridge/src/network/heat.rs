@@ -214,6 +214,11 @@ impl Thermal {
 }
 
 impl Network {
+    /// Temperature at which bonds have their reference lengths, K; 0 without heat conduction.
+    pub fn reference_temperature(&self) -> f64 {
+        self.thermal.as_ref().map_or(0.0, |thermal| thermal.model.reference_temperature)
+    }
+
     /// Names of the host's groups that the tables of heat name.
     pub fn heat_groups(&self) -> &[String] {
         self.thermal.as_ref().map_or(&[], |thermal| &thermal.tables.groups)

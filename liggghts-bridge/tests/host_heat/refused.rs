@@ -28,23 +28,6 @@ fn unknown_groups_and_large_steps_are_rejected() {
     rejected(folder, 1.01 * bound, &format!("but must be at most {bound:.4e} s for stable heat conduction"));
 }
 
-/// A new group takes the bit of a deleted one, so the fix must not go on with the bit.
-#[test]
-fn a_deleted_group_is_not_replaced() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let table = "[[heat.source]]\nset = \"hot\"\npower = 1";
-    std::fs::write(folder.join("heat.toml"), format!("{ORDERED}temperature = 300\n{table}\n")).unwrap();
-    for host in BOTH {
-        let head = start(host, folder, &lattice([4, 1, 1], 0.0), 1e-6);
-        let bonds = format!("fix bonds all concordem/bond {LINEAR} {GLASS} heat heat.toml bond distance 1.01\nrun 2\n");
-        let script = format!("{head}group hot id 1\n{bonds}group hot delete\ngroup other id 2\nrun 2\n");
-        let printed = text(&attempt_in(host, folder, &script, 1)).replace('\n', " ");
-        let wanted = "the group hot of the file of `heat` was deleted";
-        assert!(printed.contains(wanted), "{host:?}: {printed}");
-    }
-}
-
 /// The fix stops both hosts.
 fn rejected(folder: &Path, dt: f64, wanted: &str) {
     for host in BOTH {
@@ -73,7 +56,12 @@ fn other_mistakes_are_rejected() {
             (fix.replace(GLASS, ""), "needs the thermal constants of every material"),
             (fix.replace("specific_heat 800", "specific_heat 0"), "`thermal.specific_heat`: must be positive"),
             (format!("{fix}fix_modify bonds temperature nobody 300\n"), "there is no such group"),
-            (format!("{fix}fix_modify bonds temperature all cold\n"), "give an absolute temperature"),
+            (format!("{fix}fix_modify bonds temperature all cold\n"), "the absolute temperature in K, without a unit"),
+            // Masses of LIGGGHTS are those of discs there.
+            (
+                fix.replace("units si\n", "units si\ndimension 2\n").replace("f f f", "f f p"),
+                "`heat` needs `dimension 3`",
+            ),
             (
                 format!(
                     "{}fix_modify bonds temperature all 300\n",
