@@ -147,7 +147,7 @@ def timed(step, count):
 
 
 def beside(coupled, particles, elements, sizes, parts, steps, touching=None):
-    """Medians, in seconds per step. `touching`: number of contacts now; all but those of spheres beside the other body must last."""
+    """Medians, in seconds per step. `touching`: counts the present contacts; at least half of the spheres must touch after every part."""
     alone = elements()
 
     def of_elements(count):

@@ -344,7 +344,7 @@ void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &fi
   if (head.reference_temperature != facts_.reference_temperature) {
     char kelvin[32];
     snprintf(kelvin, sizeof(kelvin), "%.17g", head.reference_temperature);
-    fail(file + " has bonds whose lengths are those at " + kelvin + " K; add `reference_temperature = " + kelvin + "` to [heat]");
+    fail(file + " refers to " + kelvin + " K, this script to another temperature; add `reference_temperature = " + kelvin + "` to [heat]");
   }
   made_ = head.made;
   mean_radius_ = head.mean_radius;

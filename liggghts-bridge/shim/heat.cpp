@@ -33,8 +33,8 @@ void FixBondBase::begin_heat()
     if (found < 0) fail("the file of `heat` names the set " + name + ", but there is no such group; define it before this fix");
     heat_bits_.push_back(group->bitmask[found]);
     if (group->count(found) == 0 && comm->me == 0)
-      warn("the group " + name + " of the file of `heat` has no atoms yet; initial temperatures are for atoms that are in their groups when "
-           "the fix is defined, or when they are made");
+      warn("the group " + name + " of the file of `heat` has no atoms yet; its initial temperature applies only to atoms that are created "
+           "later: define the fix after the atoms, or use `fix_modify ID temperature`");
   }
   concordem_network_set_heat_groups(network_, heat_bits_.data());
   // `f_ID` of an atom is its temperature.
@@ -59,7 +59,7 @@ void FixBondBase::measure_heated_groups()
     volumes.resize(count);
     concordem_network_heat_volumes(network_, &atoms, k, volumes.data());
     const double whole = concordem_exact_sum(volumes, world).value();
-    if (!(whole > 0.0)) fail("a source of heat has no atoms: group " + heat_groups_[k] + " has none in the group of this fix");
+    if (!(whole > 0.0)) fail("a source of heat has no atoms: group " + heat_groups_[k] + " has none in the group of this fix; add atoms, or remove the source");
     concordem_network_set_heat_volume(network_, k, whole);
   }
 }

@@ -23,7 +23,7 @@
 
 namespace LAMMPS_NS {
 
-// Version of restart files. Increase it whenever the head or the meaning of its numbers changes.
+// Version of restart files. Increase it whenever the head or the meaning of its numbers changes (tests/harness/mod.rs repeats it).
 const int CONCORDEM_RESTART_VERSION = 6;
 
 // Head of a restart file. Every version starts with the version number; the length differs.

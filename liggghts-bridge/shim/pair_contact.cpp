@@ -132,7 +132,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     // announce the steps that request them.
     const bool record = pair->evflag || !acts || (pair->cpl() && model_.is_law);
     recorded_ = concordem_pair_compute(law_, &arrays, record ? record_ : NULL, &message_);
-    if (recorded_ < 0) error->one(FLERR, text_);
+    if (recorded_ < 0) fail_with_message();
     if (!acts) {
       add_rows(pair);
       return;
@@ -247,7 +247,7 @@ class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
       wall->compute_wall_gran_local()->add_wall_1(mesh_number, mesh ? mesh->id(triangle) : 0, i, point, wall_velocity);
     }
     ConcordemSingleResponse response;
-    if (concordem_pair_wall(law_, &contact, 0.0, history, width_, &response, &message_) < 0) error->one(FLERR, text_);
+    if (concordem_pair_wall(law_, &contact, 0.0, history, width_, &response, &message_) < 0) fail_with_message();
     double *const force = response.force, *const torque = response.torque;
     if (wall->computeflag())
       for (int axis = 0; axis < 3; axis++) {

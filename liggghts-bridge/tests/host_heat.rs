@@ -6,6 +6,8 @@ mod groups;
 mod harness;
 #[path = "host_heat/refused.rs"]
 mod refused;
+#[path = "host_heat/tables.rs"]
+mod tables;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,7 +21,7 @@ use concordem_solver::heat::{Curves, HeatModel, Supply, ThermalMaterial, expansi
 use concordem_solver::state::contacts::{ContactFlags, Pair};
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver, laws};
-use harness::{Atom, Dice, Host, attempt_in, data_file_for, head_for, run_in, tables, text, thermo};
+use harness::{Atom, Dice, Host, data_file_for, head_for, run_in, tables, thermo};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 const R: f64 = 1e-3;
@@ -71,8 +73,7 @@ fn temperatures(folder: &Path) -> Vec<f64> {
     rows.iter().map(|row| row[7]).collect()
 }
 
-/// Everything at once on a moving lattice that breaks: initial temperatures, sources, held atoms, convection, radiation, flux, expansion,
-/// capacities over the temperature.
+/// Everything at once on a moving lattice that breaks: initial temperatures, sources, held atoms, convection, radiation, flux, expansion.
 const EVERYTHING: &str = "temperature = 300\ntime_factor = 100\n
     [[heat.initial]]\nset = \"hot\"\ntemperature = \"450 K\"\n
     [[heat.source]]\nset = \"hot\"\npower = \"0.2 W\"\n
@@ -489,8 +490,9 @@ fn bonds_conduct_as_the_contacts_of_the_hosts() {
         let peers = temperatures(folder.path());
         let apart = found.iter().zip(&peers).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         println!("{host:?}: {apart:e} K apart");
-        // 200 explicit steps of temperatures that are rounded at 6e-14 K; overlaps of 1e-5 m are rounded at 1e-18 m of coordinates.
-        assert!(apart < 1e-9, "{host:?}: {apart:e}: {found:?} {peers:?}");
+        // 200 explicit steps of temperatures that are rounded at 6e-14 K, and overlaps of 1e-5 m whose coordinates are rounded at 1e-18 m, so
+        // that changes of 100 K differ by 1e-11.
+        assert!(apart < 2.5e-11, "{host:?}: {apart:e}: {found:?} {peers:?}");
         assert!(found[0] < 395.0 && found[35] > 300.01, "{host:?}: heat flows: {found:?}");
     }
 }
@@ -523,59 +525,5 @@ fn grains_exchange_heat_while_they_touch() {
         let expected = 100.0 * (1.0 - 2.0 * conductance * 1e-3 / CAPACITY).powi(500);
         // 500 roundings of 400 K.
         assert!((found[0] - found[1] - expected).abs() < 1e-10 && expected < 90.0, "{host:?}: {found:?} {expected}");
-    }
-}
-
-/// The same numbers from a file have the same bits, on two processors.
-#[test]
-fn a_file_gives_capacities_and_areas() {
-    for host in BOTH {
-        let folder = tempfile::tempdir().unwrap();
-        let folder = folder.path();
-        let head = start(host, folder, &lattice([5, 1, 1], 0.0), 1e-4);
-        let initial = "pairs = \"bonds\"\ntemperature = 300\n[[heat.initial]]\nset = \"hot\"\ntemperature = 400\n";
-        let write = |model: &str| {
-            std::fs::write(folder.join("heat.toml"), format!("[heat]\nmodel = \"{model}\"\n{initial}")).unwrap();
-        };
-        let run = |more: &str| {
-            format!(
-                "{head}group hot id 1\nfix bonds all concordem/bond {LINEAR} {GLASS} heat heat.toml {more} bond distance 1.01\n{}run 300\n",
-                output(host, 300)
-            )
-        };
-        write("ordered");
-        run_in(host, folder, &run(""), 1);
-        let computed = temperatures(folder);
-        let mut file = "model disordered # by hand\n".to_owned();
-        for id in 1..=5 {
-            writeln!(file, "atom {id} {:e} {:e}", CAPACITY, 8.0 * R * R * R).unwrap();
-        }
-        let line = |a: usize, b: usize, times: f64| format!("bond {a} {b} {:e} {:e} {:e}\n", times * 4.0 * R * R, R, R);
-        std::fs::write(
-            folder.join("network.txt"),
-            file.clone() + &(1..5).map(|a| line(a + 1, a, 1.0)).collect::<String>(),
-        )
-        .unwrap();
-        write("disordered");
-        run_in(host, folder, &run("heat_network network.txt"), 2);
-        for (a, b) in temperatures(folder).iter().zip(&computed) {
-            // The host's masses are rounded in another order.
-            assert!((a - b).abs() < 1e-11, "{host:?}: {a} {b}");
-        }
-        // An area of zero insulates.
-        let cut: String = (1..5).map(|a| line(a, a + 1, if a == 2 { 0.0 } else { 1.0 })).collect();
-        std::fs::write(folder.join("network.txt"), file.clone() + &cut).unwrap();
-        run_in(host, folder, &run("heat_network network.txt"), 2);
-        assert_eq!(temperatures(folder)[2..], [300.0; 3]);
-        for (lines, wanted) in [
-            (line(1, 2, 1.0), "has no area in network.txt"),
-            ((1..5).map(|a| line(a, a + 1, 1.0)).collect::<String>() + &line(1, 5, 1.0), "has 5 bonds, but 4 exist"),
-            ("bond 1 1 1 1 1\n".to_owned(), "line 7: `bond 1 1 1 1 1` is wrong; write `bond ID ID AREA LENGTH LENGTH`"),
-            ("atom 5 1 1\n".to_owned(), "given twice"),
-        ] {
-            std::fs::write(folder.join("network.txt"), file.clone() + &lines).unwrap();
-            let printed = text(&attempt_in(host, folder, &run("heat_network network.txt"), 1));
-            assert!(printed.replace('\n', " ").contains(wanted), "{host:?}: {wanted}: {printed}");
-        }
     }
 }

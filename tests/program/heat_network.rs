@@ -69,6 +69,25 @@ fn a_heat_network_has_capacities_and_areas() {
     }
 }
 
+/// The body is made again, so its files must not have changed.
+#[test]
+fn a_body_whose_files_changed_is_refused() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let packing = "kind = \"file\"\npath = \"spheres.txt\"";
+    let from = BLOCK.find("kind = ").expect("a kind");
+    let to = BLOCK.find("[[material]]").expect("a material");
+    let block = format!("{}{packing}\n{}", &BLOCK[..from], &BLOCK[to..]);
+    let path = write(folder.path(), "block.toml", &block.replace("MODEL", "model = \"ordered\"\npairs = \"bonds\""));
+    write(folder.path(), "spheres.txt", "0 0 0 1e-3\n2e-3 0 0 1e-3\n");
+    let given = concordem(["run", "-q", text(&path)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let result = folder.path().join("block.h5");
+    write(folder.path(), "spheres.txt", "0 0 0 1e-3\n2e-3 0 0 1e-3\n4e-3 0 0 1e-3\n");
+    let given = concordem(["export", "--format", "heat-network", text(&result)]);
+    assert!(given.code != exit::DONE && !folder.path().join("block.heat.txt").exists());
+    assert!(given.err.contains("cannot be exported as a heat network"), "{}", given.err);
+}
+
 #[test]
 fn networks_that_the_hosts_cannot_have_are_refused() {
     // In a power diagram, the spheres beside the corner have a common face, but no bond.

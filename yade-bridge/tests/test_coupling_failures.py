@@ -10,6 +10,7 @@ import concordem
 import numpy as np
 import pytest
 from concordem import coupling
+from concordem.coupling import precice
 
 pytest.importorskip("skfem")
 
@@ -270,3 +271,29 @@ def test_surface_and_contact_couplings_end_a_step_before_ctrl_c(tmp_path):
     for number, body in enumerate(others):
         coupling.restore_elements(body.elements, tmp_path / "c", number)
         assert np.array_equal(body.elements.velocity, bodies[number].elements.velocity)
+
+
+LATTICE = {"kind": "lattice", "lattice": "sc", "radius": "1 mm", "repeats": [2, 2, 2]}
+SPRING = {"name": "m", "density": 2500.0, "linear_bond": {"normal_stiffness": 1e4, "shear_stiffness": 3e3}}
+GLASS = SPRING | {"thermal": {"conductivity": 1.0, "specific_heat": 900.0}}
+DISCS = {"kind": "spheres", "spheres": [[0, 0, 0, 1e-3], [2e-3, 0, 0, 1e-3]]}
+COUPLINGS = {
+    "contact": lambda simulation: coupling.ContactCoupling(simulation, []),
+    "surface": lambda simulation: coupling.SurfaceCoupling(simulation, None, None),
+    "volume": lambda simulation: coupling.VolumeCoupling(simulation, None, [0]),
+    "preCICE": lambda simulation: precice.VolumeParticipant.__bases__[0](simulation, None, "Particle-Mesh", [], [], np.zeros((1, 3)), None),
+}
+
+
+@pytest.mark.parametrize("name", COUPLINGS)
+@pytest.mark.parametrize(
+    ("tables", "remedy"),
+    [({"packing": LATTICE | {"shape": {"kind": "periodic"}}}, "remove the periodic cell"),
+     ({"packing": DISCS, "dimension": 2}, "remove dimension = 2"),
+     ({"packing": LATTICE, "material": GLASS, "heat": {"model": "ordered", "temperature": 293.0}}, r"remove \[heat\]")],
+)
+def test_every_coupling_refuses_what_it_does_not_know(name, tables, remedy):
+    scenario = {"material": SPRING, "bonds": {"law": "linear_bond", "interaction_ratio": 1.1}, "contacts": {"law": "none"}, "stop": {"steps": 10}}
+    simulation = concordem.Scenario(**(scenario | tables)).simulation()
+    with pytest.raises(concordem.CouplingError, match=remedy):
+        COUPLINGS[name](simulation)

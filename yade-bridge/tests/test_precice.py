@@ -226,9 +226,9 @@ def test_moments_reach_the_other_code(kind):
     found = {way: bent(way, 200, kind=kind) for way in WAYS}
     off = {way: np.abs(np.array(adapter.simulation.state.positions) - places).max() / moved for way, (adapter, _, _) in found.items()}
     # Sent data: the same formulas, with the rounding of places (1e-18 m of 1e-5 m) over 200 steps.
-    assert off["data"] < 1e-9
-    # Arms: differences over 0.4 mm in place of derivatives; in an undeformed element both are equal, so the rest is the strain.
-    assert off["arm"] < 0.02 < 0.2 < off["lost"]
+    assert off["data"] < 2e-11
+    # Arms: differences over 0.4 mm in place of derivatives; in an undeformed element both are equal, so the rest is the strain, up to 0.4 %.
+    assert off["arm"] < 0.005 < 0.2 < off["lost"]
     for way, (adapter, _, changes) in found.items():
         # Forces and moments pass without loss: rounding of 200 steps. Without a way for moments, the angular momentum drifts.
         assert changes[0] < 1e-11
@@ -237,7 +237,7 @@ def test_moments_reach_the_other_code(kind):
 
 
 @pytest.mark.parametrize("way", ["arm", "data"])
-def test_going_back_changes_nothing_and_keeps_simulation_threads_and_laws(way):
+def test_going_back_changes_nothing(way):
     once, first, _ = bent(way, 60)
     twice, second, _ = bent(way, 60, repeat=2)
     assert twice.simulation.state_hash() == once.simulation.state_hash()

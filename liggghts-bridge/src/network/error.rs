@@ -112,7 +112,7 @@ pub enum NetworkError {
     },
     /// A temperature is not finite.
     #[error("at step {step} the temperature of atom {tag} is not finite; check sources and fluxes in [heat]")]
-    HotWithoutBound {
+    TemperatureNotFinite {
         /// Step.
         step: i64,
         /// Atom.
@@ -125,6 +125,14 @@ pub enum NetworkError {
     NoHeatAtom {
         /// Atom.
         tag: Tag,
+        /// The file of `heat_network`.
+        path: String,
+    },
+    /// Other numbers in the file of `heat_network` than in the restart file.
+    #[error("{of} has other numbers in {path} than in the restart file; give the file with which the run began")]
+    OtherHeatNetwork {
+        /// What differs.
+        of: String,
         /// The file of `heat_network`.
         path: String,
     },

@@ -68,6 +68,8 @@ pub(super) struct Thermal {
     stale: bool,
     /// Whether the heat at the start is known.
     pub(super) begun: bool,
+    /// Whether the numbers that atoms and bonds brought along were compared with the file of `heat_network`.
+    compared: bool,
 }
 
 impl Thermal {
@@ -100,6 +102,7 @@ impl Thermal {
             bound: (f64::INFINITY, 0),
             stale: false,
             begun: false,
+            compared: false,
         }
     }
 
@@ -113,6 +116,26 @@ impl Thermal {
     /// Heat capacity (J/K) and volume (m³) of an atom from the file, if there is one; zeros if the atom is not in it.
     pub(super) fn entry_of_file(&self, tag: Tag) -> Option<[f64; 2]> {
         self.tables.network.as_ref().map(|file| file.atoms.get(&tag).copied().unwrap_or_default())
+    }
+
+    /// Fail if an atom that comes from a restart file has another capacity (J/K) or volume (m³) than in the file of `heat_network`.
+    fn compare_atom(&self, tag: Tag, stored: [f64; 2]) -> Result<(), NetworkError> {
+        let Some(file) = self.tables.network.as_ref().filter(|_| !self.compared) else { return Ok(()) };
+        if file.atoms.get(&tag) == Some(&stored) {
+            return Ok(());
+        }
+        Err(NetworkError::OtherHeatNetwork { of: format!("atom {tag}"), path: file.path.clone() })
+    }
+
+    /// Fail if a bond that comes from a restart file has another area or other lengths than in the file of `heat_network`.
+    fn compare_bond(&self, bond: &ThermalBond) -> Result<(), NetworkError> {
+        let Some(file) = self.tables.network.as_ref().filter(|_| !self.compared) else { return Ok(()) };
+        let [of_a, of_b] = bond.lengths;
+        if file.bonds.get(&bond.tags) == Some(&[bond.area, of_a, of_b]) {
+            return Ok(());
+        }
+        let [a, b] = bond.tags;
+        Err(NetworkError::OtherHeatNetwork { of: format!("the bond of atoms {a} and {b}"), path: file.path.clone() })
     }
 
     /// Volume that an atom of the radius (m) stands for, m³.
@@ -286,6 +309,9 @@ impl Network {
                 let path = thermal.tables.network.as_ref().map_or_else(String::new, |file| file.path.clone());
                 return Err(NetworkError::NoHeatAtom { tag: self.tags[p], path });
             }
+            if self.owned[p] {
+                thermal.compare_atom(self.tags[p], [c, v])?;
+            }
             capacity.push(c);
             volume.push(v);
         }
@@ -330,7 +356,10 @@ impl Network {
                 at += 1;
             }
             match known.get(at) {
-                Some(bond) if bond.tags == wanted => bonds.push(*bond),
+                Some(bond) if bond.tags == wanted => {
+                    thermal.compare_bond(bond)?;
+                    bonds.push(*bond);
+                }
                 _ => return Err(NetworkError::BadRecord { tag: wanted[0] }),
             }
         }
@@ -338,6 +367,7 @@ impl Network {
             *block.rest_lengths_mut() = bonds.iter().map(|bond| bond.rest).collect();
         }
         thermal.bonds = bonds;
+        thermal.compared = true;
         self.make_heat_pass();
         Ok(())
     }

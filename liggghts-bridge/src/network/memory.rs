@@ -188,7 +188,7 @@ impl Network {
             let memory = atoms.memory.get_mut(i as usize * width..).filter(|memory| memory[ID] == tag as f64);
             let Some(memory) = memory else { return Err(NetworkError::Moved { tag }) };
             if !state.temperature[p].is_finite() {
-                return Err(NetworkError::HotWithoutBound { step: atoms.step, tag });
+                return Err(NetworkError::TemperatureNotFinite { step: atoms.step, tag });
             }
             memory[temperature] = state.temperature[p];
             memory[heat] = state.correction[p];

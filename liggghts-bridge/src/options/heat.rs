@@ -4,9 +4,11 @@
 
 use std::fmt::Write as _;
 
-use concordem_contact::heat::{Heat, HeatBoundary, HeatContact, HeatNetwork, HeatPairs, HeatScheme, HeatSource};
+use concordem_contact::heat::{
+    Convection, Heat, HeatBoundary, HeatContact, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, Radiation,
+};
 use concordem_contact::law::LawName;
-use concordem_contact::material::{Material, ThermalVariation};
+use concordem_contact::material::{Material, Thermal, ThermalVariation};
 use concordem_contact::quantity::Quantity;
 use concordem_solver::heat::{MaterialCurves, ThermalMaterial};
 use serde::Deserialize;
@@ -127,17 +129,9 @@ impl HeatTables {
         }
         let groups = groups(&place, &heat)?;
         for material in materials {
-            check_thermal(material)?;
+            check_thermal(material, network.is_some())?;
         }
         let expands = materials.iter().any(|m| m.thermal.as_ref().is_some_and(|t| t.expansion.si() != 0.0));
-        if !expands && heat.reference_temperature.is_some() {
-            let path = [Step::Key("heat"), Step::Key("reference_temperature")];
-            return Err(place.refuse(
-                &path,
-                "has no effect: no material expands",
-                "give `thermal.expansion`, or remove the key",
-            ));
-        }
         if expands && law.is_none() {
             let message = "has no effect: only bonds expand, and the law is `none`";
             return Err(of_material(
@@ -163,11 +157,6 @@ impl HeatTables {
     /// Number of a group that the table names.
     pub fn group(&self, name: &str) -> usize {
         self.groups.iter().position(|group| group == name).expect("all names are in the list")
-    }
-
-    /// Whether bonds expand.
-    pub fn expands(&self) -> bool {
-        self.materials.iter().any(|material| material.expansion != 0.0)
     }
 }
 
@@ -254,7 +243,8 @@ fn check_heat(
     check_model(place, heat, network, law)?;
     check_contact(place, contact.as_ref(), contacts)?;
     for (at, initial) in initials.iter().enumerate() {
-        if !not_negative(initial.temperature.si()) {
+        let HeatInitial { set: _, temperature } = initial;
+        if !not_negative(temperature.si()) {
             let path = [Step::Key("heat"), Step::Key("initial"), Step::At(at), Step::Key("temperature")];
             return Err(place.refuse(&path, "must be at least 0 K", "give an absolute temperature"));
         }
@@ -313,11 +303,11 @@ fn check_model(
 fn check_contact(place: &Place<'_>, contact: Option<&HeatContact>, contacts: bool) -> Result<(), OptionError> {
     let refuse =
         |message: &str, remedy: &str| Err(place.refuse(&[Step::Key("heat"), Step::Key("contact")], message, remedy));
-    if let Some(contact) = contact {
-        if contact.resistance.is_some() == contact.constriction {
+    if let Some(HeatContact { resistance, constriction }) = contact {
+        if resistance.is_some() == *constriction {
             return refuse("needs exactly one of `resistance` and `constriction = true`", "give one of them");
         }
-        if contact.resistance.is_some_and(|r| !not_negative(r.si())) {
+        if resistance.is_some_and(|r| !not_negative(r.si())) {
             return refuse("the resistance must be at least 0", "give a resistance of 0 or more");
         }
         if !contacts {
@@ -401,17 +391,20 @@ fn check_boundary(place: &Place<'_>, at: usize, boundary: &HeatBoundary, grains:
     if temperature.is_some_and(|t| !not_negative(t.si())) {
         return refuse("temperature", "must be at least 0 K", "give an absolute temperature");
     }
-    if convection.as_ref().is_some_and(|c| !(c.coefficient.si() > 0.0 && c.ambient.si() >= 0.0)) {
+    if convection
+        .as_ref()
+        .is_some_and(|Convection { coefficient, ambient }| !(coefficient.si() > 0.0 && ambient.si() >= 0.0))
+    {
         return refuse(
             "convection",
             "needs a positive coefficient, and an ambient temperature of at least 0 K",
             "change them",
         );
     }
-    if radiation
-        .as_ref()
-        .is_some_and(|r| !(r.emissivity.si() > 0.0 && r.emissivity.si() <= 1.0 && r.ambient.si() >= 0.0))
-    {
+    let possible = |Radiation { emissivity, ambient }: &Radiation| {
+        emissivity.si() > 0.0 && emissivity.si() <= 1.0 && ambient.si() >= 0.0
+    };
+    if radiation.as_ref().is_some_and(|radiation| !possible(radiation)) {
         return refuse(
             "radiation",
             "needs an emissivity above 0 and at most 1, and an ambient temperature of at least 0 K",
@@ -422,7 +415,7 @@ fn check_boundary(place: &Place<'_>, at: usize, boundary: &HeatBoundary, grains:
 }
 
 /// The thermal constants of a material, in their ranges.
-fn check_thermal(material: &Material) -> Result<(), OptionError> {
+fn check_thermal(material: &Material, has_network: bool) -> Result<(), OptionError> {
     let refuse = |key: &str, message: &str, remedy: &str| Err(of_material(&material.name, key, message, remedy));
     let Some(thermal) = &material.thermal else {
         return refuse(
@@ -431,16 +424,20 @@ fn check_thermal(material: &Material) -> Result<(), OptionError> {
             "add `thermal.specific_heat VALUE thermal.conductivity VALUE`, or [material.thermal] in the materials file",
         );
     };
-    if !positive(thermal.specific_heat.si()) {
+    let Thermal { specific_heat, conductivity, expansion: _, bulk_density, variation } = thermal;
+    if !positive(specific_heat.si()) {
         return refuse("thermal.specific_heat", "must be positive", "give a positive heat capacity, J/(kg K)");
     }
-    if !not_negative(thermal.conductivity.si()) {
+    if !not_negative(conductivity.si()) {
         return refuse("thermal.conductivity", "must not be negative", "give 0 or more, W/(m K)");
     }
-    if thermal.bulk_density.is_some_and(|density| !positive(density.si())) {
+    if has_network && bulk_density.is_some() {
+        return refuse("thermal.bulk_density", "has no effect: `heat_network` gives the heat capacities", "remove it");
+    }
+    if bulk_density.is_some_and(|density| !positive(density.si())) {
         return refuse("thermal.bulk_density", "must be positive", "give a positive density, or remove it");
     }
-    let Some(variation) = &thermal.variation else { return Ok(()) };
+    let Some(variation) = variation else { return Ok(()) };
     let ThermalVariation { temperature, specific_heat, conductivity, expansion, stiffness, strength } = variation;
     for (key, given) in [("stiffness", stiffness), ("strength", strength)] {
         if given.is_some() {

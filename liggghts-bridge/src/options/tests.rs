@@ -101,7 +101,6 @@ fn heat_that_does_not_work_is_rejected_with_line_and_remedy() {
         ("crack_resistance = 1e-3", "here, cracks insulate"),
         ("contact_ratio = 1.1", "here, heat flows along bonds"),
         ("contact = { resistance = 1 }", "without a contact law no atoms touch"),
-        ("reference_temperature = 290", "no material expands"),
         ("time_factor = -1", "`heat.time_factor = -1`: must be positive"),
         ("glow = 1", "unknown field `glow`"),
         ("[[heat.initial]]\nset = \"a\"\ntemperature = -1", "`heat.initial[0].temperature = -1`: must be at least 0 K"),

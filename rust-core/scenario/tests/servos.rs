@@ -3,7 +3,7 @@
 mod shared;
 
 use concordem_contact::math::Vec3;
-use concordem_scenario::assembly::restart;
+use concordem_scenario::assembly::{Sharpness, assemble_cached, restart};
 use concordem_scenario::schedule::{Advance, Simulation};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnStore;
@@ -53,6 +53,33 @@ fn lattice(counts: [usize; 3], contacts: &str, more: &str) -> String {
 const LINEAR: &str = "frictional = { normal_stiffness = 1e6, shear_stiffness = 0 }
         [contacts]
         law = \"frictional\"";
+
+/// `concordem run` does not need the spectral bound of a given step that is stable by the bound per particle. Servos need it: their gains
+/// follow from the largest frequency.
+#[test]
+fn a_sufficient_bound_changes_neither_the_step_nor_servos() {
+    let wall = |servo: &str| {
+        format!(
+            "time_step = 1e-6
+            [stop]\nsteps = 10
+            [[wall]]
+            material = \"m\"
+            shape = {{ kind = \"plane\", point = [0, 0, -0.01], normal = [0, 0, 1] }}
+            {servo}"
+        )
+    };
+    for (servo, iterates) in [("", false), ("servo = { force = \"10 N\", maximum_speed = 1 }", true)] {
+        let scenario = Scenario::parse("test.toml", &lattice([2, 2, 2], LINEAR, &wall(servo))).unwrap();
+        let [sharp, sufficient] = [Sharpness::Sharp, Sharpness::Sufficient].map(|sharpness| {
+            assemble_cached(&scenario, std::path::Path::new("."), None, sharpness, &mut |_, _| ()).unwrap()
+        });
+        assert_eq!(sufficient.schedule.servos, sharp.schedule.servos);
+        assert_eq!(sufficient.state.clock.dt, 1e-6);
+        assert!(sharp.summary.bounds.iterations > 0);
+        assert_eq!(sufficient.summary.bounds.iterations > 0, iterates, "{servo}");
+        assert!(sufficient.summary.bounds.spectral <= sharp.summary.bounds.spectral);
+    }
+}
 
 /// A piston presses a column of three spheres on a floor. Four contacts in series shorten it by `F/k` each. Tolerance 1e-6: the
 /// servo halves its error every few hundred of the 20,000 steps.

@@ -45,13 +45,14 @@ use concordem_contact::math::{Mat3, Vec3};
 pub struct TimeStepBounds {
     /// Bound of the form `min 2 √(m/k_max)` from each particle's own contacts, dashpots included.
     pub per_particle: f64,
-    /// From the largest frequency of the assembled system, dashpots included.
+    /// From the largest frequency of the assembled system, dashpots included; the bound per particle if that was not computed
+    /// ([`bounds_unless`]).
     pub spectral: f64,
     /// Largest angular frequency, rad/s: upper end of its interval.
     pub frequency: f64,
     /// Relative width of that interval.
     pub uncertainty: f64,
-    /// Number of Lanczos steps.
+    /// Number of Lanczos steps; 0 if the largest frequency was not computed.
     pub iterations: usize,
     /// The smaller one of the frequencies of the two bounds, rad/s.
     pub smallest_frequency: f64,
@@ -203,8 +204,8 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
     bounds_unless(state, deformable, |_| false)
 }
 
-/// As [`bounds_with`], but without the Lanczos iteration, which takes most of the time, if the bound per particle `suffices`; it is
-/// then the spectral bound, too, with no iterations.
+/// As [`bounds_with`]. If the bound per particle `suffices`, the Lanczos iteration, which takes most of the time, is left out: `spectral`
+/// is then the bound per particle, and `iterations` is 0.
 pub fn bounds_unless(
     state: &State,
     deformable: Option<&Deformable>,

@@ -25,7 +25,7 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 const CHECKPOINT_AT_MOST_EVERY: Duration = Duration::from_secs(5);
 /// Except for the longest time, checkpoints take at most this part of a run.
 const CHECKPOINT_SHARE: f64 = 0.01;
-/// A run with more particles and bonds begins without a checkpoint: at 4e6 it is as large as 0.7 GB. The first one follows after
+/// A run with more particles and bonds begins without a checkpoint: with 4e6 of them it would have 0.6 GB. The first one follows after
 /// [`CHECKPOINT_AT_MOST_EVERY`].
 const MOST_AT_START: usize = 200_000;
 /// Snapshots stay in memory until the next checkpoint; more bytes than this trigger a checkpoint.

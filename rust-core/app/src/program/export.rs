@@ -1,4 +1,4 @@
-//! `concordem export`: particles and bonds for ParaView, OVITO, and LAMMPS.
+//! `concordem export`: particles and bonds for ParaView, OVITO, and LAMMPS; crack surfaces; heat networks.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,8 @@ use clap::ValueEnum;
 
 use super::drive::{build, open_result};
 use super::meter::{Display, Meter};
-use super::run::SCENARIO_FILE;
+use super::resume::CHANGED_LATER;
+use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state};
 use super::{Console, Failure};
 use crate::output::export::{write_cracks, write_heat_network, write_lammps, write_vtk};
 use crate::output::result::ResultFile;
@@ -76,18 +77,21 @@ pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> 
 fn heat_network(result: &ResultFile, stem: &Path, force: bool, console: &mut Console<'_>) -> Result<(), Failure> {
     let unfit = |problem: &str| Failure::Usage(format!("{}: {problem}", result.path().display()));
     let provenance = result.provenance()?;
-    let file = provenance.iter().find(|(name, _)| name == SCENARIO_FILE).map_or("scenario", |(_, file)| file);
-    let scenario = Scenario::parse(file, &result.scenario()?)?;
+    let entry = |wanted: &str| provenance.iter().find(|(name, _)| name == wanted).map(|(_, value)| value.as_str());
+    let scenario = Scenario::parse(entry(SCENARIO_FILE).unwrap_or("scenario"), &result.scenario()?)?;
     let Some(model) = scenario.heat.as_ref().map(|heat| heat.model) else {
         return Err(unfit("the scenario has no [heat]"));
     };
     if model == HeatNetwork::Contacts || scenario.dimension == 2 || scenario.bonds.is_none() {
         return Err(unfit(
-            "a heat network for LIGGGHTS and LAMMPS needs [bonds], dimension = 3, and another model than \"contacts\" in [heat] (which needs \
+            "a heat network for LIGGGHTS and LAMMPS needs [bonds], dimension = 3, and a model other than \"contacts\" in [heat] (which needs \
              no file)",
         ));
     }
     let assembly = build(&scenario, console.cache().as_ref(), &Meter::new(Display::Nothing))?;
+    // An edited scenario builds another state than the first one.
+    let recorded = entry(INITIAL_HASH).filter(|_| entry(CHANGED_LATER).is_none());
+    check_initial_state(recorded, &assembly.state, result.path(), "exported as a heat network")?;
     let Some(heat) = &assembly.model.heat else { return Err(unfit("the scenario has no [heat]")) };
     match write_heat_network(model, &assembly.state, heat, stem, force)? {
         Ok(path) => console.print(&format!("{}\n", path.display())),

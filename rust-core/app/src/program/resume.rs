@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::drive::{Run, build_with, csv_path, result_path, write_csv};
 use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
-use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
+use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state, conclude};
 use super::settings::Settings;
 use super::watch::Live;
 use super::{Console, Failure, Work};
@@ -72,13 +72,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
         // A state of another scenario may need the sharp bound for its time step.
         let sharpness = if edited || origin.is_some() { Sharpness::Sharp } else { Sharpness::Sufficient };
         let mut assembly = build_with(&scenario, cache.as_ref(), sharpness, &meter)?;
-        if initial_hash.is_some_and(|hash| state_hash(&assembly.state).is_ok_and(|now| now != hash)) {
-            return Err(Failure::Usage(format!(
-                "{} cannot be resumed: its scenario builds another initial state than at the start (a packing or mesh \
-                 file, or the program, has changed). Run it again with --force.",
-                path.display()
-            )));
-        }
+        check_initial_state(initial_hash.as_deref(), &assembly.state, &path, "resumed")?;
         let initial_positions = assembly.state.particles.position.clone();
         let fresh = checkpoint.is_none();
         match (checkpoint, origin) {
@@ -94,7 +88,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
 }
 
 /// Name of the provenance entry with the keys that were changed while the run was interrupted.
-const CHANGED_LATER: &str = "changed_keys_on_resumption";
+pub(super) const CHANGED_LATER: &str = "changed_keys_on_resumption";
 
 /// Restores the state of a checkpoint, and applies the changes of the scenario since the checkpoint.
 fn restore(

@@ -1,6 +1,6 @@
 //! `concordem run`: run a scenario from the start.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::drive::{Outcome, Run, build_with, check_result_name, csv_path, result_path};
 use super::meter::Meter;
@@ -121,6 +121,24 @@ pub(super) fn state_hash(state: &State) -> Result<String, Failure> {
     let mut hasher = StateHasher::default();
     state.write(&mut hasher).map_err(|source| OutputError::Column { path: PathBuf::from("state"), source })?;
     Ok(hasher.finish())
+}
+
+/// Fails if a scenario that is built again gives another state than at the start of its run; `recorded`: the hash of that, if it is known.
+/// `purpose`: what then cannot be done with `path`.
+pub(super) fn check_initial_state(
+    recorded: Option<&str>,
+    state: &State,
+    path: &Path,
+    purpose: &str,
+) -> Result<(), Failure> {
+    if recorded.is_some_and(|hash| state_hash(state).is_ok_and(|now| now != hash)) {
+        return Err(Failure::Usage(format!(
+            "{} cannot be {purpose}: its scenario builds another initial state than at the start (a packing or mesh \
+             file, or the program, has changed). Run it again with --force.",
+            path.display()
+        )));
+    }
+    Ok(())
 }
 
 /// Name of the provenance entry with the hash of the state before the first step.

@@ -7,7 +7,7 @@ use super::html::{escape, number};
 use super::laboratory::{Beam, Test};
 use super::{RUN_COLORS, Run};
 
-/// Heights below which no law is fitted.
+/// Fewest heights to which a law is fitted.
 const LEAST_SIZES: usize = 3;
 /// Largest relative difference of the proportions of beams that count as similar.
 const SIMILAR: f64 = 0.01;
@@ -155,10 +155,11 @@ impl Family {
         for run in runs {
             let Some(Test::Flexure(beam)) = run.test else { continue };
             let strength = run.stress.iter().copied().fold(0.0, f64::max);
-            if strength <= 0.0 {
+            // What still rises has no strength yet.
+            if strength <= 0.0 || run.stress.last().is_some_and(|last| *last >= strength) {
                 continue;
             }
-            let recipe = recipe(run);
+            let Some(recipe) = recipe(run, &beam) else { continue };
             match families.iter_mut().find(|family| family.recipe == recipe && similar(&family.beam, &beam)) {
                 Some(family) => family.points.push((beam.height, strength)),
                 None => families.push(Self { beam, recipe, points: vec![(beam.height, strength)] }),
@@ -185,13 +186,30 @@ impl Family {
     }
 }
 
-/// What beams of one family share: material, bonds, and what lies inside.
-fn recipe(run: &Run) -> String {
-    let table = run.file.scenario().ok().and_then(|text| toml::from_str::<toml::Table>(&text).ok()).unwrap_or_default();
-    ["dimension", "material", "bonds", "interface", "aggregates", "fibers"]
-        .iter()
-        .filter_map(|key| Some(format!("{key} = {}\n", table.get(*key)?)))
-        .collect()
+/// What beams of one family share: material, particles, bonds, and what lies inside. `None` for a beam with cuts other than a notch, to
+/// which no law applies.
+fn recipe(run: &Run, beam: &Beam) -> Option<String> {
+    let mut table: toml::Table = toml::from_str(&run.file.scenario().ok()?).ok()?;
+    if table.contains_key("cut") && beam.notch.is_none() {
+        return None;
+    }
+    // Beams of one size differ in their seeds.
+    for key in ["aggregates", "fibers"] {
+        if let Some(toml::Value::Table(one)) = table.get_mut(key) {
+            one.remove("seed");
+        }
+    }
+    let part = |name: &str, keys: &[&str]| -> Vec<Option<toml::Value>> {
+        keys.iter().map(|key| table.get(name)?.get(key).cloned()).collect()
+    };
+    let packing = part(
+        "packing",
+        &["kind", "radius", "radii", "dispersion", "lattice", "friction", "protocol", "solid_fraction"],
+    );
+    let integration = part("integration", &["damping", "kinematics"]);
+    let whole =
+        ["dimension", "material", "bonds", "contacts", "interface", "aggregates", "fibers"].map(|key| table.get(key));
+    Some(format!("{packing:?} {integration:?} {whole:?}"))
 }
 
 /// Whether two beams have the same proportions. Only the height counts for the law, so that widths may differ.
@@ -289,6 +307,45 @@ mod tests {
         close(values[0], 4.0);
         close(values[1], 3.0);
         close(law.at(0.03), 4.4e6);
+    }
+
+    /// Errors of all parameters, against the errors that those of single strengths propagate to: derivatives by differences, and the residual
+    /// variance of the fitted line.
+    #[test]
+    fn errors_of_the_parameters_follow_from_those_of_the_strengths() {
+        let beam = Beam { width: 0.01, height: 0.02, span: 0.08, inner_span: 0.0, notch: Some(0.01) };
+        for has_notch in [true, false] {
+            // The line is fitted to y(x); noise of the same size in all y.
+            let transformed = |d: f64, s: f64| if has_notch { (d, s.powi(-2)) } else { (1.0 / d, s) };
+            let strength = |y: f64| if has_notch { y.powf(-0.5) } else { y };
+            let given: Vec<(f64, f64)> = [1.02, 0.97, 1.03, 0.98]
+                .iter()
+                .zip(points(|d| if has_notch { 5e6 / (1.0 + d / 0.05).sqrt() } else { 4e6 * (1.0 + 0.003 / d) }))
+                .map(|(noise, (d, s))| (d, noise * s))
+                .collect();
+            let values = |points: &[(f64, f64)]| -> Vec<Estimate> {
+                Law::fit(points, has_notch).unwrap().rows(&beam).iter().map(|row| row.2).collect()
+            };
+            let line: Vec<(f64, f64)> = given.iter().map(|&(d, s)| transformed(d, s)).collect();
+            let fitted = Line::through(&line).unwrap();
+            let residual: f64 =
+                line.iter().map(|(x, y)| (y - fitted.start.0 - fitted.slope.0 * x).powi(2)).sum::<f64>() / 2.0;
+            let found = values(&given);
+            for (k, (_, error)) in found.iter().enumerate() {
+                let derivative = |point: usize| {
+                    let step = 1e-5 * line[point].1;
+                    let shifted = |sign: f64| {
+                        let mut changed = given.clone();
+                        changed[point].1 = strength(line[point].1 + sign * step);
+                        values(&changed)[k].0
+                    };
+                    (shifted(1.0) - shifted(-1.0)) / (2.0 * step)
+                };
+                let expected = (0..4).map(|point| derivative(point).powi(2) * residual).sum::<f64>().sqrt();
+                // Differences of second order in 1e-5.
+                assert!((error / expected - 1.0).abs() < 1e-6, "{has_notch} {k}: {error} {expected}");
+            }
+        }
     }
 
     /// Strengths that rise with the height, and those that fall faster than linear fracture mechanics allows.

@@ -184,6 +184,11 @@ fn beams_of_several_heights_give_the_size_effect() {
     let mut inputs = Vec::from([10.0, 20.0, 40.0].map(|height| beam(&format!("{height}.h5"), height, 4.0, usual)));
     inputs.push(beam("other.h5", 30.0, 4.0, "friction_coefficient = 0.7"));
     inputs.push(beam("long.h5", 30.0, 4.1, usual));
+    // Beams whose cuts are no notch have no law, and are not those without a cut.
+    let sphere = "\n[[cut]]\nshape = { kind = \"sphere\", center = [0, 0, 0], radius = \"1 mm\" }\n";
+    for height in [15.0, 25.0, 35.0] {
+        inputs.push(beam(&format!("cut-{height}.h5"), height, 4.0, &format!("{usual}{sphere}")));
+    }
     let html = page(&inputs, &ReferenceFigures::default()).unwrap();
     // The peak of the curve is at a sample, so that its strength is exact.
     for text in [
@@ -195,6 +200,7 @@ fn beams_of_several_heights_give_the_size_effect() {
     ] {
         assert!(html.contains(text), "{text}");
     }
+    assert!(!html.contains("no notch: "), "beams with other cuts");
     assert!(
         !page(&inputs[1..], &ReferenceFigures::default()).unwrap().contains("Size effect"),
         "two heights are not enough"

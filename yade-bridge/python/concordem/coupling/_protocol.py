@@ -128,7 +128,7 @@ def _vectors(name: str, values: ArrayLike, count: int | None) -> Reals:
 
 
 def check_scenario(simulation: Any, name: str) -> None:
-    """Whether a coupling knows what is in the scenario. `name`: of the coupling. Raises CouplingError for a periodic cell, for two dimensions,
+    """Reject scenarios that a coupling does not support. `name`: of the coupling. Raises CouplingError for a periodic cell, for two dimensions,
     and for heat conduction, because the elements take no heat."""
     if simulation.state.cell is not None:
         raise CouplingError(f"the {name} takes specimens with a surface; remove the periodic cell", "Periodic")

@@ -31,11 +31,11 @@ def rescued(
     `particles.h5` is a checkpoint (`Simulation.load`), `elements-K.pickle` what `save` of elements K returned (`restore_elements`),
     `NAME.npy` each of `arrays`. A step that failed may be done on one side only: repair its cause, and compare steps before going on.
 
-    Ctrl-C waits: the block calls what it gets after each step, when both sides are at the same instant; there KeyboardInterrupt is raised.
-    A second Ctrl-C acts at once.
+    Ctrl-C is deferred: the block calls the yielded function after each step, when both sides are at the same time, and KeyboardInterrupt is
+    raised there. A second Ctrl-C takes effect immediately.
     """
     try:
-        with _patient() as between:
+        with _deferred_interrupt() as between:
             yield between
     except (Exception, KeyboardInterrupt) as error:
         if folder is not None:
@@ -62,7 +62,7 @@ def _written(target: Path, simulation: Simulation, elements: Sequence[FiniteElem
 
 
 @contextmanager
-def _patient() -> Iterator[Callable[[], None]]:
+def _deferred_interrupt() -> Iterator[Callable[[], None]]:
     """Ctrl-C takes effect where the block calls what it gets."""
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):

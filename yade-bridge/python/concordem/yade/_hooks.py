@@ -110,8 +110,7 @@ def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[
 
 
 def refuse_missing_folder(path: str) -> None:
-    """Raise YadeError if the folder of a file to be saved does not exist. YADE itself then hangs, or, with small scenes, saves nothing
-    without a word."""
+    """Raise YadeError if the folder of a file to be saved does not exist. YADE itself then hangs, or, with small scenes, silently saves nothing."""
     folder = os.path.dirname(os.path.abspath(path))
     if not os.path.isdir(folder):
         raise _rules.refuse(f"O.save: the folder {folder} does not exist; create it, or choose another folder", "NoFolder")

@@ -3,7 +3,7 @@
 //! A run with the result `NAME.h5` works in the folder `NAME.h5.parts`:
 //!
 //! * `header.h5`: scenario, provenance, series; written once.
-//! * `segment-0000.h5`, …: the samples, events, and snapshots between two commits.
+//! * `segment-0000.h5`, …: the samples, events, and snapshots between two commits; the last one has no checkpoint.
 //! * `checkpoint-0000.h5`, …: the state at a commit, with the number of segments before it; the two newest are kept.
 //! * `lock`: held by the process that works on the run.
 //!

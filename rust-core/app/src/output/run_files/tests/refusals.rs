@@ -104,8 +104,12 @@ fn wrong_rows_are_refused() {
     let error = files.append_snapshot(&snapshot("id", &[1.0, 2.0])).unwrap_err().to_string();
     assert_eq!(error, "snapshot at step 5: the field `id` appears twice");
     let toy = Toy::new();
+    let path = files.path.clone();
     let error = files.finish(&toy, &Elsewhere).unwrap_err().to_string();
     assert!(error.contains("final columns must be below cell or contacts or particles"), "{error}");
+    // The final state is kept, so that no step is lost.
+    let Resumed::Continue { checkpoint, .. } = RunFiles::resume(&path).unwrap() else { panic!("no checkpoint") };
+    assert_eq!(checkpoint.state_hash, crate::output::hash::state_hash(&toy).unwrap());
 }
 
 /// A symbolic link to a result stays, and its target is replaced; devices, pipes, and other folders are refused.
