@@ -253,7 +253,7 @@ pub(super) fn section(runs: &[Run]) -> String {
          <th class=\"number\">value</th></tr>\n{rows}</table></div>\n<p class=\"quiet\">Similar beams of one material; σ is the largest \
          3 F a/(b D²). Laws are fitted by least squares to single beams: 1/σ² over D with a notch (Bažant 1984, RILEM TC 89-FMT), σ over 1/D \
          without. ± is one standard error of the fit. A sawn face has a soft layer of a quarter of a particle's diameter, which lowers the \
-         strength of small beams.</p>\n{}",
+         strength of small beams.</p>\n<div class=\"pair\"><div>{}</div></div>\n",
         chart.html()
     )
 }
