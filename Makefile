@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law ptx bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -27,6 +27,7 @@ help:
 	@echo "make check          formatting and lints; make format formats"
 	@echo "make bench          speed beside YADE, LIGGGHTS, and LAMMPS (resumable; BENCH=--quick: small inputs). make bench-parts: laws, neighbor search, operators, bridges"
 	@echo "make ptx            the kernels for graphics processors, compiled and checked without one"
+	@echo "make gpu            what rust-core/gpu/measure needs on a machine with a graphics processor, into target/gpu"
 	@echo "make docs           documentation of the library, into target/doc"
 	@echo "make book           the book, into docs/book/_build/html; runs its code blocks"
 	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, LAMMPS, ESyS-Particle, closed forms; a report (minutes)"
@@ -211,6 +212,10 @@ bench:
 ptx:
 	.ci/setup ptx
 	rust-core/gpu/ptx
+
+# What a machine with a graphics processor needs to check and measure it, in target/gpu; there run `rust-core/gpu/measure run`.
+gpu: ptx
+	rust-core/gpu/measure build
 
 # Parts of our solver alone, operators, and the bridges to YADE.
 bench-parts:

@@ -4,6 +4,7 @@ mod characterise;
 mod command_line;
 mod contents;
 mod cracks;
+mod device;
 mod elastic;
 mod export;
 mod heat_network;

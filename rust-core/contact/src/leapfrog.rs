@@ -61,6 +61,32 @@ pub struct Kicked {
     pub damping: [Vec3; 2],
 }
 
+/// Kinetic energy of a step, and work of forces in it. Pairs are over the half steps before and after the instant of the kick.
+#[derive(Debug, Clone, Copy)]
+pub struct Work {
+    /// `½ m v⁻·v⁺ + ½ I ω⁻·ω⁺`, J.
+    pub kinetic: f64,
+    /// Of the damping, J.
+    pub damping: [f64; 2],
+    /// Of given forces, J.
+    pub external: [f64; 2],
+}
+
+impl Kicked {
+    /// Work in a step of `dt` (s) of the particle that was `body` before the kick.
+    #[inline(always)]
+    pub fn work(&self, body: &Body, dt: f64) -> Work {
+        let &Self { velocity: v_new, angular_velocity: w_new, applied, damping: [f, t], .. } = self;
+        let &Body { velocity: v, angular_velocity: w, mass, inertia, .. } = body;
+        let half = 0.5 * dt;
+        Work {
+            kinetic: 0.5 * (mass * v.dot(&v_new) + inertia * w.dot(&w_new)),
+            damping: [half * (f.dot(&v) + t.dot(&w)), half * (f.dot(&v_new) + t.dot(&w_new))],
+            external: [half * applied.dot(&v), half * applied.dot(&v_new)],
+        }
+    }
+}
+
 /// A particle after the drift.
 #[derive(Debug, Clone, Copy)]
 pub struct Drifted {

@@ -6,16 +6,18 @@
 //! | module | contents |
 //! |---|---|
 //! | [`math`], [`cell`], [`columns`](mod@columns), [`prefetch`] | vectors, periodic cell, struct-of-arrays storage |
-//! | [`geometry`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
+//! | [`geometry`], [`pair`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
 //! | [`material`], [`heat`], [`quantity`] | tables of materials and of heat conduction, with units |
 //! | [`kinematics`] | relative motion of the two sides in a step |
 //! | [`law`] | force, moment, history, and energy from that motion |
+//! | [`mod@activate`] | beginning of an unbonded contact |
 //! | [`leapfrog`] | kick and drift of a free particle |
 //! | [`conformance`] | tests that every law must pass |
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(core_float_math))]
 
+pub mod activate;
 pub mod cell;
 pub mod columns;
 #[cfg(feature = "std")]
@@ -31,6 +33,7 @@ pub mod leapfrog;
 #[cfg(feature = "std")]
 pub mod material;
 pub mod math;
+pub mod pair;
 pub mod prefetch;
 #[cfg(feature = "std")]
 pub mod quantity;

@@ -1,9 +1,8 @@
-//! Bonds of each particle, in the order in which the solver sums their loads.
+//! Contacts of each particle, in the order in which the solver sums their loads.
 
-use alloc::vec;
-use alloc::vec::Vec;
+use concordem_contact::pair::Pair;
 
-/// Bonds of each particle, as [`particle::advance`](crate::particle::advance) reads them.
+/// Contacts of each particle, as [`particle::advance`](crate::particle::advance) reads them.
 #[derive(Debug, Clone)]
 pub struct Incidence {
     start: Vec<u32>,
@@ -11,14 +10,15 @@ pub struct Incidence {
 }
 
 impl Incidence {
-    /// Incidence of bonds that are sorted by A, for tiles of `tile` particles.
+    /// Incidence of the contacts of all blocks, one block after another, each sorted by A, for tiles of `tile` particles.
     ///
-    /// The solver adds the loads of the bonds whose A lies in the particle's own tile first, then those of other tiles.
-    pub fn new(pairs: &[[u32; 2]], particles: usize, tile: usize) -> Self {
+    /// The solver adds the loads of the contacts whose A lies in the particle's own tile first, block by block, then those of other
+    /// tiles.
+    pub fn new(pairs: &[Pair], particles: usize, tile: usize) -> Self {
         let tile_of = |p: u32| p as usize / tile;
         let mut start = vec![0u32; particles + 1];
-        for p in pairs.iter().flatten() {
-            start[*p as usize + 1] += 1;
+        for p in pairs.iter().flat_map(|pair| [pair.a, pair.b]) {
+            start[p as usize + 1] += 1;
         }
         for p in 0..particles {
             start[p + 1] += start[p];
@@ -30,13 +30,13 @@ impl Incidence {
             entries[*place as usize] = entry as u32;
             *place += 1;
         };
-        for (k, &[a, b]) in pairs.iter().enumerate() {
+        for (k, &Pair { a, b }) in pairs.iter().enumerate() {
             add(a, 2 * k);
             if tile_of(a) == tile_of(b) {
                 add(b, 2 * k + 1);
             }
         }
-        for (k, &[a, b]) in pairs.iter().enumerate() {
+        for (k, &Pair { a, b }) in pairs.iter().enumerate() {
             if tile_of(a) != tile_of(b) {
                 add(b, 2 * k + 1);
             }
@@ -47,6 +47,11 @@ impl Incidence {
     /// Entries of particle `p`.
     pub fn of(&self, p: usize) -> &[u32] {
         &self.entries[self.start[p] as usize..self.start[p + 1] as usize]
+    }
+
+    /// Entries of all particles.
+    pub fn entries(&self) -> &[u32] {
+        &self.entries
     }
 
     /// First entry of each particle, then the number of entries.
@@ -62,7 +67,8 @@ mod tests {
     /// Particle 2 of the second tile: its own bond first, then those of the first tile, each ascending.
     #[test]
     fn own_tile_comes_first() {
-        let incidence = Incidence::new(&[[0, 1], [0, 2], [1, 2], [2, 3]], 4, 2);
+        let pairs = [[0, 1], [0, 2], [1, 2], [2, 3]].map(|[a, b]| Pair { a, b });
+        let incidence = Incidence::new(&pairs, 4, 2);
         assert_eq!(incidence.of(0), [0, 2]);
         assert_eq!(incidence.of(1), [1, 4]);
         assert_eq!(incidence.of(2), [6, 3, 5]);

@@ -1,9 +1,9 @@
 //! Second kernel: a particle.
 
-use concordem_contact::leapfrog::{self, Body, Drifted, Kick};
+use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked, Work};
 use concordem_contact::math::Vec3;
 
-use crate::bond::Loads;
+use crate::contact::Loads;
 
 /// A particle after the step.
 #[derive(Debug, Clone, Copy)]
@@ -14,11 +14,16 @@ pub struct Advanced {
     pub angular_velocity: Vec3,
     /// Position and orientation.
     pub drifted: Drifted,
+    /// Kinetic energy and work of the kick.
+    pub work: Work,
+    /// Work of the reactions of the prescribed components over the half steps before and after the kick, J: by axis, of the translation
+    /// and then of the rotation. Zero for free components.
+    pub reactions: [[f64; 2]; 6],
 }
 
-/// Sum the loads of a particle's bonds in the order of `entries`, then kick and drift it.
+/// Sum the loads of a particle's contacts in the order of `entries`, then kick and drift it.
 ///
-/// `entries`: twice the index of a bond, plus 1 if the particle is its B. `loads` gives the loads of a bond. `constraint`: prescribed
+/// `entries`: twice the index of a contact, plus 1 if the particle is its B. `loads` gives the loads of a contact. `constraint`: prescribed
 /// components, one bit each, first those of the velocity; they keep their velocity. `damped`: whether there is local damping. Force and
 /// torque of `body` are replaced.
 #[inline(always)]
@@ -32,21 +37,29 @@ pub fn advance(
 ) -> Advanced {
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
     for &entry in entries {
-        let of_bond = loads((entry >> 1) as usize);
+        let of_contact = loads((entry >> 1) as usize);
         if entry & 1 == 0 {
-            force += of_bond.force;
-            torque += of_bond.torques[0];
+            force += of_contact.force;
+            torque += of_contact.torques[0];
         } else {
-            force -= of_bond.force;
-            torque += of_bond.torques[1];
+            force -= of_contact.force;
+            torque += of_contact.torques[1];
         }
     }
     let body = Body { force, torque, ..*body };
-    let kicked = if damped { kick.kick::<true, false>(&body) } else { kick.kick::<false, false>(&body) };
-    let velocity = keep(constraint, &body.velocity, &kicked.velocity);
-    let angular_velocity = keep(constraint >> 3, &body.angular_velocity, &kicked.angular_velocity);
-    let drifted = leapfrog::drift(kick.dt, &velocity, &angular_velocity, &body.position, &body.orientation);
-    Advanced { velocity, angular_velocity, drifted }
+    let free = if damped { kick.kick::<true, false>(&body) } else { kick.kick::<false, false>(&body) };
+    let [f, t] = &free.damping;
+    let damping = [keep(constraint, &Vec3::zeros(), f), keep(constraint >> 3, &Vec3::zeros(), t)];
+    let velocity = keep(constraint, &body.velocity, &free.velocity);
+    let angular_velocity = keep(constraint >> 3, &body.angular_velocity, &free.angular_velocity);
+    let kicked = Kicked { velocity, angular_velocity, damping, ..free };
+    Advanced {
+        velocity,
+        angular_velocity,
+        drifted: leapfrog::drift(kick.dt, &velocity, &angular_velocity, &body.position, &body.orientation),
+        work: kicked.work(&body, kick.dt),
+        reactions: reactions(kick, constraint, &body, &kicked),
+    }
 }
 
 /// The new vector, in which prescribed components are the old ones.
@@ -54,4 +67,22 @@ pub fn advance(
 fn keep(prescribed: u8, old: &Vec3, new: &Vec3) -> Vec3 {
     let component = |bit: u8, old: f64, new: f64| if prescribed >> bit & 1 == 1 { old } else { new };
     Vec3::new(component(0, old.x, new.x), component(1, old.y, new.y), component(2, old.z, new.z))
+}
+
+/// [`Advanced::reactions`]: of the forces that keep the prescribed velocities.
+#[inline(always)]
+fn reactions(kick: &Kick, constraint: u8, body: &Body, kicked: &Kicked) -> [[f64; 2]; 6] {
+    let mut works = [[0.0; 2]; 6];
+    let half = 0.5 * kick.dt;
+    let translation = (&kicked.net, body.mass, &body.velocity, &kicked.velocity);
+    let rotation = (&kicked.net_torque, body.inertia, &body.angular_velocity, &kicked.angular_velocity);
+    for axis in 0..3 {
+        for (which, (force, mass, old, new)) in [translation, rotation].into_iter().enumerate() {
+            if constraint >> (3 * which + axis) & 1 == 1 {
+                let reaction = mass * (new[axis] - old[axis]) / kick.step - force[axis];
+                works[2 * axis + which] = [half * reaction * old[axis], half * reaction * new[axis]];
+            }
+        }
+    }
+    works
 }

@@ -1,29 +1,33 @@
-//! The kernels, called in a loop, give the bits of the solver.
+//! Steps on the emulated device have the bits of the solver: state, ledger, clock.
+//!
+//! The emulated device runs the kernels with the arguments, launches, and copies of a real one, in shuffled thread order. Only the calls of
+//! the driver are not tested.
 
 use std::fs::File;
 use std::io::BufReader;
 
-use concordem_contact::kinematics::Motion;
 use concordem_contact::law::cpm::CpmParameters;
-use concordem_contact::law::{CohesiveBeam, Cpm, LinearBond, Section};
-use concordem_contact::leapfrog::{Body, Drifted, Kick};
-use concordem_contact::math::{Mat3, Vec3};
-use concordem_gpu::bond::{self, Bond, End, Evaluated, Loads};
-use concordem_gpu::{Incidence, particle};
+use concordem_contact::law::{CohesiveBeam, ContactLaw, ContactStiffness, Cpm, Elastic, Frictional, HertzMindlin};
+use concordem_contact::law::{LinearBond, Section};
+use concordem_contact::math::Vec3;
+use concordem_gpu::DeviceSteps;
+use concordem_gpu::arguments::Launch;
+use concordem_gpu::device::emulated::Emulated;
+use concordem_gpu::device::{Address, Device, DeviceError, Kernel};
 use concordem_packing::bonding::bond as bond_all;
 use concordem_packing::{import_text, mass_of};
 use concordem_solver::forces::{LawLoops, TILE};
 use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
+use concordem_solver::state::columns::{ColumnStore, WriteColumns};
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Constraint, Particles, State};
-use concordem_solver::{Model, PairCoefficients, Solver};
+use concordem_solver::{Model, PairCoefficients, Solver, SolverError, StepDevice};
 
 const GRAVITY: Vec3 = Vec3::new(1.0, -2.0, 3.0);
-const DAMPING: [f64; 2] = [0.3, 0.2];
+const LOCAL: Damping = Damping::Local { translation: 0.3, rotation: 0.2 };
 const DENSITY: f64 = 4800.0;
 const YOUNG: f64 = 25e9;
-const STEPS: usize = 60;
 
 /// 1,160 spheres in two tiles. Both ends along z move apart and keep their velocity; some spheres spin.
 fn specimen(rate: f64) -> Particles {
@@ -52,110 +56,294 @@ fn specimen(rate: f64) -> Particles {
     particles
 }
 
-/// The kernels of a step for all bonds and all particles, one after the other.
-fn step<L: LawLoops>(
-    particles: &mut Particles,
-    bonds: &mut ContactBlock<L>,
-    incidence: &Incidence,
-    loads: &mut [Loads],
-    dt: f64,
-) {
-    let end = |p: u32| {
-        let p = p as usize;
-        let motion = Motion {
-            position: particles.position[p],
-            velocity: particles.velocity[p],
-            angular_velocity: particles.angular_velocity[p],
-            rotation_increment: particles.rotation_increment[p],
-            orientation: particles.orientation[p],
-        };
-        End { motion, radius: particles.radius[p], mass: particles.mass[p] }
-    };
-    // Backwards: the order of the threads does not matter.
-    for k in (0..bonds.len()).rev() {
-        let before = Bond { reference: bonds.reference[k], previous: bonds.previous[k], history: bonds.history[k] };
-        let ends = [end(bonds.pair[k].a), end(bonds.pair[k].b)];
-        let law = &bonds.rows[bonds.flags[k].row as usize];
-        let Evaluated { loads: of_bond, previous, history, broke } =
-            bond::evaluate(law, &before, [&ends[0], &ends[1]], dt);
-        assert!(!broke);
-        (bonds.previous[k], bonds.history[k], loads[k]) = (previous, history, of_bond);
+/// A specimen with bonds and unbonded contacts of these laws.
+fn scene<B: LawLoops, C: LawLoops>(bonds: Option<B>, contacts: Option<C>, damping: Damping, rate: f64) -> Scene {
+    let particles = specimen(rate);
+    let mut rows = PairCoefficients::new(1);
+    rows.set(0, 0, 0);
+    let smallest = particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut state = State { particles, ..State::default() };
+    state.clock.dt = 0.5 * smallest * (DENSITY / YOUNG).sqrt();
+    if let Some(law) = bonds {
+        let mut block = ContactBlock::new(vec![law]);
+        bond_all(&mut block, &rows, &state.particles, None, 1.5).unwrap();
+        state.bonds.push(Box::new(block));
     }
-    let kick = Kick { dt, step: dt, gravity: GRAVITY, damping: DAMPING, gradient: Mat3::zeros() };
-    for p in (0..particles.len()).rev() {
-        let body = Body {
-            force: Vec3::zeros(),
-            torque: Vec3::zeros(),
-            velocity: particles.velocity[p],
-            angular_velocity: particles.angular_velocity[p],
-            orientation: particles.orientation[p],
-            position: particles.position[p],
-            mass: particles.mass[p],
-            inertia: particles.inertia[p],
+    let mut model = Model { damping, gravity: GRAVITY, ..Model::default() };
+    if let Some(law) = contacts {
+        state.contacts = Some(Box::new(ContactBlock::new(vec![law])));
+        model.contact_rows = rows;
+    }
+    Scene { state, model }
+}
+
+#[derive(Clone)]
+struct Scene {
+    state: State,
+    model: Model,
+}
+
+/// What steps on a device were like.
+#[derive(Debug, Default)]
+struct Course {
+    on_device: u64,
+    by_solver: u64,
+    rebuilds: u64,
+}
+
+impl Scene {
+    /// `steps` steps of the solver; those for which `sampled` holds sum energies.
+    fn solve(&self, steps: u64, sampled: impl Fn(u64) -> bool) -> (State, Result<u64, SolverError>) {
+        let mut state = self.state.clone();
+        let mut solver = Solver::new(self.model.clone(), &mut state).unwrap();
+        for step in 0..steps {
+            if let Err(error) = solver.step_with(&mut state, sampled(step)) {
+                return (state, Err(error));
+            }
+        }
+        (state, Ok(solver.neighbor_rebuilds()))
+    }
+
+    /// The same with a device, from which the state comes back every `back` steps.
+    fn on_device(
+        &self,
+        steps: u64,
+        back: u64,
+        sampled: impl Fn(u64) -> bool,
+    ) -> (State, Result<Course, SolverError>, DeviceSteps) {
+        let mut state = self.state.clone();
+        let mut solver = Solver::new(self.model.clone(), &mut state).unwrap();
+        let mut device = DeviceSteps::new(Box::<Emulated>::default()).unwrap();
+        let mut course = Course::default();
+        let mut take = || -> Result<(), SolverError> {
+            while state.clock.step < steps {
+                let step = state.clock.step;
+                let mut count = solver.steps_for_device(&state).min(steps - step).min(back);
+                // The device samples in the last step of a stretch.
+                let sample = (step..step + count).find(|step| sampled(*step));
+                count = sample.map_or(count, |sample| sample + 1 - step);
+                let mut event = count == 0;
+                if count > 0 {
+                    device.load(&solver, &state).unwrap();
+                    let (_, taken, stopped) = solver.step_on(&mut device, &mut state, count, sample.is_some())?;
+                    device.store(&mut state).unwrap();
+                    course.on_device += taken;
+                    event = stopped;
+                }
+                if event {
+                    let step = state.clock.step;
+                    solver.step_with(&mut state, sampled(step))?;
+                    course.by_solver += 1;
+                }
+            }
+            Ok(())
         };
-        let advanced = particle::advance(&kick, true, &body, particles.constraint[p].0, incidence.of(p), |k| loads[k]);
-        let Drifted { position, increment, orientation } = advanced.drifted;
-        particles.velocity[p] = advanced.velocity;
-        particles.angular_velocity[p] = advanced.angular_velocity;
-        particles.position[p] = position;
-        particles.rotation_increment[p] = increment;
-        particles.orientation[p] = orientation;
+        let taken = take();
+        course.rebuilds = solver.neighbor_rebuilds();
+        (state, taken.map(|()| course), device)
+    }
+
+    /// Solver and device give the same state, to the last bit; how the device's steps were.
+    fn compare(&self, steps: u64, back: u64) -> (State, Course) {
+        let sampled = |step: u64| step % 32 == 21;
+        let (expected, solved) = self.solve(steps, sampled);
+        solved.unwrap();
+        let (found, course, _) = self.on_device(steps, back, sampled);
+        assert_equal(&found, &expected);
+        let course = course.unwrap();
+        assert_eq!(course.on_device + course.by_solver, steps);
+        (found, course)
     }
 }
 
-/// Solver and kernels move the particles alike, to the last bit.
-fn compare<L: LawLoops>(law: L, rate: f64) -> ContactBlock<L> {
-    let mut particles = specimen(rate);
-    let mut rows = PairCoefficients::new(1);
-    rows.set(0, 0, 0);
-    let mut bonds = ContactBlock::new(vec![law]);
-    bond_all(&mut bonds, &rows, &particles, None, 1.5).unwrap();
-    let smallest = particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
-    let dt = 0.5 * smallest * (DENSITY / YOUNG).sqrt();
+/// All columns, as text that tells zeros of different sign.
+fn columns(state: &State) -> String {
+    let mut store = ColumnStore::default();
+    state.write(&mut store).unwrap();
+    format!("{store:?}")
+}
 
-    let mut state = State { particles: particles.clone(), ..State::default() };
-    state.bonds.push(Box::new(bonds.clone()));
-    state.clock.dt = dt;
-    let damping = Damping::Local { translation: DAMPING[0], rotation: DAMPING[1] };
-    let mut solver = Solver::new(Model { damping, gravity: GRAVITY, ..Model::default() }, &mut state).unwrap();
-    for _ in 0..STEPS {
-        assert!(!solver.step_with(&mut state, false).unwrap().bonds_broke());
+fn assert_equal(found: &State, expected: &State) {
+    let (found, expected) = (columns(found), columns(expected));
+    if let Some(at) = found.bytes().zip(expected.bytes()).position(|(a, b)| a != b) {
+        let part = |text: &str| text.bytes().skip(at.saturating_sub(60)).take(120).map(char::from).collect::<String>();
+        let column = found[..at].rfind("StoredColumn").map_or(0, |at| at.saturating_sub(60));
+        panic!("{}\n  found {}\n  expected {}", &found[column..column + 80], part(&found), part(&expected));
     }
+    assert_eq!(found.len(), expected.len());
+}
 
-    let pairs: Vec<[u32; 2]> = bonds.pair.iter().map(|pair| [pair.a, pair.b]).collect();
-    let incidence = Incidence::new(&pairs, particles.len(), TILE);
-    let mut loads = vec![Loads::default(); bonds.len()];
-    for _ in 0..STEPS {
-        step(&mut particles, &mut bonds, &incidence, &mut loads, dt);
-    }
-    let bits = |p: &Particles| {
-        format!("{:?}", (&p.position, &p.velocity, &p.angular_velocity, &p.orientation, &p.rotation_increment))
-    };
-    assert!(bits(&particles) == bits(&state.particles), "{}", L::NAME);
-    let forced = loads.iter().filter(|of_bond| of_bond.force.norm() > 0.0).count();
-    assert!(forced > bonds.len() / 2, "{forced} of {} bonds have a force", bonds.len());
-    bonds
+fn cpm() -> Cpm {
+    Cpm::new(&CpmParameters::new(YOUNG, 0.2, 3e6, 0.6, 1e-4, 30.0)).unwrap()
+}
+
+fn frictional() -> Frictional {
+    Frictional::new(ContactStiffness::Given { normal: 1e7, shear: 4e6 }, 0.5, 0.1).unwrap()
+}
+
+const NONE: Option<Cpm> = None;
+
+/// The share of the steps that the solver took is small where nothing happens.
+fn assert_quiet(course: &Course) {
+    assert!(course.on_device > 20 * course.by_solver, "{course:?}");
 }
 
 #[test]
 fn elastic_concrete_has_the_bits_of_the_solver() {
-    compare(Cpm::new(&CpmParameters::new(YOUNG, 0.2, 3e6, 0.6, 1e-4, 30.0)).unwrap(), 0.05);
+    let (state, course) = scene(Some(cpm()), NONE, LOCAL, 0.05).compare(200, 70);
+    assert_quiet(&course);
+    assert!(state.ledger.numerical_damping.get() > 0.0 && state.ledger.boundary_work.get() != 0.0);
 }
 
 /// Damage grows in some bonds and not in others, so both formulas of the law's columns meet the scalar one.
 #[test]
 fn damaged_concrete_has_the_bits_of_the_solver() {
-    let bonds = compare(Cpm::new(&CpmParameters::new(YOUNG, 0.2, 3e6, 0.6, 1e-4, 30.0)).unwrap(), 40.0);
-    let damaged = bonds.history.iter().filter(|history| history.omega > 0.0).count();
-    assert!((bonds.len() / 100..bonds.len()).contains(&damaged), "{damaged} of {} bonds are damaged", bonds.len());
+    let (state, course) = scene(Some(cpm()), NONE, LOCAL, 40.0).compare(60, 100);
+    assert!(course.on_device > 0);
+    assert!(state.ledger.damage.get() > 0.0);
+    let block = state.bonds[0].contacts().as_any().downcast_ref::<ContactBlock<Cpm>>().unwrap();
+    let damaged = block.history.iter().filter(|history| history.omega > 0.0).count();
+    assert!((block.len() / 100..block.len()).contains(&damaged), "{damaged} of {} bonds are damaged", block.len());
+}
+
+/// Bonds break, and their pairs go on as unbonded contacts: the solver takes these steps, and the device the others.
+#[test]
+fn breaking_concrete_has_the_bits_of_the_solver() {
+    let brittle = CpmParameters { omega_threshold: 0.8, ..CpmParameters::new(YOUNG, 0.2, 3e6, 0.6, 1e-4, 5.0) };
+    let law = Cpm::new(&brittle).unwrap();
+    let (state, course) = scene(Some(law), Some(law), LOCAL, 40.0).compare(150, 100);
+    assert!(state.broken.len() > 10, "{} bonds broke", state.broken.len());
+    assert!(course.on_device > 20 && course.by_solver > 20, "{course:?}");
 }
 
 #[test]
 fn beams_have_the_bits_of_the_solver() {
-    compare(CohesiveBeam::new(YOUNG, 0.2, Section::Ratio(0.5)).unwrap(), 0.05);
+    let beam = CohesiveBeam::new(YOUNG, 0.2, Section::Ratio(0.5)).unwrap();
+    let (_, course) = scene(Some(beam), NONE, Damping::None, 0.05).compare(130, 1000);
+    assert_quiet(&course);
+}
+
+/// Beams that break leave frictional contacts between fast spheres, so that the neighbor list is rebuilt, too.
+#[test]
+fn breaking_beams_and_contacts_have_the_bits_of_the_solver() {
+    let beam = CohesiveBeam { strength: 20e6, ..CohesiveBeam::new(YOUNG, 0.2, Section::Ratio(0.5)).unwrap() };
+    let (state, course) = scene(Some(beam), Some(frictional()), LOCAL, 4000.0).compare(300, 1000);
+    assert!(state.broken.len() > 100, "{} beams broke", state.broken.len());
+    assert!(course.rebuilds > 3 && course.on_device > 20, "{course:?}");
 }
 
 #[test]
-fn linear_bonds_have_the_bits_of_the_solver() {
-    compare(LinearBond::new(1e6, 4e5, 0.1, f64::INFINITY, f64::INFINITY).unwrap(), 0.05);
+fn linear_bonds_with_dashpots_have_the_bits_of_the_solver() {
+    let bond = LinearBond::new(1e6, 4e5, 0.1, f64::INFINITY, f64::INFINITY).unwrap();
+    let (state, course) = scene(Some(bond), NONE, LOCAL, 0.05).compare(130, 1000);
+    assert_quiet(&course);
+    assert!(state.ledger.viscous.get() > 0.0);
+}
+
+/// Without bonds, spheres of a dense packing press, slide, and part.
+#[test]
+fn unbonded_contacts_have_the_bits_of_the_solver() {
+    let scene = scene(NONE, Some(frictional()), LOCAL, -20.0);
+    let (state, course) = scene.compare(200, 1000);
+    assert!(state.ledger.friction.get() > 0.0 && state.ledger.viscous.get() > 0.0);
+    assert_eq!((course.on_device, course.by_solver), (199, 1));
+    let mut alone = scene.state.clone();
+    let mut solver = Solver::new(scene.model.clone(), &mut alone).unwrap();
+    let opened: usize = (0..200).map(|_| solver.step_with(&mut alone, false).unwrap().opened.len()).sum();
+    assert!(opened > 20, "{opened} contacts opened");
+}
+
+/// The solver checks all contacts whose stiffness grows in some steps; the device leaves it these.
+#[test]
+fn stiffening_contacts_have_the_bits_of_the_solver() {
+    let elastic = Elastic { young: 1e9, poisson: 0.3 };
+    let law = HertzMindlin::new(elastic, elastic, 0.5, 0.8).unwrap();
+    let mut scene = scene(NONE, Some(law), LOCAL, -20.0);
+    scene.model.watch_contacts = true;
+    let (_, course) = scene.compare(300, 1000);
+    assert!(course.on_device > 20 && course.by_solver > 5, "{course:?}");
+}
+
+/// Free flight uses up the skin again and again.
+#[test]
+fn neighbor_lists_are_rebuilt_in_time() {
+    let mut scene = scene(Some(cpm()), Some(cpm()), Damping::None, 0.05);
+    let smallest = scene.state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+    let drift = Vec3::new(0.02 * smallest / scene.state.clock.dt, 0.0, 0.0);
+    scene.state.particles.velocity.iter_mut().for_each(|v| *v += drift);
+    let (_, course) = scene.compare(100, 1000);
+    assert!(course.rebuilds >= 20, "{course:?}");
+    assert_quiet(&course);
+}
+
+/// A time step far beyond its bound: the same error in the same step.
+#[test]
+fn motion_that_is_not_finite_is_found_in_its_step() {
+    let mut scene = scene(Some(cpm()), NONE, Damping::None, 0.05);
+    let law = Cpm::new(&CpmParameters { never_damage: true, ..CpmParameters::new(YOUNG, 0.2, 3e6, 0.6, 1e-4, 30.0) });
+    let block = scene.state.bonds[0].contacts_mut().as_any_mut().downcast_mut::<ContactBlock<Cpm>>().unwrap();
+    block.rows = vec![law.unwrap()];
+    scene.state.clock.dt *= 100.0;
+    let (_, expected) = scene.solve(2000, |_| false);
+    let expected = expected.unwrap_err();
+    assert!(matches!(expected, SolverError::NotFinite { .. }), "{expected}");
+    let (_, found, _) = scene.on_device(2000, 1000, |_| false);
+    assert_eq!(found.unwrap_err(), expected);
+}
+
+/// A device is refused what it does not support.
+#[test]
+fn unsupported_states_are_refused() {
+    let mut scene = scene(Some(cpm()), NONE, Damping::NonViscous { translation: 0.1, rotation: 0.1 }, 0.05);
+    let solver = Solver::new(scene.model.clone(), &mut scene.state).unwrap();
+    let mut device = DeviceSteps::new(Box::<Emulated>::default()).unwrap();
+    let error = device.load(&solver, &scene.state).unwrap_err();
+    assert!(error.to_string().contains("damping other than local damping"), "{error}");
+}
+
+/// Every law has a kernel, whose name is that of its entry point.
+#[test]
+fn kernels_have_the_names_of_their_laws() {
+    assert_eq!(Kernel::Contacts(CohesiveBeam::NAME).entry(), "contacts_cohesive_beam");
+    let script = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/ptx")).unwrap();
+    macro_rules! laws {
+        ($($key:ident: $Law:ident,)*) => { [$(concordem_contact::law::$key::$Law::NAME),*] };
+    }
+    for law in concordem_contact::for_each_law!(laws) {
+        let entry = Kernel::Contacts(law).entry();
+        assert!(script.contains(&entry), "rust-core/gpu/ptx does not check {entry}");
+    }
+}
+
+/// A device whose kernels come from other sources.
+#[derive(Default)]
+struct Foreign(Emulated);
+
+impl Device for Foreign {
+    fn name(&self) -> String {
+        self.0.name()
+    }
+    fn allocate(&mut self, bytes: usize) -> Result<Address, DeviceError> {
+        self.0.allocate(bytes)
+    }
+    fn free(&mut self, array: Address) {
+        self.0.free(array);
+    }
+    fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError> {
+        self.0.upload(array, bytes)
+    }
+    fn download(&mut self, array: Address, bytes: &mut [u8]) -> Result<(), DeviceError> {
+        self.0.download(array, bytes)?;
+        bytes[0] ^= 1;
+        Ok(())
+    }
+    fn launch(&mut self, kernel: Kernel, threads: usize, at: Address, launch: Launch) -> Result<(), DeviceError> {
+        self.0.launch(kernel, threads, at, launch)
+    }
+}
+
+#[test]
+fn kernels_of_other_sources_are_refused() {
+    let error = DeviceSteps::new(Box::<Foreign>::default()).err().unwrap();
+    assert!(error.to_string().contains("make ptx"), "{error}");
 }

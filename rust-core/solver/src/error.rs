@@ -3,6 +3,7 @@
 use concordem_contact::law::LawName;
 use concordem_contact::law::names::listing;
 
+use crate::DeviceError;
 use crate::neighbor::NeighborError;
 
 /// Why a step fails.
@@ -109,6 +110,14 @@ pub enum SolverError {
     Heat {
         /// What is wrong.
         problem: &'static str,
+    },
+    /// The device that takes the steps failed.
+    #[error("at step {step}: {source}")]
+    Device {
+        /// Step.
+        step: u64,
+        /// Reason, and remedy.
+        source: DeviceError,
     },
     /// A velocity is NaN or infinite.
     #[error(

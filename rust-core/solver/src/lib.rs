@@ -36,4 +36,4 @@ pub use forces::{record, walls};
 pub use model::{Model, Scheme};
 pub use pair_coefficients::PairCoefficients;
 pub use report::StepReport;
-pub use solver::{Solver, StageTimes};
+pub use solver::{DeviceError, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep};

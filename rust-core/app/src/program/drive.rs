@@ -420,6 +420,10 @@ impl Run {
             self.files.note("stages_ended", &stages.join("; "));
         }
         self.files.note("threads", &rayon::current_num_threads().to_string());
+        if let Some((device, steps)) = self.simulation.steps_on_device() {
+            self.files.note("device", &device);
+            self.files.note("steps_on_device", &steps.to_string());
+        }
         self.files.note("wall_time_s", &format!("{:.3}", time.as_secs_f64()));
         let displacement = self.displacement();
         let forces = self.simulation.solver.record(&mut self.simulation.state)?;

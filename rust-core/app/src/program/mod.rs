@@ -7,6 +7,7 @@ mod calibrate;
 mod characterise;
 mod check;
 mod completions;
+mod device;
 mod drive;
 mod elastic;
 mod explain;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::device::DeviceArguments;
 use super::drive::{Run, build_with, csv_path, result_path, write_csv};
 use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
@@ -29,6 +30,8 @@ pub(super) struct ResumeArguments {
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
     watch: Option<u16>,
     #[command(flatten)]
+    device: DeviceArguments,
+    #[command(flatten)]
     work: Work,
 }
 
@@ -54,6 +57,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
     let changes = given.as_ref().map(|given| check(&first, given, Continuation::SameResult)).transpose()?;
     let changes = changes.unwrap_or_default();
     let scenario = given.filter(|_| !changes.is_empty()).unwrap_or(first);
+    let device = arguments.device.open(&scenario)?;
     let origin = entry(CONTINUES).filter(|_| checkpoint.is_none()).map(|from| (from, entry(CONTINUED_HASH)));
     let edited = entry(CHANGED_LATER).is_some() || !changes.is_empty();
     let initial_hash = entry(INITIAL_HASH).filter(|_| !edited);
@@ -81,7 +85,10 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
             (None, None) => {}
         }
         let live = Live::begin(arguments.watch, &scenario.title, &initial_positions, &assembly.state, console)?;
-        let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
+        let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
+        if let Some(device) = device {
+            simulation.use_device(device)?;
+        }
         Run::new(simulation, *files, &initial_positions, &scenario).watched(live).drive(&meter, fresh)
     })?;
     conclude(outcome, arguments.work.quiet, console)

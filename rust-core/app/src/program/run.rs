@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::device::DeviceArguments;
 use super::drive::{Outcome, Run, build_with, check_result_name, csv_path, result_path};
 use super::meter::Meter;
 use super::restart::Origin;
@@ -42,11 +43,14 @@ pub(super) struct RunArguments {
     #[arg(long, short)]
     force: bool,
     #[command(flatten)]
+    device: DeviceArguments,
+    #[command(flatten)]
     work: Work,
 }
 
 pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = arguments.settings.read(&arguments.scenario)?;
+    let device = arguments.device.open(&scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
     check_result_name(&path)?;
     let path = target(&path)?;
@@ -87,7 +91,10 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
         }
         let live = Live::begin(arguments.watch, &scenario.title, &initial_positions, &assembly.state, console)?;
         let files = RunFiles::create(&path, header, arguments.force)?;
-        let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
+        let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
+        if let Some(device) = device {
+            simulation.use_device(device)?;
+        }
         Run::new(simulation, files, &initial_positions, &scenario).watched(live).drive(&meter, true)
     })?;
     conclude(outcome, arguments.work.quiet, console)

@@ -39,6 +39,7 @@ use {
 
 /// Source of the stiffnesses of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub enum ContactStiffness {
     /// The same values for every contact.
     Given {
@@ -78,6 +79,7 @@ impl ContactStiffness {
 
 /// Parameters of the linear frictional contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct Frictional {
     /// Source of the stiffnesses.
     pub stiffness: ContactStiffness,

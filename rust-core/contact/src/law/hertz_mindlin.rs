@@ -52,6 +52,7 @@ use {
 
 /// Parameters of the Hertz-Mindlin contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct HertzMindlin {
     /// Effective Young's modulus `E*`, Pa.
     pub effective_young: f64,

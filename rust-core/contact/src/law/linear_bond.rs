@@ -71,6 +71,7 @@ use {
 /// assert_eq!(response.energy.stored_normal, 0.5 * 200.0 * 1.0e-4);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct LinearBond {
     /// Normal stiffness `k_n`, N/m.
     pub normal_stiffness: f64,

@@ -8,6 +8,7 @@ mod aggregates;
 mod bodies;
 mod bonding;
 mod cuts;
+mod device;
 mod fibers;
 mod files;
 mod heat;

@@ -1,5 +1,7 @@
 //! A run: state, solver, and schedule, advanced step by step.
 
+mod device;
+
 use std::sync::OnceLock;
 
 use super::guard::{self, EnergyFault, Guard};
@@ -47,6 +49,14 @@ pub enum RunError {
         dt: f64,
         /// Its bound, s.
         bound: f64,
+    },
+    /// The run has something that no device supports.
+    #[error("the device `{device}` does not support {what}; run without --device")]
+    Device {
+        /// Name of the device.
+        device: String,
+        /// What it does not support.
+        what: &'static str,
     },
     /// An operator cannot be evaluated.
     #[error("sample `{name}` at step {step}: {source}")]
@@ -177,6 +187,8 @@ pub struct Simulation {
     /// Loading, samples, and stop conditions.
     pub schedule: Schedule,
     last: StepReport,
+    /// The device that takes steps in place of the solver, if there is one.
+    device: Option<device::Device>,
     guard: Guard,
     /// Root mean square of the radii, m.
     radius: f64,
@@ -217,7 +229,7 @@ impl Simulation {
         last.virial.copy_from_slice(&state.schedule_memory[memory::VIRIAL..memory::STOPPED]);
         let guard = Guard::new(&state, solver.model().mode);
         let radius = state.particles.mean_radius();
-        Ok(Self { state, solver, schedule, last, guard, radius, mesh: OnceLock::new() })
+        Ok(Self { state, solver, schedule, last, device: None, guard, radius, mesh: OnceLock::new() })
     }
 
     /// The report of the last step.
@@ -275,12 +287,16 @@ impl Simulation {
     }
 
     /// Advances one step, with the record and the operators that are due. The step that ends the run also gives the
-    /// record and all operators of the final state.
+    /// record and all operators of the final state. With [a device](Self::use_device), advances many steps where none of them has a record,
+    /// operators, or events.
     ///
     /// # Errors
-    /// The solver fails, or an operator cannot be evaluated.
+    /// The solver or the device fails, or an operator cannot be evaluated.
     pub fn advance(&mut self) -> Result<Advance, RunError> {
-        let mut advance = self.step(false)?;
+        let mut advance = match self.advance_on_device()? {
+            Some(advance) => advance,
+            None => self.step(false)?,
+        };
         if advance.stopped.is_none() {
             advance.bonded = self.bond(advance.stage.as_ref().map(|end| end.stage))?;
         }

@@ -8,12 +8,11 @@
 //!
 //! * [`context`](StepContext): inputs of a force evaluation besides the contacts;
 //! * `tile_map`: the division of a block of contacts into tiles and halo slots;
-//! * `tile`: the loop over the contacts of a tile; `activate` and `commit` are its first and last stage; `temperature`: contacts whose
+//! * `tile`: the loop over the contacts of a tile; `commit` is its last stage; `temperature`: contacts whose
 //!   constants depend on the temperature;
 //! * `block`: the interface of a block to the solver, whatever its law; `laws`: the loops compiled for each law;
 //! * [`walls`]: contacts with walls; [`record`]: forces as operators read them, without a step.
 
-mod activate;
 mod block;
 mod commit;
 mod context;

@@ -4,13 +4,13 @@
 //! evaluates every contact as the step does and discards the new histories. Same inputs, same bits. After a step, before
 //! the particles move, the forces of that step follow from the histories.
 
+use concordem_contact::activate::{activate, length_of};
 use concordem_contact::kinematics::deformable::ParticleVirials;
 use concordem_contact::kinematics::{ContactInput, ImageShift, Motion};
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::{Quat, Vec3};
 use concordem_operator::{ContactSet, LoadSet, OperatorError};
 
-use super::activate::{activate, length_of};
 use super::{LawLoops, ParticleSums, StepContext, motion_of};
 use crate::state::contacts::{ContactBlock, ContactFlags};
 use crate::state::{Particles, Wall};

@@ -4,6 +4,7 @@
 //! touch, measure the batch and evaluate the law ([`Batch`]), then commit each result. Everything here is inlined into
 //! one loop per law and kind of step; only rare cases are separate functions.
 
+use concordem_contact::activate::{activate, length_of};
 use concordem_contact::columns::{BATCH, Columns};
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
@@ -14,7 +15,6 @@ use concordem_contact::law::{
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
 
-use super::activate::{activate, length_of};
 use super::tile_map::is_local;
 use super::{BegunContact, StepContext, Totals, Wrench, motion_of};
 use crate::state::contacts::{ContactFlags, Pair};

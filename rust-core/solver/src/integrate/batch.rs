@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use concordem_contact::columns::{Arrays, Columns, Formula};
-use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked};
+use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked, Work};
 use concordem_contact::math::{Quat, SMALL_ANGLE_SQUARED, Vec3};
 
 use super::particle::{Chunk, Shared, advance};
@@ -53,13 +53,12 @@ impl<const DAMPED: bool, const CELL: bool> Formula for KickFormula<DAMPED, CELL>
 
     #[inline(always)]
     fn apply(&self, input: Body) -> KickOutput {
-        let Body { velocity: v, angular_velocity: w, orientation, position, mass, inertia, .. } = input;
-        let Kicked { velocity: v_new, angular_velocity: w_new, applied, net, net_torque, damping } =
-            self.0.kick::<DAMPED, CELL>(&input);
-        let [f_damping, t_damping] = damping;
+        let Body { orientation, position, .. } = input;
+        let kicked = self.0.kick::<DAMPED, CELL>(&input);
         let dt = self.0.dt;
+        let Work { kinetic, damping, external } = kicked.work(&input, dt);
+        let Kicked { velocity: v_new, angular_velocity: w_new, net, net_torque, .. } = kicked;
         let drifted = leapfrog::drift_slowly(dt, &v_new, &w_new, &position, &orientation);
-        let half = 0.5 * dt;
         KickOutput {
             velocity: v_new,
             angular_velocity: w_new,
@@ -67,11 +66,11 @@ impl<const DAMPED: bool, const CELL: bool> Formula for KickFormula<DAMPED, CELL>
             orientation: drifted.orientation,
             position: drifted.position,
             angle_squared: (w_new * dt).norm_squared(),
-            kinetic: 0.5 * (mass * v.dot(&v_new) + inertia * w.dot(&w_new)),
-            damped_before: half * (f_damping.dot(&v) + t_damping.dot(&w)),
-            damped_after: half * (f_damping.dot(&v_new) + t_damping.dot(&w_new)),
-            external_before: half * applied.dot(&v),
-            external_after: half * applied.dot(&v_new),
+            kinetic,
+            damped_before: damping[0],
+            damped_after: damping[1],
+            external_before: external[0],
+            external_after: external[1],
             net_force_squared: net.x * net.x + net.y * net.y + net.z * net.z,
             speed_squared: v_new.norm_squared(),
             net_torque_squared: net_torque.norm_squared(),

@@ -90,7 +90,8 @@ pub struct KickSums {
 }
 
 impl KickSums {
-    fn merge(&mut self, other: &Self) {
+    /// Add other sums.
+    pub fn merge(&mut self, other: &Self) {
         self.kinetic += other.kinetic;
         for i in 0..2 {
             self.damping[i] += other.damping[i];

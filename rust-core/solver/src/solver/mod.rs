@@ -1,6 +1,7 @@
 //! The solver: advances a state step by step.
 
 mod conduct;
+mod device;
 mod evaluate;
 mod iterate;
 mod rebuild;
@@ -23,6 +24,7 @@ use crate::record::Forces;
 use crate::state::{Cell, Particles, State};
 use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
+pub use device::{DeviceError, StepDevice, Stretch, StretchEnd, StretchStep};
 pub use stages::StageTimes;
 use stages::Stopwatch;
 

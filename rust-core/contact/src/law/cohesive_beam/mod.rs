@@ -58,6 +58,7 @@ use crate::math::{Vec3, norm};
 
 /// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub enum BeamModel {
     /// Slender beam: sections stay normal to the axis.
     EulerBernoulli,
@@ -82,6 +83,7 @@ pub enum BeamModel {
     derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
     serde(rename_all = "kebab-case")
 )]
+#[repr(C)]
 pub enum BendingTerm {
     /// At the middle section, `½‖(M_A−M_B)_⊥‖`.
     #[default]
@@ -94,6 +96,7 @@ pub enum BendingTerm {
 
 /// Radius of the section.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub enum Section {
     /// Radius over the mean radius of the bonded particles, r̃; every bond gets the same radius ([2.22] ff.).
     Ratio(f64),
@@ -103,6 +106,7 @@ pub enum Section {
 
 /// Parameters of a beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct CohesiveBeam {
     /// Young's modulus `E_μ` of the beam, Pa.
     pub young: f64,

@@ -144,6 +144,7 @@ pub struct StressResponse {
 
 /// The cohesive particle model: parameters of a pair of materials, with constants derived from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct Cpm {
     parameters: CpmParameters,
     shear_modulus: f64,

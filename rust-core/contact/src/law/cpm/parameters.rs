@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Published form of the law. The [module documentation](super) lists the differences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "kebab-case"))]
+#[repr(C)]
 pub enum CpmFormulation {
     /// Stránský 2018, corrected; with all options, the full model of Šmilauer 2010.
     #[default]
@@ -34,6 +35,7 @@ impl CpmFormulation {
 /// Form of the damage function g(κ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "kebab-case"))]
+#[repr(C)]
 pub enum DamageLaw {
     /// Linear softening to zero stress at ε_f (`damLaw = 0`).
     Linear,
@@ -45,6 +47,7 @@ pub enum DamageLaw {
 /// Bound of the shear stress as a function of the normal stress. Formulas in the [module documentation](super).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(rename_all = "kebab-case"))]
+#[repr(C)]
 pub enum YieldSurface {
     /// Linear, (2.19).
     #[default]
@@ -60,6 +63,7 @@ pub enum YieldSurface {
 /// Parameters of the law as a user gives them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "std", derive(Serialize, Deserialize, JsonSchema), serde(deny_unknown_fields))]
+#[repr(C)]
 pub struct CpmParameters {
     /// Formulation.
     #[cfg_attr(feature = "std", serde(default))]

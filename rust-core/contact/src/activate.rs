@@ -1,17 +1,17 @@
 //! Beginning of contacts.
 
-use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
-use concordem_contact::law::{ContactLaw, Reference};
-use concordem_contact::math::{Vec3, yade_order};
-
-use crate::state::contacts::ContactFlags;
+use crate::geometry::{PreviousGeometry, Reference};
+use crate::kinematics::MotionMeasure;
+use crate::law::ContactLaw;
+use crate::math::{Vec3, norm, yade_order};
+use crate::pair::ContactFlags;
 
 /// Length of a branch vector (m), with the bits of the measure that evaluates the contact. A contact that begins unstrained, as
 /// those of the concrete law, must not see a strain of its rounding: that would open it again.
 #[inline(always)]
-pub(super) fn length_of(branch: &Vec3, mode: MotionMeasure) -> f64 {
+pub fn length_of(branch: &Vec3, mode: MotionMeasure) -> f64 {
     match mode {
-        MotionMeasure::Finite | MotionMeasure::FirstOrder => branch.norm(),
+        MotionMeasure::Finite | MotionMeasure::FirstOrder => norm(branch),
         MotionMeasure::Yade | MotionMeasure::YadeRatcheting => yade_order::norm(branch),
     }
 }
@@ -22,7 +22,7 @@ pub(super) fn length_of(branch: &Vec3, mode: MotionMeasure) -> f64 {
 /// the surfaces have moved towards each other (m), 0 for rigid particles.
 #[cold]
 #[inline(never)]
-pub(super) fn activate<L: ContactLaw>(
+pub fn activate<L: ContactLaw>(
     flags: &mut ContactFlags,
     reference: &mut Reference,
     previous: &mut PreviousGeometry,
@@ -36,7 +36,7 @@ pub(super) fn activate<L: ContactLaw>(
     if opening - surface_displacement >= 0.0 {
         return false;
     }
-    let length_before = before.norm();
+    let length_before = norm(before);
     *previous = PreviousGeometry { normal: before / length_before, length: length_before };
     flags.bits |= ContactFlags::ACTIVE;
     if !flags.has(ContactFlags::KEPT_REFERENCE) {

@@ -1,0 +1,191 @@
+//! Arguments of the kernels: addresses of arrays on the device, the same for all devices.
+//!
+//! A step discards nothing: what the first kernel changes has two copies, `from` and `to` by turns, so that a step with an event can be
+//! taken again.
+
+use concordem_contact::geometry::{PreviousGeometry, Reference};
+use concordem_contact::law::ContactLaw;
+use concordem_contact::math::{Quat, Vec3};
+use concordem_contact::pair::{ContactFlags, Pair};
+
+use crate::contact::Loads;
+
+/// Numbers of a launch besides its arguments.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C)]
+pub struct Launch {
+    /// Number of the step in the stretch.
+    pub step: u32,
+    /// Which copy the step reads, 0 or 1; it writes the other one.
+    pub from: u32,
+    /// 1 if the step samples, otherwise 0.
+    pub sample: u32,
+}
+
+/// Numbers of steps that are not to be taken, nor any later one: the first with an event, and the first before which the neighbor list
+/// must be rebuilt. `u32::MAX`: none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Stops {
+    /// First step with an event.
+    pub event: u32,
+    /// First step before which a particle has moved too far.
+    pub moved: u32,
+}
+
+impl Stops {
+    /// No step is excluded.
+    pub const NONE: Self = Self { event: u32::MAX, moved: u32::MAX };
+}
+
+/// Energies that contacts dissipate in a step: by damage, friction, dashpots, and the error of the integration, J.
+pub type Dissipated = [f64; 4];
+/// Stored energies by normal, shear, bending, and twist deformation, then `l⊗f` column by column, J.
+pub type Sampled = [f64; 13];
+/// Kinetic energy, and works of damping and of given forces, each before and after the kick, J. Damping counts what it dissipates.
+pub type Works = [f64; 5];
+/// Works of the reactions of a particle's prescribed components, before and after the kick, J.
+pub type Reactions = [[f64; 2]; 6];
+
+/// Arrays of the particles, each as long as there are particles.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct ParticleArrays {
+    /// m.
+    pub position: *mut Vec3,
+    /// m/s.
+    pub velocity: *mut Vec3,
+    /// rad/s.
+    pub angular_velocity: *mut Vec3,
+    /// Rotation of the last step.
+    pub rotation_increment: *mut Quat,
+    /// Body to world.
+    pub orientation: *mut Quat,
+    /// m.
+    pub radius: *const f64,
+    /// kg.
+    pub mass: *const f64,
+    /// kg·m².
+    pub inertia: *const f64,
+    /// Prescribed components.
+    pub constraint: *const u8,
+}
+
+/// Arguments of the first kernel: a block of contacts.
+#[derive(Debug)]
+#[repr(C)]
+pub struct ContactArrays<L: ContactLaw> {
+    /// Number of contacts.
+    pub count: u64,
+    /// Pair coefficients.
+    pub rows: *const L,
+    /// Particles.
+    pub pair: *const Pair,
+    /// Row and flags of each contact, two copies; for bonds only one, because they change only in events.
+    pub flags: [*mut ContactFlags; 2],
+    /// Length and area without strain, in the same way.
+    pub reference: [*mut Reference; 2],
+    /// Normal and length, two copies.
+    pub previous: [*mut PreviousGeometry; 2],
+    /// History, two copies.
+    pub history: [*mut L::State; 2],
+    /// Loads on the particles.
+    pub loads: *mut Loads,
+    /// By contact.
+    pub dissipated: *mut Dissipated,
+    /// By contact, in a step that samples.
+    pub sampled: *mut Sampled,
+    /// Where the steps end.
+    pub stops: *mut Stops,
+    /// The particles.
+    pub particles: ParticleArrays,
+    /// Time step, s.
+    pub dt: f64,
+    /// Damage at which a bond enters the event log.
+    pub threshold: f64,
+    /// 1 if the solver must see contacts begin whose stiffness grows, otherwise 0.
+    pub watched: u64,
+}
+
+/// Arguments of the second kernel.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct MotionArrays {
+    /// Number of particles.
+    pub count: u64,
+    /// The particles.
+    pub particles: ParticleArrays,
+    /// Loads of the contacts of all blocks.
+    pub loads: *const Loads,
+    /// First entry of each particle, then the number of entries.
+    pub start: *const u32,
+    /// See [`particle::advance`](crate::particle::advance).
+    pub entries: *const u32,
+    /// By particle.
+    pub works: *mut Works,
+    /// Rank of each particle among those with prescribed components; `u32::MAX` for free ones.
+    pub rank: *const u32,
+    /// By particle with prescribed components.
+    pub reactions: *mut Reactions,
+    /// Positions at the last rebuild of the neighbor list, m.
+    pub listed: *const Vec3,
+    /// Where the steps end.
+    pub stops: *mut Stops,
+    /// Square of the distance from these positions at which the list must be rebuilt, m².
+    pub limit: f64,
+    /// Time step, s.
+    pub dt: f64,
+    /// m/s².
+    pub gravity: Vec3,
+    /// λ of translation and rotation, if `damped` is not 0.
+    pub damping: [f64; 2],
+    /// Whether there is local damping.
+    pub damped: u64,
+}
+
+/// Arguments of the third kernel: sums of rows by tile.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct SumArrays {
+    /// Rows of `width` numbers.
+    pub rows: *const f64,
+    /// Numbers in a row.
+    pub width: u64,
+    /// Number of tiles.
+    pub tiles: u64,
+    /// First row of each tile, then the number of rows.
+    pub start: *const u32,
+    /// `width` sums for each tile, for each step `stride` further.
+    pub sums: *mut f64,
+    /// 0 if only the last step has sums.
+    pub stride: u64,
+    /// Where the steps end.
+    pub stops: *mut Stops,
+}
+
+/// Sizes that host and kernels must agree on; the kernel `layout` writes those with which it was compiled.
+pub const LAYOUT: [u64; LAYOUTS] = {
+    let mut sizes = [0; LAYOUTS];
+    sizes[0] = size_of::<Loads>() as u64;
+    sizes[1] = size_of::<MotionArrays>() as u64;
+    sizes[2] = size_of::<SumArrays>() as u64;
+    sizes[3] = size_of::<Launch>() as u64;
+    let mut at = 4;
+    macro_rules! of_laws {
+        ($($key:ident: $Law:ident,)*) => { $(
+            type $Law = concordem_contact::law::$key::$Law;
+            sizes[at] = size_of::<$Law>() as u64;
+            sizes[at + 1] = size_of::<<$Law as ContactLaw>::State>() as u64;
+            sizes[at + 2] = size_of::<ContactArrays<$Law>>() as u64;
+            at += 3;
+        )* };
+    }
+    concordem_contact::for_each_law!(of_laws);
+    sizes
+};
+
+macro_rules! count_laws {
+    ($($key:ident: $Law:ident,)*) => { [$(stringify!($key)),*].len() };
+}
+/// Number of [`LAYOUT`].
+pub const LAYOUTS: usize = 4 + 3 * concordem_contact::for_each_law!(count_laws);

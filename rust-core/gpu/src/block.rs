@@ -1,0 +1,233 @@
+//! A block of contacts on a device.
+
+use concordem_contact::geometry::{PreviousGeometry, Reference};
+use concordem_contact::law::{ContactLaw, EnergySplit};
+use concordem_contact::math::Mat3;
+use concordem_contact::pair::{ContactFlags, Pair};
+use concordem_solver::StretchStep;
+use concordem_solver::state::contacts::{ContactBlock, Contacts};
+
+use crate::arguments::{ContactArrays, Dissipated, Launch, ParticleArrays, Sampled, Stops};
+use crate::buffer::Buffer;
+use crate::contact::Loads;
+use crate::device::{Device, DeviceError, Kernel};
+use crate::sums::{STRETCH, TileSums};
+
+/// What the blocks of a state share.
+pub struct Shared {
+    /// The particles on the device.
+    pub particles: ParticleArrays,
+    /// Number of particles.
+    pub count: usize,
+    /// Particles per tile.
+    pub tile: usize,
+    /// Where the steps end, on the device.
+    pub stops: *mut Stops,
+    /// Time step, s.
+    pub dt: f64,
+    /// Damage at which a bond enters the event log.
+    pub threshold: f64,
+    /// Whether the solver must see contacts begin whose stiffness grows.
+    pub watched: bool,
+}
+
+/// A block of contacts on a device, whatever its law.
+pub trait BlockOnDevice: Send + Sync {
+    /// Name of the law.
+    fn law(&self) -> &'static str;
+    /// Whether the contacts are bonds.
+    fn bonds(&self) -> bool;
+    /// Copy the contacts to the device. `loads`: where the kernel writes theirs.
+    fn load(
+        &mut self,
+        device: &mut dyn Device,
+        contacts: &dyn Contacts,
+        shared: &Shared,
+        loads: *mut Loads,
+    ) -> Result<(), DeviceError>;
+    /// Launch the evaluation of all contacts.
+    fn evaluate(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError>;
+    /// Launch the sums of their energies.
+    fn sum(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError>;
+    /// Add the energies of the steps taken to `steps`; `sampled`: the last one sampled.
+    fn add_energies(
+        &self,
+        device: &mut dyn Device,
+        steps: &mut [StretchStep],
+        sampled: bool,
+    ) -> Result<(), DeviceError>;
+    /// Copy what the steps changed to `contacts`; `from`: the copy that the next step reads.
+    fn store(&self, device: &mut dyn Device, contacts: &mut dyn Contacts, from: u32) -> Result<(), DeviceError>;
+    /// Give the memory back.
+    fn free(&mut self, device: &mut dyn Device);
+}
+
+/// An empty block of the law with this name, of bonds or of unbonded contacts.
+pub fn new(law: &str, bonds: bool) -> Result<Box<dyn BlockOnDevice>, DeviceError> {
+    macro_rules! of_law {
+        ($($key:ident: $Law:ident,)*) => {
+            match law {
+                $(stringify!($key) => Ok(Box::new(Block::<concordem_contact::law::$key::$Law>::new(bonds))),)*
+                _ => Err(DeviceError(format!("there is no kernel for the law \"{law}\""))),
+            }
+        };
+    }
+    concordem_contact::for_each_law!(of_law)
+}
+
+struct Block<L: ContactLaw> {
+    count: usize,
+    rows: Buffer<L>,
+    pair: Buffer<Pair>,
+    /// One copy for bonds.
+    flags: Vec<Buffer<ContactFlags>>,
+    reference: Vec<Buffer<Reference>>,
+    previous: [Buffer<PreviousGeometry>; 2],
+    history: [Buffer<L::State>; 2],
+    dissipated: Buffer<Dissipated>,
+    sampled: Buffer<Sampled>,
+    arguments: Buffer<ContactArrays<L>>,
+    dissipated_sums: TileSums<4>,
+    sampled_sums: TileSums<13>,
+}
+
+impl<L: ContactLaw> Block<L> {
+    fn new(bonds: bool) -> Self {
+        let copies = if bonds { 1 } else { 2 };
+        Self {
+            count: 0,
+            rows: Buffer::default(),
+            pair: Buffer::default(),
+            flags: (0..copies).map(|_| Buffer::default()).collect(),
+            reference: (0..copies).map(|_| Buffer::default()).collect(),
+            previous: Default::default(),
+            history: Default::default(),
+            dissipated: Buffer::default(),
+            sampled: Buffer::default(),
+            arguments: Buffer::default(),
+            dissipated_sums: TileSums::default(),
+            sampled_sums: TileSums::default(),
+        }
+    }
+}
+
+impl<L: ContactLaw> BlockOnDevice for Block<L> {
+    fn law(&self) -> &'static str {
+        L::NAME
+    }
+
+    fn bonds(&self) -> bool {
+        self.flags.len() == 1
+    }
+
+    fn load(
+        &mut self,
+        device: &mut dyn Device,
+        contacts: &dyn Contacts,
+        shared: &Shared,
+        loads: *mut Loads,
+    ) -> Result<(), DeviceError> {
+        let wrong = || DeviceError(format!("the block of the law \"{}\" has another type", L::NAME));
+        let block = contacts.as_any().downcast_ref::<ContactBlock<L>>().ok_or_else(wrong)?;
+        self.count = block.len();
+        self.rows.put_raw(device, &block.rows)?;
+        self.pair.put(device, &block.pair)?;
+        self.flags[0].put(device, &block.flags)?;
+        self.reference[0].put(device, &block.reference)?;
+        if let ([_, flags], [_, reference]) = (&mut self.flags[..], &mut self.reference[..]) {
+            flags.resize(device, self.count)?;
+            reference.resize(device, self.count)?;
+        }
+        self.previous[0].put(device, &block.previous)?;
+        self.history[0].put(device, &block.history)?;
+        self.previous[1].resize(device, self.count)?;
+        self.history[1].resize(device, self.count)?;
+        self.dissipated.resize(device, self.count)?;
+        self.sampled.resize(device, self.count)?;
+        let arguments = ContactArrays {
+            count: self.count as u64,
+            rows: self.rows.pointer(),
+            pair: self.pair.pointer(),
+            flags: [0, self.flags.len() - 1].map(|k| self.flags[k].pointer()),
+            reference: [0, self.reference.len() - 1].map(|k| self.reference[k].pointer()),
+            previous: self.previous.each_ref().map(Buffer::pointer),
+            history: self.history.each_ref().map(Buffer::pointer),
+            loads,
+            dissipated: self.dissipated.pointer(),
+            sampled: self.sampled.pointer(),
+            stops: shared.stops,
+            particles: shared.particles,
+            dt: shared.dt,
+            threshold: shared.threshold,
+            watched: u64::from(shared.watched),
+        };
+        self.arguments.put_raw(device, &[arguments])?;
+        let tiles = shared.count.div_ceil(shared.tile).max(1);
+        let start: Vec<u32> = (0..=tiles)
+            .map(|tile| block.pair.partition_point(|pair| (pair.a as usize) < tile * shared.tile) as u32)
+            .collect();
+        self.dissipated_sums.load(device, self.dissipated.pointer().cast(), &start, STRETCH, shared.stops)?;
+        self.sampled_sums.load(device, self.sampled.pointer().cast(), &start, 1, shared.stops)
+    }
+
+    fn evaluate(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError> {
+        if self.count == 0 {
+            return Ok(());
+        }
+        device.launch(Kernel::Contacts(L::NAME), self.count, self.arguments.address(), launch)
+    }
+
+    fn sum(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError> {
+        self.dissipated_sums.launch(device, launch)?;
+        if launch.sample == 0 { Ok(()) } else { self.sampled_sums.launch(device, launch) }
+    }
+
+    fn add_energies(
+        &self,
+        device: &mut dyn Device,
+        steps: &mut [StretchStep],
+        sampled: bool,
+    ) -> Result<(), DeviceError> {
+        let dissipated = self.dissipated_sums.totals(device, steps.len())?;
+        for (step, [damage, friction, viscous, integration]) in steps.iter_mut().zip(dissipated) {
+            step.energy += EnergySplit { damage, friction, viscous, integration, ..EnergySplit::default() };
+        }
+        if let Some(last) = steps.last_mut().filter(|_| sampled) {
+            for sums in self.sampled_sums.totals(device, 1)? {
+                let [stored_normal, stored_shear, stored_bending, stored_twist, virial @ ..] = sums;
+                let stored =
+                    EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, ..EnergySplit::default() };
+                last.energy += stored;
+                last.virial += Mat3::from_column_slice(&virial);
+            }
+        }
+        Ok(())
+    }
+
+    fn store(&self, device: &mut dyn Device, contacts: &mut dyn Contacts, from: u32) -> Result<(), DeviceError> {
+        let wrong =
+            || DeviceError(format!("the block of the law \"{}\" has changed during steps on a device", L::NAME));
+        let block = contacts.as_any_mut().downcast_mut::<ContactBlock<L>>();
+        let block = block.filter(|block| block.len() == self.count).ok_or_else(wrong)?;
+        if !self.bonds() {
+            self.flags[from as usize].get(device, &mut block.flags)?;
+            self.reference[from as usize].get(device, &mut block.reference)?;
+        }
+        self.previous[from as usize].get(device, &mut block.previous)?;
+        self.history[from as usize].get(device, &mut block.history)
+    }
+
+    fn free(&mut self, device: &mut dyn Device) {
+        self.rows.free(device);
+        self.pair.free(device);
+        self.flags.iter_mut().for_each(|buffer| buffer.free(device));
+        self.reference.iter_mut().for_each(|buffer| buffer.free(device));
+        self.previous.iter_mut().for_each(|buffer| buffer.free(device));
+        self.history.iter_mut().for_each(|buffer| buffer.free(device));
+        self.dissipated.free(device);
+        self.sampled.free(device);
+        self.arguments.free(device);
+        self.dissipated_sums.free(device);
+        self.sampled_sums.free(device);
+    }
+}

@@ -1,0 +1,141 @@
+//! First kernel: a contact.
+
+use concordem_contact::activate::{activate, length_of};
+use concordem_contact::geometry::{ContactGeometry, PreviousGeometry, Reference};
+use concordem_contact::kinematics::{ContactInput, ImageShift, Kinematics, Motion, MotionMeasure, torques};
+use concordem_contact::law::{ContactLaw, EnergySplit, Response, Status};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::pair::ContactFlags;
+
+/// What a contact reads of a particle.
+#[derive(Debug, Clone, Copy)]
+pub struct End {
+    /// Motion in the step.
+    pub motion: Motion,
+    /// m.
+    pub radius: f64,
+    /// kg.
+    pub mass: f64,
+}
+
+/// A bond, an unbonded contact, or a candidate.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact<S> {
+    /// Pair coefficients and flags.
+    pub flags: ContactFlags,
+    /// Length and area without strain.
+    pub reference: Reference,
+    /// Normal and length of the last step.
+    pub previous: PreviousGeometry,
+    /// History of the law.
+    pub history: S,
+}
+
+/// Loads of a contact on its particles.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub struct Loads {
+    /// Force on A, N. B gets the opposite.
+    pub force: Vec3,
+    /// Torques on A and B about their centers, N·m.
+    pub torques: [Vec3; 2],
+}
+
+/// A contact after the step, and what it did in it.
+#[derive(Debug, Clone, Copy)]
+pub struct Evaluated<S> {
+    /// The contact.
+    pub contact: Contact<S>,
+    /// Loads on the particles.
+    pub loads: Loads,
+    /// Energies, J.
+    pub energy: EnergySplit,
+    /// `l⊗f`, J.
+    pub virial: Mat3,
+}
+
+/// What the contacts of a step share.
+#[derive(Debug, Clone, Copy)]
+pub struct Step {
+    /// Time step, s.
+    pub dt: f64,
+    /// Damage at which a bond enters the event log.
+    pub threshold: f64,
+    /// Whether the solver must see contacts begin whose stiffness grows.
+    pub watched: bool,
+}
+
+/// Measure and evaluate a contact.
+///
+/// `None`: the contact has an event, so the solver must take the step. The bond breaks or enters the event log; or a contact begins that
+/// takes over the energy of a broken bond, or whose stiffness the solver must check.
+#[inline(always)]
+pub fn evaluate<L: ContactLaw>(
+    law: &L,
+    mut contact: Contact<L::State>,
+    [a, b]: [&End; 2],
+    step: &Step,
+) -> Option<Evaluated<L::State>> {
+    if !contact.flags.carries() {
+        if !begins::<L>(&mut contact, [a, b], step.dt) {
+            let (loads, energy, virial) = (Loads::default(), EnergySplit::default(), Mat3::zeros());
+            return Some(Evaluated { contact, loads, energy, virial });
+        }
+        if contact.flags.has(ContactFlags::KEPT_REFERENCE) || L::STIFFENS && step.watched {
+            return None;
+        }
+    }
+    let geometry = ContactGeometry {
+        reference_length: contact.reference.length,
+        area: contact.reference.area,
+        radius_a: a.radius,
+        radius_b: b.radius,
+        mass_a: a.mass,
+        mass_b: b.mass,
+    };
+    let input = ContactInput {
+        a: &a.motion,
+        b: &b.motion,
+        image: &ImageShift::default(),
+        geometry: &geometry,
+        previous: &contact.previous,
+        bonded: contact.flags.has(ContactFlags::BONDED),
+        dt: step.dt,
+    };
+    let measured = L::Kinematics::measure(MotionMeasure::Finite, &input);
+    let point = *measured.point();
+    let Response { force, moment, state, status, energy } = law.respond(&measured, &contact.history, step.dt);
+    contact.previous = PreviousGeometry { normal: point.normal, length: point.length };
+    if status == Status::Broke {
+        return None;
+    }
+    if status == Status::Opened {
+        contact.history = L::State::default();
+        contact.flags.bits &= !(ContactFlags::ACTIVE | ContactFlags::REPORTED);
+        let EnergySplit { damage, friction, viscous, integration, .. } = energy;
+        let energy = EnergySplit { damage, friction, viscous, integration, ..EnergySplit::default() };
+        return Some(Evaluated { contact, loads: Loads::default(), energy, virial: Mat3::zeros() });
+    }
+    contact.history = state;
+    if L::damage(&state) >= step.threshold && !contact.flags.has(ContactFlags::REPORTED) {
+        return None;
+    }
+    let [mut torque_a, mut torque_b] = torques(&point.normal, &force, [point.arm_a, point.arm_b]);
+    if L::TRANSMITS_MOMENT {
+        torque_a += moment;
+        torque_b -= moment;
+    }
+    let loads = Loads { force, torques: [torque_a, torque_b] };
+    Some(Evaluated { contact, loads, energy, virial: (point.normal * point.length) * force.transpose() })
+}
+
+/// Whether a contact without force begins; if so, activates it.
+#[inline(always)]
+fn begins<L: ContactLaw>(contact: &mut Contact<L::State>, [a, b]: [&End; 2], dt: f64) -> bool {
+    let between = b.motion.position - a.motion.position;
+    let before = between - (b.motion.velocity - a.motion.velocity) * dt;
+    let length = length_of(&between, MotionMeasure::Finite);
+    let Contact { flags, reference, previous, .. } = contact;
+    !flags.has(ContactFlags::BROKEN)
+        && activate::<L>(flags, reference, previous, length, &before, [a.radius, b.radius], 0.0)
+}

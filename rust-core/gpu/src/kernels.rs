@@ -1,0 +1,172 @@
+//! The kernels: what one thread does. A device calls them for each thread; the emulation does so in a loop.
+//!
+//! The only unsafe code of the crate apart from the calls of a driver. Each thread writes the row of one contact, of one particle, or of
+//! one sum, and reads nothing that another thread of the same kernel writes, except for the [`Stops`]: threads that write one of these
+//! write the same number, which excludes no step before the present one.
+
+#![allow(unsafe_code)]
+
+use concordem_contact::kinematics::Motion;
+use concordem_contact::law::{ContactLaw, EnergySplit};
+use concordem_contact::leapfrog::{Body, Kick, Work};
+use concordem_contact::math::{Mat3, Vec3};
+
+use crate::arguments::{ContactArrays, LAYOUT, Launch, MotionArrays, ParticleArrays, Stops, SumArrays};
+use crate::contact::{self, Contact, End, Evaluated, Loads, Step};
+use crate::particle::{self, Advanced};
+
+/// Whether a step is to be taken.
+///
+/// Safety: `stops` can be read.
+#[inline(always)]
+unsafe fn takes(stops: *const Stops, launch: Launch) -> bool {
+    // Other threads may write it.
+    let Stops { event, moved } = unsafe { stops.read_volatile() };
+    launch.step < event && launch.step < moved
+}
+
+impl ParticleArrays {
+    /// Safety: the arrays are longer than `p`, and no thread writes to them.
+    #[inline(always)]
+    unsafe fn end(&self, p: usize) -> End {
+        unsafe {
+            End {
+                motion: Motion {
+                    position: *self.position.add(p),
+                    velocity: *self.velocity.add(p),
+                    angular_velocity: *self.angular_velocity.add(p),
+                    rotation_increment: *self.rotation_increment.add(p),
+                    orientation: *self.orientation.add(p),
+                },
+                radius: *self.radius.add(p),
+                mass: *self.mass.add(p),
+            }
+        }
+    }
+}
+
+/// Contact number `thread`: law, history, loads, energies.
+///
+/// # Safety
+/// The arrays are as long as [`ContactArrays`] says, and the particles exist.
+#[inline(always)]
+pub unsafe fn contacts<L: ContactLaw>(thread: usize, arguments: *const ContactArrays<L>, launch: Launch) {
+    unsafe {
+        let block = &*arguments;
+        if thread >= block.count as usize || !takes(block.stops, launch) {
+            return;
+        }
+        let (k, from, to) = (thread, launch.from as usize, 1 - launch.from as usize);
+        let pair = *block.pair.add(k);
+        let ends = [block.particles.end(pair.a as usize), block.particles.end(pair.b as usize)];
+        let before = Contact {
+            flags: *block.flags[from].add(k),
+            reference: *block.reference[from].add(k),
+            previous: *block.previous[from].add(k),
+            history: *block.history[from].add(k),
+        };
+        let law = &*block.rows.add(before.flags.row as usize);
+        let step = Step { dt: block.dt, threshold: block.threshold, watched: block.watched != 0 };
+        let evaluated = contact::evaluate(law, before, [&ends[0], &ends[1]], &step);
+        let Some(Evaluated { contact, loads, energy, virial }) = evaluated else {
+            (&raw mut (*block.stops).event).write_volatile(launch.step);
+            return;
+        };
+        *block.previous[to].add(k) = contact.previous;
+        *block.history[to].add(k) = contact.history;
+        if block.flags[0] != block.flags[1] {
+            *block.flags[to].add(k) = contact.flags;
+            *block.reference[to].add(k) = contact.reference;
+        }
+        *block.loads.add(k) = loads;
+        let EnergySplit { damage, friction, viscous, integration, .. } = energy;
+        *block.dissipated.add(k) = [damage, friction, viscous, integration];
+        if launch.sample != 0 {
+            let EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, .. } = energy;
+            let row = &mut *block.sampled.add(k);
+            [row[0], row[1], row[2], row[3]] = [stored_normal, stored_shear, stored_bending, stored_twist];
+            row[4..].copy_from_slice(virial.as_slice());
+        }
+    }
+}
+
+/// Particle number `thread`: sum of the loads, kick, drift.
+///
+/// # Safety
+/// The arrays are as long as [`MotionArrays`] says.
+#[inline(always)]
+pub unsafe fn particles(thread: usize, arguments: *const MotionArrays, launch: Launch) {
+    unsafe {
+        let motion = &*arguments;
+        if thread >= motion.count as usize || !takes(motion.stops, launch) {
+            return;
+        }
+        let (p, of) = (thread, &motion.particles);
+        let body = Body {
+            force: Vec3::zeros(),
+            torque: Vec3::zeros(),
+            velocity: *of.velocity.add(p),
+            angular_velocity: *of.angular_velocity.add(p),
+            orientation: *of.orientation.add(p),
+            position: *of.position.add(p),
+            mass: *of.mass.add(p),
+            inertia: *of.inertia.add(p),
+        };
+        let [first, end] = [*motion.start.add(p) as usize, *motion.start.add(p + 1) as usize];
+        let entries = core::slice::from_raw_parts(motion.entries.add(first), end - first);
+        let &MotionArrays { dt, gravity, damping, .. } = motion;
+        let kick = Kick { dt, step: dt, gravity, damping, gradient: Mat3::zeros() };
+        let loads = |k: usize| -> Loads { *motion.loads.add(k) };
+        let advanced = particle::advance(&kick, motion.damped != 0, &body, *of.constraint.add(p), entries, loads);
+        let Advanced { velocity, angular_velocity, drifted, work, reactions } = advanced;
+        *of.velocity.add(p) = velocity;
+        *of.angular_velocity.add(p) = angular_velocity;
+        *of.position.add(p) = drifted.position;
+        *of.rotation_increment.add(p) = drifted.increment;
+        *of.orientation.add(p) = drifted.orientation;
+        let Work { kinetic, damping: [before, after], external } = work;
+        *motion.works.add(p) = [kinetic, -before, -after, external[0], external[1]];
+        let rank = *motion.rank.add(p);
+        if rank != u32::MAX {
+            *motion.reactions.add(rank as usize) = reactions;
+        }
+        let near = (drifted.position - *motion.listed.add(p)).norm_squared() < motion.limit;
+        // A number that is not finite ends the steps, too.
+        if !(near && velocity.norm_squared().is_finite() && kinetic.is_finite()) {
+            (&raw mut (*motion.stops).moved).write_volatile(launch.step + 1);
+        }
+    }
+}
+
+/// Sum number `thread` of a tile, in the order of the solver.
+///
+/// # Safety
+/// The arrays are as long as [`SumArrays`] says.
+#[inline(always)]
+pub unsafe fn sums(thread: usize, arguments: *const SumArrays, launch: Launch) {
+    unsafe {
+        let of = &*arguments;
+        let width = of.width as usize;
+        if thread >= of.tiles as usize * width || !takes(of.stops, launch) {
+            return;
+        }
+        let (tile, column) = (thread / width, thread % width);
+        let [first, end] = [*of.start.add(tile) as usize, *of.start.add(tile + 1) as usize];
+        let mut sum = 0.0;
+        for row in first..end {
+            sum += *of.rows.add(row * width + column);
+        }
+        *of.sums.add(launch.step as usize * of.stride as usize + thread) = sum;
+    }
+}
+
+/// Size number `thread` with which the kernels were compiled.
+///
+/// # Safety
+/// `sizes` is as long as [`LAYOUT`].
+#[inline(always)]
+pub unsafe fn layout(thread: usize, sizes: *mut u64) {
+    if let Some(size) = LAYOUT.get(thread) {
+        unsafe { *sizes.add(thread) = *size };
+    }
+}
