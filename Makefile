@@ -100,6 +100,7 @@ test-build: test-lint
 # Unit, integration and documentation tests of the library and of the program.
 test-rust:
 	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts --no-fail-fast
+	@.ci/timed no-driver $(CARGO) test $(TESTED) --features concordem-gpu/cuda --test no_driver
 
 # Our styles inside LIGGGHTS and LAMMPS, under MPI.
 HOST_TESTS := $(patsubst liggghts-bridge/tests/%.rs,--test %,$(wildcard liggghts-bridge/tests/*.rs))
@@ -147,6 +148,8 @@ test-lint:
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
 	# The laws compile for processors without a standard library.
 	@.ci/timed no-std $(CARGO) clippy --release -p concordem-contact --no-default-features --lib -- -D warnings
+	# So does the support of graphics processors, whose driver is loaded at run time.
+	@.ci/timed cuda $(CARGO) clippy $(TESTED) --features concordem-gpu/cuda --test no_driver --example measure -- -D warnings
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.

@@ -5,7 +5,7 @@
 
 use std::error::Error;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::Instant;
 
 use concordem_contact::law::Cpm;
@@ -181,7 +181,17 @@ fn open(name: &str) -> Result<Box<dyn Device>, DeviceError> {
     if name == "emulated" { Ok(Box::<Emulated>::default()) } else { device::gpu() }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [name, counts, steps] = &arguments[..] else {
         return Err("usage: measure gpu|emulated PARTICLES,PARTICLES,... STEPS".into());

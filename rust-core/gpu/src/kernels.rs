@@ -15,6 +15,9 @@ use crate::arguments::{ContactArrays, LAYOUT, Launch, MotionArrays, ParticleArra
 use crate::contact::{self, Contact, End, Evaluated, Loads, Step};
 use crate::particle::{self, Advanced};
 
+/// Rows that a thread of [`sums`] reads at once.
+const READS: usize = 32;
+
 /// Whether a step is to be taken.
 ///
 /// Safety: `stops` can be read.
@@ -152,9 +155,19 @@ pub unsafe fn sums(thread: usize, arguments: *const SumArrays, launch: Launch) {
         }
         let (tile, column) = (thread / width, thread % width);
         let [first, end] = [*of.start.add(tile) as usize, *of.start.add(tile + 1) as usize];
-        let mut sum = 0.0;
-        for row in first..end {
-            sum += *of.rows.add(row * width + column);
+        let number = |row: usize| *of.rows.add(row * width + column);
+        let (mut sum, mut row) = (0.0, first);
+        // A thread waits for memory, not for additions: many reads at once.
+        while row + READS <= end {
+            let numbers: [f64; READS] = core::array::from_fn(|k| number(row + k));
+            for number in numbers {
+                sum += number;
+            }
+            row += READS;
+        }
+        while row < end {
+            sum += number(row);
+            row += 1;
         }
         *of.sums.add(launch.step as usize * of.stride as usize + thread) = sum;
     }
