@@ -20,8 +20,9 @@ pub fn length_of(branch: &Vec3, mode: MotionMeasure) -> f64 {
 ///
 /// `length` is the [`length_of`] the branch vector (m), `before` that vector one step ago (m); `surface_displacement` is how far
 /// the surfaces have moved towards each other (m), 0 for rigid particles.
-#[cold]
-#[inline(never)]
+// On a graphics processor a call would put the contact into memory.
+#[cfg_attr(not(target_arch = "nvptx64"), cold, inline(never))]
+#[cfg_attr(target_arch = "nvptx64", inline(always))]
 pub fn activate<L: ContactLaw>(
     flags: &mut ContactFlags,
     reference: &mut Reference,
