@@ -55,7 +55,9 @@ pub fn bond_unless(
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
     let mut ties = 0;
     let mut bonder = Bonder::new(rows, particles, severed);
-    for candidate in candidate_pairs(&particles.position, &reach, cell)? {
+    let candidates = candidate_pairs(&particles.position, &reach, cell)?;
+    bonder.found.reserve(candidates.len());
+    for candidate in candidates {
         let (a, b) = (candidate.a as usize, candidate.b as usize);
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
         if let Some(length) = bonder.bond(Pair { a: candidate.a, b: candidate.b }, candidate.image, &shift) {

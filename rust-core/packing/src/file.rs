@@ -10,82 +10,122 @@ use super::{Packing, PackingError};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
+use rayon::prelude::*;
+
+/// Lines that are read before their numbers are found, on all threads.
+const LINES_AT_A_TIME: usize = 1 << 16;
 
 /// Read spheres from text.
 ///
 /// # Errors
 /// Lines that are not four finite numbers with a positive radius, each with its number; errors of the reader.
 pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
-    let mut packing = Packing::default();
-    // Kept from line to line: packings have millions of them.
-    let (mut line, mut values) = (String::new(), Vec::new());
-    // Whether a comment of YADE names columns after x y z r, which are skipped.
-    let mut further = false;
-    for number in 1.. {
-        line.clear();
-        let failed = |source| PackingError::Io { action: format!("cannot read line {number}"), source };
-        if reader.read_line(&mut line).map_err(failed)? == 0 {
-            break;
+    let mut import = Import::default();
+    let mut done = 0;
+    // Kept from part to part: packings have millions of lines.
+    let (mut text, mut ends) = (String::new(), Vec::new());
+    loop {
+        text.clear();
+        ends.clear();
+        while ends.len() < LINES_AT_A_TIME {
+            let number = done + ends.len() + 1;
+            let failed = |source| PackingError::Io { action: format!("cannot read line {number}"), source };
+            if reader.read_line(&mut text).map_err(failed)? == 0 {
+                break;
+            }
+            ends.push(text.len());
         }
-        let line = line.strip_suffix('\n').unwrap_or(&line);
-        let line = line.strip_suffix('\r').unwrap_or(line);
+        if ends.is_empty() {
+            return Ok(import.packing);
+        }
+        let line = |k: usize| {
+            let line = &text[if k == 0 { 0 } else { ends[k - 1] }..ends[k]];
+            let line = line.strip_suffix('\n').unwrap_or(line);
+            line.strip_suffix('\r').unwrap_or(line)
+        };
+        let spheres: Vec<Option<Sphere>> = (0..ends.len()).into_par_iter().map(|k| plain_sphere(line(k))).collect();
+        for (k, sphere) in spheres.into_iter().enumerate() {
+            match sphere {
+                Some(sphere) => import.packing.spheres.push(sphere),
+                None => import.line(done + k + 1, line(k))?,
+            }
+        }
+        done += ends.len();
+    }
+}
+
+/// The sphere of a line with four numbers and nothing else, if they are possible.
+fn plain_sphere(line: &str) -> Option<Sphere> {
+    let mut words = line.split_whitespace();
+    let mut number = || words.next()?.parse().ok().filter(|value: &f64| value.is_finite());
+    let (x, y, z, radius) = (number()?, number()?, number()?, number()?);
+    (radius > 0.0 && words.next().is_none()).then_some(Sphere { position: Vec3::new(x, y, z), radius })
+}
+
+/// What lines of text have given so far.
+#[derive(Default)]
+struct Import {
+    packing: Packing,
+    /// Whether a comment of YADE names columns after x y z r, which are skipped.
+    further: bool,
+}
+
+impl Import {
+    /// Reads a line of any kind.
+    fn line(&mut self, number: usize, line: &str) -> Result<(), PackingError> {
         let bad =
             |reason: String| PackingError::BadLine { line: number, reason, text: line.chars().take(80).collect() };
-        let mut numbers = |text: &str| -> Result<(), PackingError> {
-            values.clear();
-            for word in text.split_whitespace() {
-                match word.parse::<f64>() {
-                    Ok(value) if value.is_finite() => values.push(value),
-                    Ok(value) => return Err(bad(format!("{value} is not finite"))),
-                    Err(_) => return Err(bad(format!("{word:?} is not a number"))),
-                }
-            }
-            Ok(())
+        let numbers = |text: &str| -> Result<Vec<f64>, PackingError> {
+            let finite = |word: &str| match word.parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(value),
+                Ok(value) => Err(bad(format!("{value} is not finite"))),
+                Err(_) => Err(bad(format!("{word:?} is not a number"))),
+            };
+            text.split_whitespace().map(finite).collect()
         };
         if let Some(cell) = line.trim_start().strip_prefix("##PERIODIC::") {
-            numbers(cell)?;
-            let size = &values;
+            let size = numbers(cell)?;
             if size.len() != 3 || size.iter().any(|edge| *edge <= 0.0) {
                 return Err(bad("a periodic cell needs three positive edges".into()));
             }
-            packing.cell = Some(Cell::new_box(Vec3::new(size[0], size[1], size[2])));
-            continue;
+            self.packing.cell = Some(Cell::new_box(Vec3::new(size[0], size[1], size[2])));
+            return Ok(());
         }
         if let Some(cell) = line.trim_start().strip_prefix("# cell ") {
-            numbers(cell)?;
-            if values.len() != 9 {
+            let edges = numbers(cell)?;
+            if edges.len() != 9 {
                 return Err(bad("a cell has three edge vectors with three components each".into()));
             }
-            let cell = Cell::new(Mat3::from_column_slice(&values));
+            let cell = Cell::new(Mat3::from_column_slice(&edges));
             if !cell.volume().is_normal() {
                 return Err(bad("the cell has no volume".into()));
             }
-            packing.cell = Some(cell);
-            continue;
+            self.packing.cell = Some(cell);
+            return Ok(());
         }
         if let Some(format) = line.trim_start().strip_prefix("#format ") {
             let Some(rest) = format.trim().strip_prefix("x_y_z_r") else {
                 return Err(bad("the columns must begin with x_y_z_r".into()));
             };
-            further = !rest.is_empty();
-            continue;
+            self.further = !rest.is_empty();
+            return Ok(());
         }
         let content = line.split('#').next().unwrap_or("");
-        if further {
-            numbers(&content.split_whitespace().take(4).collect::<Vec<_>>().join(" "))?;
+        let values = if self.further {
+            numbers(&content.split_whitespace().take(4).collect::<Vec<_>>().join(" "))?
         } else {
-            numbers(content)?;
-        }
+            numbers(content)?
+        };
         match values[..] {
             [] => {}
             [x, y, z, radius] if radius > 0.0 => {
-                packing.spheres.push(Sphere { position: Vec3::new(x, y, z), radius });
+                self.packing.spheres.push(Sphere { position: Vec3::new(x, y, z), radius });
             }
             [_, _, _, radius] => return Err(bad(format!("the radius {radius} is not positive"))),
             _ => return Err(bad(format!("expected the four numbers x y z r, found {}", values.len()))),
         }
+        Ok(())
     }
-    Ok(packing)
 }
 
 /// Write spheres as text that [`import_text`] reads back bit for bit.

@@ -26,7 +26,7 @@
 
 mod network;
 
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
 
 use self::network::{Network, halves, joined};
@@ -89,36 +89,42 @@ pub fn p_wave(particles: &Particles, young: f64) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
+/// Contact `k` of a block as an element; `None` for a broken bond.
+fn element(state: &State, block: &dyn Contacts, k: usize) -> Option<Element> {
+    let particles = &state.particles;
+    let view = block.view(k);
+    if view.flags.has(ContactFlags::BROKEN) {
+        return None;
+    }
+    let (a, b) = (view.pair.a as usize, view.pair.b as usize);
+    let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.flags.image));
+    let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+    let (arm_a, arm_b) = block.arms(k, particles, geometry.length);
+    let overlap = particles.radius[a] + particles.radius[b] - geometry.length;
+    Some(Element {
+        a: view.pair.a,
+        b: view.pair.b,
+        normal: geometry.normal,
+        arm_a,
+        arm_b,
+        stiffness: stiffness(block, k, particles, false, overlap),
+    })
+}
+
+/// Blocks of all contacts between particles.
+fn blocks(state: &State) -> impl Iterator<Item = &dyn Contacts> {
+    state.bonds.iter().chain(&state.contacts).map(|block| block.contacts())
+}
+
 fn elements(state: &State) -> Vec<Element> {
     const PART: usize = 1 << 16;
-    let particles = &state.particles;
-    let element = |block: &dyn Contacts, k: usize| {
-        let view = block.view(k);
-        if view.flags.has(ContactFlags::BROKEN) {
-            return None;
-        }
-        let (a, b) = (view.pair.a as usize, view.pair.b as usize);
-        let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.flags.image));
-        let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-        let (arm_a, arm_b) = block.arms(k, particles, geometry.length);
-        let overlap = particles.radius[a] + particles.radius[b] - geometry.length;
-        Some(Element {
-            a: view.pair.a,
-            b: view.pair.b,
-            normal: geometry.normal,
-            arm_a,
-            arm_b,
-            stiffness: stiffness(block, k, particles, false, overlap),
-        })
-    };
     let mut all = Vec::new();
-    for block in state.bonds.iter().chain(&state.contacts) {
-        let block = block.contacts();
+    for block in blocks(state) {
         all.reserve_exact(block.len());
         // In parts: a parallel iterator that leaves elements out needs the memory twice.
         for first in (0..block.len()).step_by(PART) {
             let part = first..(first + PART).min(block.len());
-            all.par_extend(part.into_par_iter().filter_map(|k| element(block, k)));
+            all.par_extend(part.into_par_iter().filter_map(|k| element(state, block, k)));
         }
     }
     all
@@ -223,15 +229,10 @@ pub fn bounds_unless(
             Update::Iterated { .. } => 1.0 + 0.25 * shear,
         }
     });
-    let elements = elements(state);
     let walls = wall_elements(state);
-    let beta = elements
-        .iter()
-        .map(|e| damping_ratio(&e.stiffness))
-        .chain(walls.iter().map(|w| damping_ratio(&w.3)))
-        .fold(0.0, f64::max);
     let scale = mass_scale(state);
-    let largest = largest_block_eigenvalue(&elements, &walls, &scale) * stiffening;
+    let (largest, beta) = per_particle(state, &walls, &scale);
+    let largest = largest * stiffening;
     let per_particle_frequency = largest.max(0.0).sqrt();
     let bounds = |square: f64, width: f64, iterations: usize| {
         let frequency = square.max(0.0).sqrt();
@@ -249,7 +250,7 @@ pub fn bounds_unless(
     if suffices(&rough) {
         return (rough, convergence);
     }
-    let mut network = Network::new(scale.len(), elements, &walls);
+    let mut network = Network::new(scale.len(), elements(state), &walls);
     let found = lanczos::largest_eigenvalue(
         scale.len(),
         |p, i| scale[p][i] != 0.0,
@@ -297,22 +298,62 @@ fn mass_scale(state: &State) -> Vec<Vector6<f64>> {
         .collect()
 }
 
-/// `max_p λ_max` of the mass-scaled stiffness blocks: an upper bound of the largest squared frequency of rigid particles.
-fn largest_block_eigenvalue(elements: &[Element], walls: &[WallElement], scale: &[Vector6<f64>]) -> f64 {
-    let mut blocks = vec![Matrix6::<f64>::zeros(); scale.len()];
-    for e in elements {
-        blocks[e.a as usize] += end_block(&e.normal, e.arm_a, &e.stiffness) * 2.0;
-        blocks[e.b as usize] += end_block(&-e.normal, e.arm_b, &e.stiffness) * 2.0;
+/// Contacts of the particles of a tile.
+#[derive(Default)]
+struct TileContacts {
+    /// Numbers of the block and of the contact in it, ascending.
+    between: Vec<(u32, u32)>,
+    /// Indices of the elements with walls, ascending.
+    walls: Vec<u32>,
+}
+
+/// `max_p λ_max` of the mass-scaled stiffness blocks: an upper bound of the largest squared frequency of rigid particles. And the largest
+/// ratio of a dashpot to its spring, s.
+///
+/// Tile by tile, so that neither all elements nor all stiffness blocks are in memory at once; a contact between two tiles is an element of
+/// both. A particle sums its elements in their order.
+fn per_particle(state: &State, walls: &[WallElement], scale: &[Vector6<f64>]) -> (f64, f64) {
+    const TILE: usize = 1024;
+    let mut tiles: Vec<TileContacts> = Vec::new();
+    tiles.resize_with(scale.len().div_ceil(TILE), TileContacts::default);
+    let contacts: Vec<&dyn Contacts> = blocks(state).collect();
+    for (number, block) in contacts.iter().enumerate() {
+        for (k, pair) in block.pairs().iter().enumerate() {
+            let (a, b) = (pair.a as usize / TILE, pair.b as usize / TILE);
+            tiles[a].between.push((number as u32, k as u32));
+            if b != a {
+                tiles[b].between.push((number as u32, k as u32));
+            }
+        }
     }
-    for (p, normal, arm, k) in walls {
-        blocks[*p as usize] += end_block(normal, *arm, k);
+    for (k, wall) in walls.iter().enumerate() {
+        tiles[wall.0 as usize / TILE].walls.push(k as u32);
     }
-    blocks
-        .par_iter()
-        .zip(scale)
-        .map(|(block, s)| {
+    let of_tile = |(tile, scale): (&TileContacts, &[Vector6<f64>]), first: usize| {
+        let mut blocks = vec![Matrix6::<f64>::zeros(); scale.len()];
+        let mut beta = 0.0_f64;
+        for &(number, k) in &tile.between {
+            let Some(e) = element(state, contacts[number as usize], k as usize) else { continue };
+            beta = beta.max(damping_ratio(&e.stiffness));
+            // Ends in other tiles are not among the blocks.
+            if let Some(block) = blocks.get_mut((e.a as usize).wrapping_sub(first)) {
+                *block += end_block(&e.normal, e.arm_a, &e.stiffness) * 2.0;
+            }
+            if let Some(block) = blocks.get_mut((e.b as usize).wrapping_sub(first)) {
+                *block += end_block(&-e.normal, e.arm_b, &e.stiffness) * 2.0;
+            }
+        }
+        for &k in &tile.walls {
+            let (p, normal, arm, k) = &walls[k as usize];
+            beta = beta.max(damping_ratio(k));
+            blocks[*p as usize - first] += end_block(normal, *arm, k);
+        }
+        let eigenvalue = |(block, s): (&Matrix6<f64>, &Vector6<f64>)| {
             let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * s[i] * s[j]);
-            SymmetricEigen::new(scaled).eigenvalues.max()
-        })
-        .reduce(|| 0.0, f64::max)
+            scaled.symmetric_eigenvalues().max()
+        };
+        (blocks.iter().zip(scale).map(eigenvalue).fold(0.0, f64::max), beta)
+    };
+    let tiles = tiles.par_iter().zip(scale.par_chunks(TILE)).enumerate();
+    tiles.map(|(t, tile)| of_tile(tile, t * TILE)).reduce(|| (0.0, 0.0), |p, q| (p.0.max(q.0), p.1.max(q.1)))
 }

@@ -159,7 +159,8 @@ pub fn assemble_cached(
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
     let placed = place_cached(scenario, folder, cache, progress)?;
-    assemble_stages(scenario, folder, &placed, (&mut |_, _| (), sharpness), progress)
+    let how = Assembling { replace: &mut |_, _| (), sharpness };
+    assemble_stages(scenario, folder, &placed, how, progress)
 }
 
 /// Builds a scenario as [`assemble`] does, but refuses sphere packs in HDF5. A library that calls only this one can be linked
@@ -227,7 +228,15 @@ pub fn assemble_with(
     replace: ReplaceLaws<'_>,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
-    assemble_stages(scenario, folder, placed, (replace, Sharpness::Sharp), progress)
+    assemble_stages(scenario, folder, placed, Assembling { replace, sharpness: Sharpness::Sharp }, progress)
+}
+
+/// What callers choose of an assembly besides its scenario.
+struct Assembling<'a> {
+    /// May replace laws.
+    replace: ReplaceLaws<'a>,
+    /// Of the stability bounds in the summary.
+    sharpness: Sharpness,
 }
 
 /// The stages from a packing to an assembly.
@@ -235,7 +244,7 @@ fn assemble_stages(
     scenario: &Scenario,
     folder: &Path,
     placed: &Placed,
-    (replace, sharpness): (ReplaceLaws<'_>, Sharpness),
+    Assembling { replace, sharpness }: Assembling<'_>,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
     memory::check_particles(scenario, placed)?;
@@ -263,7 +272,7 @@ fn assemble_stages(
     warnings.extend(overlaps::of_particles(scenario, &state)?);
     let heat = heat::build(scenario, &mut state, &mut model)?;
     progress("time step", 0.0);
-    let step = time_step::choose(scenario, &model, &state, sharpness)?;
+    let step = time_step::choose(scenario, &model, &mut state, sharpness)?;
     state.clock.dt = step.dt;
     schedule.loading.tune(step.cell_stiffness, step.dt);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;

@@ -58,14 +58,11 @@ pub(super) struct Step {
 pub(super) fn choose(
     scenario: &Scenario,
     model: &Model,
-    state: &State,
+    state: &mut State,
     sharpness: Sharpness,
 ) -> Result<Step, AssemblyError> {
     let integration = &scenario.integration;
     memory::check_run(state)?;
-    // The solver finds candidates; near pairs count as contacts.
-    let mut probe = state.clone();
-    Solver::new(model.clone(), &mut probe).map_err(|error| unfit("packing", error.to_string()))?;
     // Servos of walls follow from the largest frequency.
     let servos = scenario.walls.iter().any(|wall| wall.servo.is_some());
     let suffices = |bounds: &TimeStepBounds| match integration.time_step {
@@ -74,11 +71,10 @@ pub(super) fn choose(
         }
         _ => false,
     };
-    let (bounds, convergence) = time_step::bounds_unless(&probe, model.deformable.as_ref(), suffices);
+    let Measured { bounds, convergence, collision, cell_stiffness, memory } = measure(model, state, suffices)?;
     if let (Some(deformable), Some(convergence)) = (&model.deformable, convergence) {
         settles(deformable, &convergence, integration.allow_unstable)?;
     }
-    let collision = collision::stiffest(&probe, model);
     let limit = |damping: &Damping| {
         let contact = collision.map_or(f64::INFINITY, |collision| collision.limit(damping));
         (bounds.limit(damping), contact)
@@ -114,7 +110,6 @@ pub(super) fn choose(
         let factor = model.heat.as_ref().map_or(1.0, |heat| heat.time_factor);
         return Err(AssemblyError::UnstableHeat { given: dt, bound: heat, thermal: heat * factor });
     }
-    let cell_stiffness = time_step::cell_stiffness(&probe);
     Ok(Step {
         dt,
         bounds,
@@ -124,8 +119,43 @@ pub(super) fn choose(
         convergence,
         heat: model.heat.is_some().then_some(heat),
         unstable: unstable || dt > heat,
-        memory: memory::peak(&probe),
+        memory,
     })
+}
+
+/// What the assembled system, with its candidate pairs as contacts, tells about the step.
+struct Measured {
+    bounds: TimeStepBounds,
+    convergence: Option<Convergence>,
+    collision: Option<Collision>,
+    cell_stiffness: f64,
+    memory: usize,
+}
+
+/// Finds the candidate pairs, and measures. The state stays as it is.
+fn measure(
+    model: &Model,
+    state: &mut State,
+    suffices: impl Fn(&TimeStepBounds) -> bool,
+) -> Result<Measured, AssemblyError> {
+    // A solver adds candidate pairs, which are easily removed again. It changes more in periodic cells, with heat, and with deformable
+    // particles: there it works on a copy.
+    let mut copy = None;
+    let changes = state.cell.is_some() || model.heat.is_some() || model.deformable.is_some();
+    let state = if changes { copy.insert(state.clone()) } else { state };
+    Solver::new(model.clone(), state).map_err(|error| unfit("packing", error.to_string()))?;
+    let (bounds, convergence) = time_step::bounds_unless(state, model.deformable.as_ref(), suffices);
+    let measured = Measured {
+        bounds,
+        convergence,
+        collision: collision::stiffest(state, model),
+        cell_stiffness: time_step::cell_stiffness(state),
+        memory: memory::peak(state),
+    };
+    for block in state.contacts.iter_mut().chain(&mut state.wall_contacts) {
+        block.contacts_mut().retain_where(&|_| false);
+    }
+    Ok(measured)
 }
 
 /// The time step "auto", s; `limit`: bounds of the assembled system and of the stiffest contact that may form.

@@ -219,45 +219,45 @@ impl<'a> Search<'a> {
     }
 
     fn pairs(&self) -> Result<Vec<CandidatePair>, NeighborError> {
-        let tasks: Vec<(usize, &[Entry])> = self
+        let tasks: Vec<(usize, usize)> = self
             .levels
             .iter()
             .enumerate()
-            .flat_map(|(level, grid)| grid.entries.chunks(CHUNK).map(move |chunk| (level, chunk)))
+            .flat_map(|(level, grid)| (0..grid.entries.len()).step_by(CHUNK).map(move |first| (level, first)))
             .collect();
         let found: Vec<Result<Vec<CandidatePair>, NeighborError>> = tasks
             .par_iter()
-            .map(|&(level, chunk)| {
-                let mut out = Vec::new();
-                for other in 0..=level {
-                    self.query(chunk, &self.levels[other], other == level, &mut out)?;
+            .map(|&(level, first)| {
+                let own = &self.levels[level];
+                let entries = &own.entries[first..(first + CHUNK).min(own.entries.len())];
+                let mut out = Vec::with_capacity(4 * entries.len());
+                for coarser in &self.levels[..level] {
+                    self.query(entries, coarser, None, &mut out)?;
                 }
+                self.query(entries, own, Some(first), &mut out)?;
                 Ok(out)
             })
             .collect();
-        let count = found.iter().map(|result| result.as_ref().map_or(0, Vec::len)).sum();
-        let mut pairs = Vec::with_capacity(count);
         // In the order of the tasks, so that always the same one of several errors is reported.
-        for result in found {
-            pairs.extend_from_slice(&result?);
-        }
-        pairs.par_sort_unstable();
-        Ok(pairs)
+        let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
+        Ok(sorted(self.positions.len(), &found))
     }
 
-    /// Partners of the particles of `chunk` in `level`; in their own level only those of higher index.
+    /// Partners of some particles in a level. `first`: number of the first of them, if the level is their own: then only partners after
+    /// them in the order of the grid, in which each pair occurs once. (From a box seen as box d of another, that one is box −d.)
     fn query(
         &self,
-        chunk: &[Entry],
+        seekers: &[Entry],
         level: &Level,
-        own_level: bool,
+        first: Option<usize>,
         out: &mut Vec<CandidatePair>,
     ) -> Result<(), NeighborError> {
         // Where the search in each row of boxes ended for the previous particle: usually a good start.
         let mut hints = [0_usize; 32];
         let period = level.counts;
         let periodic = self.lattice.is_some();
-        for entry in chunk {
+        for (number, entry) in seekers.iter().enumerate() {
+            let own = first.map(|first| (first + number, Level::place(level.keys[first + number])));
             let cutoff = entry.reach + level.largest_reach + self.slack;
             let u = self.grid_coordinate(level, &entry.position);
             // 1e-6 boxes cover the rounding of coordinates up to 2²¹ boxes (2²¹·2⁻⁵² = 5e-10).
@@ -273,9 +273,11 @@ impl<'a> Search<'a> {
                 }
             }
             let mut row = 0;
-            for z in low[2]..=high[2] {
-                for y in low[1]..=high[1] {
-                    let mut x = low[0];
+            for z in own.map_or(low[2], |(_, own)| own[2])..=high[2] {
+                let start = own.filter(|(_, own)| own[2] == z).map_or(low[1], |(_, own)| own[1]);
+                for y in start..=high[1] {
+                    let mut after = own.filter(|(_, own)| [own[1], own[2]] == [y, z]);
+                    let mut x = after.map_or(low[0], |(_, own)| own[0]);
                     while x <= high[0] {
                         // The part of the row within one period.
                         let (inside, image) = if periodic {
@@ -287,8 +289,13 @@ impl<'a> Search<'a> {
                             ([x, y, z], [0; 3])
                         };
                         let last = (inside[0] + high[0] - x).min(period[0] - 1);
-                        let hint = &mut hints[row % 32];
-                        *hint = lower_bound(&level.keys, level.key(inside[0], inside[1], inside[2]), *hint);
+                        let begin = if let Some((own, _)) = after.take() {
+                            own + 1
+                        } else {
+                            let hint = &mut hints[row % 32];
+                            *hint = lower_bound(&level.keys, level.key(inside[0], inside[1], inside[2]), *hint);
+                            *hint
+                        };
                         let end = level.key(last, inside[1], inside[2]);
                         let shift = match &self.lattice {
                             Some(lattice) if image != [0; 3] => {
@@ -296,18 +303,11 @@ impl<'a> Search<'a> {
                             }
                             _ => Vec3::zeros(),
                         };
-                        let mut place = *hint;
-                        while place < level.keys.len() && level.keys[place] <= end {
-                            let other = &level.entries[place];
-                            place += 1;
-                            if own_level && other.index < entry.index {
-                                continue;
-                            }
+                        let row_of_boxes = level.keys[begin..].iter().zip(&level.entries[begin..]);
+                        for (_, other) in row_of_boxes.take_while(|(key, _)| **key <= end) {
                             let limit = entry.reach + other.reach + self.slack;
-                            if (other.position + shift - entry.position).norm_squared() <= limit * limit
-                                && let Some(pair) = self.confirm(entry.index, other.index, image)?
-                            {
-                                out.push(pair);
+                            if (other.position + shift - entry.position).norm_squared() <= limit * limit {
+                                out.extend(self.confirm(entry.index, other.index, image)?);
                             }
                         }
                         x += last - inside[0] + 1;
@@ -324,17 +324,15 @@ impl<'a> Search<'a> {
     /// `image` is the one between the wrapped positions.
     fn confirm(&self, seeker: u32, other: u32, image: [i64; 3]) -> Result<Option<CandidatePair>, NeighborError> {
         let (a, b) = (seeker.min(other), seeker.max(other));
+        // Without a cell nothing was wrapped, so the distance of the search is the final one.
+        let Some(lattice) = &self.lattice else { return Ok(Some(CandidatePair { a, b, image: [0; 3] })) };
         let (x_a, x_b) = (&self.positions[a as usize], &self.positions[b as usize]);
         let limit = self.reach[a as usize] + self.reach[b as usize];
-        let Some(lattice) = &self.lattice else {
-            let near = a != b && (x_b - x_a).norm_squared() <= limit * limit;
-            return Ok(near.then_some(CandidatePair { a, b, image: [0; 3] }));
-        };
         let sign = if seeker <= other { 1.0 } else { -1.0 };
         let wrapped = Vec3::new(image[0] as f64, image[1] as f64, image[2] as f64) * sign;
-        let true_image = wrapped - lattice.cell_of(x_b) + lattice.cell_of(x_a);
-        if a == b && true_image.iter().find(|m| **m != 0.0).is_none_or(|m| *m < 0.0) {
-            return Ok(None);
+        let mut true_image = wrapped - lattice.cell_of(x_b) + lattice.cell_of(x_a);
+        if a == b && true_image.iter().find(|m| **m != 0.0).is_some_and(|m| *m < 0.0) {
+            true_image = -true_image;
         }
         // Round as the solver does: shift first, then difference.
         if (x_b + lattice.cell.matrix * true_image - x_a).norm_squared() > limit * limit {
@@ -357,6 +355,29 @@ impl Level {
         let inside = |value: i64, axis: usize| value.clamp(0, self.counts[axis] - 1) as u64;
         inside(z, 2) << (2 * AXIS_BITS) | inside(y, 1) << AXIS_BITS | inside(x, 0)
     }
+
+    /// The box with this number.
+    fn place(key: u64) -> [i64; 3] {
+        [0, AXIS_BITS, 2 * AXIS_BITS].map(|shift| (key >> shift) as i64 & (BOXES_PER_AXIS - 1))
+    }
+}
+
+/// The pairs found, of `count` particles, in ascending order.
+fn sorted(count: usize, found: &[Vec<CandidatePair>]) -> Vec<CandidatePair> {
+    // By the first particle, and then those of each.
+    let mut end = vec![0_usize; count + 1];
+    found.iter().flatten().for_each(|pair| end[pair.a as usize + 1] += 1);
+    for a in 0..count {
+        end[a + 1] += end[a];
+    }
+    let mut pairs = vec![CandidatePair { a: 0, b: 0, image: [0; 3] }; end[count]];
+    for pair in found.iter().flatten() {
+        let place = &mut end[pair.a as usize];
+        pairs[*place] = *pair;
+        *place += 1;
+    }
+    pairs.par_chunk_by_mut(|p, q| p.a == q.a).for_each(<[CandidatePair]>::sort_unstable);
+    pairs
 }
 
 /// First index in ascending `keys` whose key is at least `target`, searched outwards from `hint` in growing strides.

@@ -140,15 +140,16 @@ impl Solver {
     fn renew_contacts(&mut self, state: &mut State, freed: Vec<Freed>, skin: f64) -> Result<(), NeighborError> {
         let Some(block) = &mut state.contacts else { return Ok(()) };
         let (block, particles) = (block.contacts_mut(), &state.particles);
+        let widest = 1.0 + self.strain_margin;
+        let reach: Vec<f64> = particles.radius.iter().map(|r| r * widest + 0.5 * skin).collect();
+        // Before the list of the bonds: the search needs the most memory of all steps here.
+        let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref())?;
         // Pairs of intact bonds, which do not interact otherwise.
         let mut excluded: Vec<Key> = Vec::with_capacity(state.bonds.iter().map(|bonds| bonds.len()).sum());
         for bonds in &state.bonds {
             let bonds = bonds.contacts();
             excluded.extend((0..bonds.len()).map(|k| key_of(bonds, k)));
         }
-        let widest = 1.0 + self.strain_margin;
-        let reach: Vec<f64> = particles.radius.iter().map(|r| r * widest + 0.5 * skin).collect();
-        let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref())?;
         let row_of = |pair: Pair| {
             let [a, b] = [pair.a, pair.b].map(|p| particles.material[p as usize]);
             self.model.contact_rows.get(a, b)
