@@ -132,8 +132,14 @@ pub(crate) fn read_text(group: &Group, name: &str, path: &Path) -> Result<String
     hdf5_text::dataset(path, &dataset).map_err(|problem| damaged(path, format!("`{name}` {problem}")))
 }
 
+/// Whether all bits are zero. Such values are not written: HDF5 then stores nothing, and readers get its fill value, zero.
+pub(crate) fn is_zero<T: bytemuck::NoUninit>(data: &[T]) -> bool {
+    const ZEROS: [u8; 4096] = [0; 4096];
+    bytemuck::cast_slice::<T, u8>(data).chunks(ZEROS.len()).all(|part| *part == ZEROS[..part.len()])
+}
+
 /// Writes an array: one-dimensional for `components` = 1, otherwise one row per item. Creates parent groups as needed.
-pub(crate) fn write_array<T: H5Type>(
+pub(crate) fn write_array<T: H5Type + bytemuck::NoUninit>(
     group: &Group,
     name: &str,
     data: &[T],
@@ -149,7 +155,7 @@ pub(crate) fn write_array<T: H5Type>(
         .shape(shape)
         .create(name)
         .at(path)?;
-    if !data.is_empty() {
+    if !is_zero(data) {
         dataset.write_raw(data).at(path)?;
     }
     Ok(dataset)

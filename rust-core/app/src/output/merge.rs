@@ -136,7 +136,7 @@ fn write_operator(file: &Group, table: &OperatorTable, rows: &[f64], path: &Path
 
 /// Writes the event log as columns below `/events`.
 pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Result<(), OutputError> {
-    fn column<T: H5Type>(
+    fn column<T: H5Type + bytemuck::NoUninit>(
         group: &Group,
         (name, unit, components): (&str, &str, usize),
         values: impl Iterator<Item = T>,

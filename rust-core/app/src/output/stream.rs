@@ -129,20 +129,30 @@ impl Appended {
         Ok(offsets)
     }
 
-    pub fn append<T: H5Type>(&mut self, data: &[T], components: usize, path: &Path) -> Result<(), OutputError> {
+    pub fn append<T: H5Type + bytemuck::NoUninit>(
+        &mut self,
+        data: &[T],
+        components: usize,
+        path: &Path,
+    ) -> Result<(), OutputError> {
         let (start, added) = (self.rows, data.len() / components);
         if added == 0 {
             return Ok(());
         }
         let end = start + added;
+        let zero = hdf::is_zero(data);
         if components == 1 {
             self.dataset.resize([end]).at(path)?;
-            self.dataset.write_slice(ArrayView1::from(data), s![start..end]).at(path)?;
+            if !zero {
+                self.dataset.write_slice(ArrayView1::from(data), s![start..end]).at(path)?;
+            }
         } else {
             self.dataset.resize([end, components]).at(path)?;
-            let view = ArrayView2::from_shape((added, components), data)
-                .map_err(|error| OutputError::Hdf5 { path: path.to_owned(), message: error.to_string() })?;
-            self.dataset.write_slice(view, s![start..end, ..]).at(path)?;
+            if !zero {
+                let view = ArrayView2::from_shape((added, components), data)
+                    .map_err(|error| OutputError::Hdf5 { path: path.to_owned(), message: error.to_string() })?;
+                self.dataset.write_slice(view, s![start..end, ..]).at(path)?;
+            }
         }
         self.rows = end;
         Ok(())
