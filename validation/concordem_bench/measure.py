@@ -13,8 +13,8 @@ def value(side, ratio, first):
     # No ratio, but a figure: over 1.
     if ratio.value == "memory":
         return run["details"]["peak_bytes_per_particle"] * 1e-3 if first else 1.0
-    if ratio.value == "wall_s":
-        return run["wall_s"] if first else 1.0
+    if ratio.value in ("wall_s", "first_step_s"):
+        return run[ratio.value] if first else 1.0
     if ratio.value == "wall_ns":
         return run["details"]["loop_s"] / run["details"]["steps"] / run["contacts"] * 1e9
     return run[ratio.value]

@@ -4,6 +4,8 @@ BEGIN, END = "<!-- speed.py: figures -->", "<!-- end of figures -->"
 
 
 def _goal(ratio):
+    if ratio["goal"] is None:
+        return "none"
     reached = ratio["median"] >= ratio["goal"] if ratio["at_least"] else ratio["median"] <= ratio["goal"]
     return f"{'≥' if ratio['at_least'] else '≤'} {ratio['goal']:g}{'' if reached else ', missed'}"
 
@@ -83,7 +85,8 @@ def plot(record, path):
     for y, (_, ratio) in enumerate(reversed(rows)):
         axes.barh(y, ratio["median"], color="tab:blue", alpha=0.6)
         axes.plot([min(ratio["rounds"]), max(ratio["rounds"])], [y, y], color="black", lw=1)
-        axes.plot(ratio["goal"], y, "|", color="tab:red", markersize=14)
+        if ratio["goal"] is not None:
+            axes.plot(ratio["goal"], y, "|", color="tab:red", markersize=14)
     axes.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)], fontsize=8)
     axes.set_xlabel("ratio of times: bar median, line range of rounds, red goal")
     figure.tight_layout()

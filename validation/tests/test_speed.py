@@ -57,6 +57,8 @@ def test_page_shows_the_record():
     assert report.insert(page, record) == page
     found["ratios"][0]["median"] = 14.9
     assert "≥ 15, missed" in report.insert(page, record)
+    found["ratios"][0]["goal"] = None
+    assert "| 10.00 to 30.00 | none |" in report.insert(page, record)
 
 
 def test_page_of_the_docs_shows_the_records():

@@ -123,6 +123,10 @@ pub(super) struct Run {
     pending_bytes: usize,
     /// The page that shows the run.
     live: Option<Live>,
+    /// When the command began.
+    begun: Instant,
+    /// Time from then to the end of the first step.
+    first_step: Option<Duration>,
 }
 
 impl Run {
@@ -131,6 +135,7 @@ impl Run {
         files: RunFiles,
         initial_positions: &[Vec3],
         scenario: &Scenario,
+        begun: Instant,
     ) -> Self {
         Self {
             simulation,
@@ -140,6 +145,8 @@ impl Run {
             with_bonds: scenario.output.bond_snapshots && scenario.bonds.is_some(),
             pending_bytes: 0,
             live: None,
+            begun,
+            first_step: None,
         }
     }
 
@@ -224,6 +231,7 @@ impl Run {
                 self.snapshot()?;
             }
             let advance = self.simulation.advance()?;
+            self.first_step.get_or_insert_with(|| self.begun.elapsed());
             if let Some(sample) = advance.sample {
                 self.files.append_sample(&sample.to_row())?;
                 self.show(&sample, start, false);
@@ -425,6 +433,9 @@ impl Run {
             self.files.note("steps_on_device", &steps.to_string());
         }
         self.files.note("wall_time_s", &format!("{:.3}", time.as_secs_f64()));
+        if let Some(time) = self.first_step {
+            self.files.note("first_step_after_s", &format!("{:.3}", time.as_secs_f64()));
+        }
         let displacement = self.displacement();
         let forces = self.simulation.solver.record(&mut self.simulation.state)?;
         let state = &self.simulation.state;

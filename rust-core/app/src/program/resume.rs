@@ -1,6 +1,7 @@
 //! `concordem resume`: continue a run.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::device::DeviceArguments;
 use super::drive::{Run, build_with, csv_path, result_path, write_csv};
@@ -36,6 +37,7 @@ pub(super) struct ResumeArguments {
 }
 
 pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let begun = Instant::now();
     let settings = &arguments.settings;
     let (path, edited_file) = result_of(&arguments.run, settings)?;
     let (mut files, checkpoint) = match RunFiles::resume(&path)? {
@@ -89,7 +91,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
         if let Some(device) = device {
             simulation.use_device(device)?;
         }
-        Run::new(simulation, *files, &initial_positions, &scenario).watched(live).drive(&meter, fresh)
+        Run::new(simulation, *files, &initial_positions, &scenario, begun).watched(live).drive(&meter, fresh)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }

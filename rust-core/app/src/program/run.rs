@@ -1,6 +1,7 @@
 //! `concordem run`: run a scenario from the start.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::device::DeviceArguments;
 use super::drive::{Outcome, Run, build_with, check_result_name, csv_path, result_path};
@@ -49,6 +50,7 @@ pub(super) struct RunArguments {
 }
 
 pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let begun = Instant::now();
     let scenario = arguments.settings.read(&arguments.scenario)?;
     let device = arguments.device.open(&scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
@@ -95,7 +97,7 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
         if let Some(device) = device {
             simulation.use_device(device)?;
         }
-        Run::new(simulation, files, &initial_positions, &scenario).watched(live).drive(&meter, true)
+        Run::new(simulation, files, &initial_positions, &scenario, begun).watched(live).drive(&meter, true)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }
