@@ -8,7 +8,7 @@ use concordem_tests::commands::{concordem, text};
 use tempfile::TempDir;
 
 use crate::contents::{contents, same};
-use crate::{prism, spawn};
+use crate::{large_prism, prism, spawn};
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
@@ -111,4 +111,35 @@ fn killed_runs_give_the_result_of_an_uninterrupted_run() {
     assert!(kills >= 3, "only {kills} kills");
     same(&contents(&broken), &expected, &format!("after {kills} kills"));
     assert!(!broken.with_extension("h5.parts").exists(), "the working folder is removed");
+}
+
+/// A large run has no checkpoint until it has lasted five seconds. Killed before, it begins again.
+#[test]
+#[cfg(unix)]
+fn a_large_run_killed_before_its_first_checkpoint_begins_again() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = large_prism(folder.path(), 200);
+    let (whole, broken) = (folder.path().join("whole.h5"), folder.path().join("broken.h5"));
+    let given = concordem(["run", "-q", "-o", text(&whole), text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let expected = contents(&whole);
+    assert!(expected["contacts/cpm/ids"].2.len() / 2 + expected["particles/id"].2.len() > 200_000, "the run is large");
+    let mut process = spawn(&["run", "-o", text(&broken), text(&scenario)]);
+    let parts = broken.with_extension("h5.parts");
+    let start = Instant::now();
+    while !parts.exists() {
+        assert!(start.elapsed() < Duration::from_secs(120), "the run does not begin");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // A checkpoint at the start would exist by then, and there are steps.
+    std::thread::sleep(Duration::from_millis(700));
+    assert!(process.try_wait().expect("a child process").is_none(), "the run is too short for this test");
+    process.kill().expect("a child process can be killed");
+    process.wait().expect("a child process");
+    assert!(parts.join("header.h5").exists(), "the run has begun");
+    assert!(!parts.join("checkpoint-0000.h5").exists(), "a large run begins without a checkpoint");
+
+    let given = concordem(["resume", "-q", text(&broken)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    same(&contents(&broken), &expected, "the run that began again");
 }

@@ -101,6 +101,12 @@ fn prism(folder: &Path, steps: u32) -> PathBuf {
     write(folder, "prism.toml", &PRISM.replace("STEPS", &steps.to_string()))
 }
 
+/// Writes the scenario of a prism with 25,000 spheres and 9 bonds each, without checkpoints at given steps.
+fn large_prism(folder: &Path, steps: u32) -> PathBuf {
+    let text = PRISM.replace("STEPS", &steps.to_string()).replace("checkpoint_interval = 50\n", "");
+    write(folder, "large.toml", &text.replace(r#""9 mm", "9 mm", "16 mm""#, r#""44 mm", "44 mm", "75 mm""#))
+}
+
 /// A periodic cell of sixty bonded spheres.
 const CELL: &str = r#"
 version = 1
