@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use concordem_contact::heat::HeatNetwork;
 
 use crate::atoms::{LARGEST_TAG, Tag};
-use crate::options::OptionError;
+use crate::options::{OptionError, named};
 
 /// Heat capacities and areas.
 #[derive(Debug, Clone)]
@@ -28,10 +28,6 @@ pub struct HeatNetworkFile {
     /// Area (m²) of each bond, and the distances (m) of the atoms with the lower and the higher id from it.
     pub bonds: HashMap<[Tag; 2], [f64; 3]>,
 }
-
-/// Names of the models.
-const MODELS: [(&str, HeatNetwork); 3] =
-    [("power", HeatNetwork::Power), ("disordered", HeatNetwork::Disordered), ("ordered", HeatNetwork::Ordered)];
 
 impl HeatNetworkFile {
     /// Read a file.
@@ -56,7 +52,8 @@ impl HeatNetworkFile {
             };
             let (old, wanted) = match (*kind, words.len()) {
                 ("model", 1) => {
-                    let known = MODELS.iter().find(|(name, _)| *name == words[0]).map(|(_, known)| *known);
+                    // The model "contacts" has no areas.
+                    let known = named(words[0]).filter(|known| *known != HeatNetwork::Contacts);
                     (model.replace(known.ok_or_else(|| wrong("model power|disordered|ordered"))?).is_some(), "")
                 }
                 ("atom", 3) => {
@@ -90,10 +87,5 @@ impl HeatNetworkFile {
         let model = model
             .ok_or_else(|| file("the line `model NAME` is missing; add `model disordered`, for example".into()))?;
         Ok(Self { path: path.to_owned(), model, atoms, bonds })
-    }
-
-    /// Name of the model.
-    pub fn name(&self) -> &'static str {
-        MODELS.iter().find(|(_, model)| *model == self.model).map_or("contacts", |(name, _)| name)
     }
 }

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::Condition;
-use concordem_contact::law::{ContactLawName, LawName};
+use concordem_contact::law::linear_bond::LinearBondTable;
+use concordem_contact::law::{ContactLawName, Fault, LawName};
 use concordem_contact::material::{Interface, Material};
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, StrDeserializer};
@@ -19,6 +20,7 @@ mod heat;
 
 pub use error::OptionError;
 use error::names;
+use heat::Beside;
 pub use heat::HeatTables;
 
 /// A bond of a list: ids in ascending order, and the reference length (m) if given.
@@ -75,7 +77,8 @@ struct MaterialsFile {
     interface: Vec<Interface>,
 }
 
-fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
+/// The value that a name in a file or script stands for.
+pub(crate) fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
     let deserializer: StrDeserializer<'_, ValueError> = name.into_deserializer();
     T::deserialize(deserializer).ok()
 }
@@ -343,12 +346,18 @@ impl Options {
         if arguments.deformable.is_some() {
             check_deformable(law, contact, &materials)?;
         }
+        if law == Some(LawName::LinearBond) && materials.iter().any(Material::expands) {
+            check_expansion(if bond_types.is_empty() { &materials } else { &bond_types }, &interfaces)?;
+        }
         let heat = HeatTables::read(
             arguments.heat_file.as_deref(),
             arguments.heat_network.as_deref(),
             &materials,
-            [contact != ContactLawName::NONE, arguments.deformable.is_some()],
-            law,
+            &Beside {
+                bond_law: law,
+                contacts: contact != ContactLawName::NONE,
+                deforms: arguments.deformable.is_some(),
+            },
         )?;
         Ok(Self {
             heat,
@@ -385,6 +394,17 @@ fn check_tables(materials: &[Material], interfaces: &[Interface]) -> Result<(), 
         return Err(OptionError::Parameters { place: law.key().to_owned(), message: message.to_owned() });
     }
     Ok(())
+}
+
+/// Bonds that expand need a length at which they are without force.
+fn check_expansion(of_bonds: &[Material], interfaces: &[Interface]) -> Result<(), OptionError> {
+    let tables = of_bonds.iter().map(|material| &material.linear_bond);
+    let mut tables = tables.chain(interfaces.iter().map(|interface| &interface.linear_bond)).flatten();
+    let Some(Fault { key, message, help, .. }) = tables.find_map(LinearBondTable::fault_of_expansion) else {
+        return Ok(());
+    };
+    let message = format!("`{key}`: {message}; {help}");
+    Err(OptionError::Parameters { place: LawName::LinearBond.key().to_owned(), message })
 }
 
 /// Deformable particles need laws that support them, and elastic constants.

@@ -101,15 +101,18 @@ fn heat_that_does_not_work_is_rejected_with_line_and_remedy() {
         ("crack_resistance = 1e-3", "here, cracks insulate"),
         ("contact_ratio = 1.1", "here, heat flows along bonds"),
         ("contact = { resistance = 1 }", "without a contact law no atoms touch"),
-        ("time_factor = -1", "`heat.time_factor = -1`: must be positive"),
+        ("time_factor = -1", "line 5: `heat.time_factor = -1`: must be greater than 0; change it"),
+        ("reference_temperature = 290", "`heat.reference_temperature = 290`: has no effect: no material expands"),
+        ("contact = { resistance = -1 }", "`heat.contact.resistance = -1`: must be at least 0"),
+        ("contact = { resistance = 1, constriction = true }", "needs exactly one of `resistance` and `constriction"),
         ("glow = 1", "unknown field `glow`"),
-        ("[[heat.initial]]\nset = \"a\"\ntemperature = -1", "`heat.initial[0].temperature = -1`: must be at least 0 K"),
+        ("[[heat.initial]]\nset = \"a\"\ntemperature = -1", "`heat.initial[0].temperature = -1`: must be at least 0"),
         ("[[heat.source]]\nspot = { center = [0, 0, 0], radius = 1 }\npower = 1", "line 6: `heat.source[0].spot"),
         (
             "[[heat.source]]\nset = \"hot\"\npower = 1\nhistory = \"h\"",
             "`heat.source[0].history = \"h\"`: there are no",
         ),
-        ("[[heat.source]]\nset = \"hot\"", "`heat.source[0].power`: needs exactly one of `power` and `density`"),
+        ("[[heat.source]]\nset = \"hot\"", "`heat.source[0].power`: the power is missing; give"),
         ("[[heat.source]]\npower = 1", "nothing is heated"),
         ("[[heat.boundary]]\nface = \"side\"\nflux = 1", "the body has no faces here"),
         ("[[heat.boundary]]\nwall = \"floor\"\ntemperature = 300", "walls exchange no heat here"),
@@ -117,7 +120,11 @@ fn heat_that_does_not_work_is_rejected_with_line_and_remedy() {
         ("[[heat.boundary]]\nset = \"hot\"\ntemperature = 300\nflux = 1", "needs exactly one of `temperature`"),
         (
             "[[heat.boundary]]\nset = \"hot\"\nconvection = { coefficient = 0, ambient = 300 }",
-            "needs a positive coefficient",
+            "line 7: `heat.boundary[0].convection.coefficient = 0`: must be greater than 0",
+        ),
+        (
+            "[[heat.boundary]]\nset = \"hot\"\nradiation = { emissivity = 1.1, ambient = 300 }",
+            "must be greater than 0 and at most 1",
         ),
     ] {
         let error = heat_error(&format!("{ORDERED}{table}"), "");
@@ -131,6 +138,14 @@ fn heat_that_does_not_work_is_rejected_with_line_and_remedy() {
     assert!(heat_error("model = \"ordered\"", "").contains("give pairs = \"bonds\""));
     assert!(heat_error("model = \"contacts\"", "").contains("needs to know how contacts conduct"));
     let grains = "model = \"contacts\"\ncontact = { resistance = 0 }\n";
+    assert!(heat_error(&format!("{grains}pairs = \"bonds\""), "").contains("`heat.pairs = \"bonds\"`: has no effect"));
+    for (more, wanted) in [
+        ("thermal.bulk_density -1", "`thermal.bulk_density`: must be greater than 0"),
+        ("thermal.expansion 1e-5 subtract_initial_gap no", "where spheres touch cannot expand; remove the key"),
+    ] {
+        let error = heat_error(ORDERED, more);
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
     let contact =
         "contact frictional contact.normal_stiffness 1 contact.shear_stiffness 1 contact.friction_coefficient 0";
     let surface = format!("{grains}[[heat.boundary]]\nset = \"a\"\nflux = 1");

@@ -54,7 +54,7 @@ fn other_mistakes_are_rejected() {
         for (script, wanted) in [
             (fix.replace(" heat heat.toml", ""), "have no effect without heat conduction; add `heat FILE`"),
             (fix.replace(GLASS, ""), "needs the thermal constants of every material"),
-            (fix.replace("specific_heat 800", "specific_heat 0"), "`thermal.specific_heat`: must be positive"),
+            (fix.replace("specific_heat 800", "specific_heat 0"), "`thermal.specific_heat`: must be greater than 0"),
             (format!("{fix}fix_modify bonds temperature nobody 300\n"), "there is no such group"),
             (format!("{fix}fix_modify bonds temperature all cold\n"), "the absolute temperature in K, without a unit"),
             // Masses of LIGGGHTS are those of discs there.

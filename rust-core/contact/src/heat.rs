@@ -1,5 +1,9 @@
 //! The table `[heat]` of a scenario, and of a host's `heat FILE`: the network, initial temperatures, sources, and the surface.
 
+mod rules;
+
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -84,6 +88,13 @@ pub enum HeatNetwork {
     Ordered,
     /// Through the contacts of the moment, and through bonds, between particles of their own volume: for grains that flow.
     Contacts,
+}
+
+/// The name in a scenario.
+impl fmt::Display for HeatNetwork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
 }
 
 /// Heat between particles that touch at the time, with exactly one of `resistance` and `constriction`.

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`math`], [`cell`], [`columns`](mod@columns), [`prefetch`] | vectors, periodic cell, struct-of-arrays storage |
 //! | [`geometry`], [`pair`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
-//! | [`material`], [`heat`], [`quantity`] | tables of materials and of heat conduction, with units |
+//! | [`material`], [`heat`], [`quantity`], [`ranges`] | tables of materials and of heat conduction, with units and ranges |
 //! | [`kinematics`] | relative motion of the two sides in a step |
 //! | [`law`] | force, moment, history, and energy from that motion |
 //! | [`mod@activate`] | beginning of an unbonded contact |
@@ -37,6 +37,8 @@ pub mod pair;
 pub mod prefetch;
 #[cfg(feature = "std")]
 pub mod quantity;
+#[cfg(feature = "std")]
+pub mod ranges;
 pub mod wall;
 
 pub use cell::Cell;

@@ -5,6 +5,7 @@ use super::structure::wording::listing;
 use crate::schema::{
     Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatSource, Loading, Material, Packing, ProblemKind, Shape,
 };
+use concordem_contact::law::linear_bond::LinearBondTable;
 use concordem_contact::law::{Factors, LawName};
 use concordem_contact::quantity::{Number, Quantity};
 
@@ -38,6 +39,9 @@ impl Checker<'_> {
         }
         self.thermal_variation();
         self.heat_network(heat);
+        for fault in heat.faults(&scenario.materials) {
+            self.fault("heat", fault);
+        }
         self.heat_contact(heat);
         self.expansion(heat);
         for (at, initial) in heat.initials.iter().enumerate() {
@@ -55,46 +59,16 @@ impl Checker<'_> {
     fn thermal_variation(&mut self) {
         for (at, material) in self.scenario.materials.iter().enumerate() {
             let Some(thermal) = &material.thermal else { continue };
-            let Some(variation) = &thermal.variation else { continue };
-            let key = format!("material[{at}].thermal.variation");
-            let temperatures: Vec<f64> = variation.temperature.iter().map(|t| t.si()).collect();
-            if temperatures.len() < 2
-                || temperatures.windows(2).any(|pair| pair[0] >= pair[1])
-                || temperatures.iter().any(|t| *t < 0.0)
-            {
-                let help = "write at least two temperatures in K, such as [\"300 K\", \"900 K\"]";
-                self.range(&format!("{key}.temperature"), "must ascend from 0 K or more", help);
-                continue;
+            let of_thermal = format!("material[{at}].thermal");
+            let faults = thermal.faults();
+            let unordered = faults.iter().any(|fault| fault.key == "variation.temperature");
+            for fault in faults {
+                self.fault(&of_thermal, fault);
             }
-            let columns = [
-                ("specific_heat", &variation.specific_heat),
-                ("conductivity", &variation.conductivity),
-                ("expansion", &variation.expansion),
-                ("stiffness", &variation.stiffness),
-                ("strength", &variation.strength),
-            ];
-            if columns.iter().all(|(_, factors)| factors.is_none()) {
-                let help = "add `specific_heat`, `conductivity`, `expansion`, `stiffness`, or `strength` with a factor for each \
-                            temperature";
-                self.missing(&key, "has no factors", help);
-            }
-            for (name, factors) in columns {
-                let Some(factors) = factors else { continue };
-                let key = format!("{key}.{name}");
-                if factors.len() != temperatures.len() {
-                    let message = format!("has {} factors for {} temperatures", factors.len(), temperatures.len());
-                    self.conflict(&key, message, "write one factor for each temperature");
-                } else if name != "expansion" && factors.iter().any(|factor| factor.si() <= 0.0) {
-                    self.range(&key, "factors must be positive", "write factors on the constant, such as [1, 1.4]");
-                } else if name == "expansion" && thermal.expansion.si() == 0.0 {
-                    self.conflict(
-                        &key,
-                        "has no effect: the material does not expand",
-                        "give `expansion`, or remove the key",
-                    );
-                }
-                if matches!(name, "stiffness" | "strength") {
-                    self.softening(&key, material, name == "strength");
+            let Some(variation) = thermal.variation.as_ref().filter(|_| !unordered) else { continue };
+            for (name, factors) in [("stiffness", &variation.stiffness), ("strength", &variation.strength)] {
+                if factors.is_some() {
+                    self.softening(&format!("{of_thermal}.variation.{name}"), material, name == "strength");
                 }
             }
         }
@@ -172,17 +146,6 @@ impl Checker<'_> {
             self.conflict("heat.contact_ratio", "has no effect with pairs = \"bonds\"", help);
         }
         let contacts = heat.model == HeatNetwork::Contacts;
-        for (key, given) in [("heat.pairs", heat.pairs.is_some()), ("heat.contact_ratio", heat.contact_ratio.is_some())]
-        {
-            if given && contacts {
-                let help = "remove the key, or use the model \"ordered\" or \"disordered\"";
-                self.conflict(key, "has no effect: heat flows through bonds and present contacts", help);
-            }
-        }
-        if contacts && heat.contact.is_none() {
-            let help = "add `contact = { resistance = \"1e-5 m^2*K/W\" }` or `contact = { constriction = true }`";
-            self.missing("heat.contact", "the model \"contacts\" needs to know how contacts conduct", help);
-        }
         if !bonds && !contacts && !scenario.cuts.is_empty() {
             let help = "use the model \"disordered\" or \"ordered\" with pairs = \"bonds\", which no cut leaves";
             self.conflict("heat.model", "heat would flow across the cuts", help);
@@ -219,9 +182,8 @@ impl Checker<'_> {
     fn heat_contact(&mut self, heat: &Heat) {
         let scenario = self.scenario;
         let Some(contact) = &heat.contact else { return };
-        if contact.resistance.is_some() == contact.constriction {
-            let message = "needs exactly one of `resistance` and `constriction = true`";
-            self.conflict("heat.contact", message, "give one of them");
+        if let Some(fault) = contact.fault() {
+            self.fault("heat.contact", fault);
         }
         if scenario.contacts.law.law().is_none() {
             let help = "name a law in [contacts], or remove the key";
@@ -246,15 +208,7 @@ impl Checker<'_> {
     /// Thermal expansion: of bonds that have a length at which they are without force.
     fn expansion(&mut self, heat: &Heat) {
         let scenario = self.scenario;
-        let expands = |at: usize| scenario.materials[at].thermal.as_ref().is_some_and(|t| t.expansion.si() != 0.0);
-        let first = (0..scenario.materials.len()).find(|&at| expands(at));
-        let Some(at) = first else {
-            if heat.reference_temperature.is_some() {
-                let help = "give a material `thermal.expansion`, or remove the key";
-                self.conflict("heat.reference_temperature", "has no effect: no material expands", help);
-            }
-            return;
-        };
+        let Some(at) = scenario.materials.iter().position(Material::expands) else { return };
         let key = format!("material[{at}].thermal.expansion");
         let Some(bonds) = &scenario.bonds else {
             self.conflict(&key, "has no effect: only bonds expand", "add [bonds], or remove the key");
@@ -268,10 +222,8 @@ impl Checker<'_> {
             let interfaces = scenario.interfaces.iter().map(|interface| interface.linear_bond.as_ref()).enumerate();
             let tables = materials.map(|(at, table)| (format!("material[{at}]"), table));
             for (owner, table) in tables.chain(interfaces.map(|(at, table)| (format!("interface[{at}]"), table))) {
-                if table.is_some_and(|table| !table.subtract_initial_gap) {
-                    let help = "remove the key: bonds are then without force at their length at bonding";
-                    let message = "bonds that are without force where spheres touch cannot expand";
-                    self.conflict(&format!("{owner}.linear_bond.subtract_initial_gap"), message, help);
+                if let Some(fault) = table.and_then(LinearBondTable::fault_of_expansion) {
+                    self.fault(&format!("{owner}.linear_bond"), fault);
                 }
             }
         }
@@ -286,19 +238,10 @@ impl Checker<'_> {
             (Some(set), None) => self.known_set(&format!("{key}.set"), set),
             (None, Some(_)) => {}
         }
-        match (source.power, source.density) {
-            (None, None) => self.missing(&format!("{key}.power"), "the power is missing", "give `power` or `density`"),
-            (Some(_), Some(_)) => {
-                self.conflict(
-                    &format!("{key}.density"),
-                    "the power is given, too",
-                    "give one of `power` and `density`",
-                );
-            }
-            (None, Some(_)) if source.spot.is_some() => {
-                self.conflict(&format!("{key}.density"), "a spot has no volume", "give `power`");
-            }
-            _ => {}
+        if let Some(fault) = source.fault() {
+            self.fault(key, fault);
+        } else if source.density.is_some() && source.spot.is_some() {
+            self.conflict(&format!("{key}.density"), "a spot has no volume", "give `power`");
         }
     }
 
@@ -335,15 +278,8 @@ impl Checker<'_> {
         if let Some(set) = &boundary.set {
             self.known_set(&format!("{key}.set"), set);
         }
-        let given = [
-            boundary.temperature.is_some(),
-            boundary.flux.is_some(),
-            boundary.convection.is_some(),
-            boundary.radiation.is_some(),
-        ];
-        if given.iter().filter(|given| **given).count() != 1 {
-            let message = "needs exactly one of `temperature`, `flux`, `convection`, and `radiation`";
-            self.conflict(key, message, "give one of them; write a [[heat.boundary]] for each");
+        if let Some(fault) = boundary.fault() {
+            self.fault(key, fault);
         }
         if let Some(wall) = &boundary.wall {
             self.heat_wall(key, wall, boundary);

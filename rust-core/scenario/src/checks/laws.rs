@@ -2,8 +2,8 @@
 
 use super::Checker;
 use super::structure::wording::listing;
-use crate::schema::{DeformableUpdate, Interface, LawName, Loading, ProblemKind, Scenario};
-use concordem_contact::law::{FaultKind, LawTable};
+use crate::schema::{DeformableUpdate, Interface, LawName, Loading, Scenario};
+use concordem_contact::law::LawTable;
 
 /// Names of the materials that particles may have, but those of fibers, whose bonds have other rules.
 fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
@@ -70,13 +70,7 @@ impl Checker<'_> {
         first: &mut Vec<(LawName, String, String)>,
     ) {
         for fault in table.faults() {
-            let key = if fault.key.is_empty() { path.to_owned() } else { format!("{path}.{}", fault.key) };
-            let kind = match fault.kind {
-                FaultKind::Missing => ProblemKind::MissingKey,
-                FaultKind::Conflict => ProblemKind::Conflict,
-                FaultKind::Range => ProblemKind::OutOfRange,
-            };
-            self.add(kind, &key, fault.message, fault.help);
+            self.fault(path, fault);
         }
         let Some((key, value)) = table.uniform_key() else { return };
         match first.iter().find(|(other, _, _)| *other == law) {

@@ -27,6 +27,7 @@ mod unused;
 
 use crate::schema::quantity::{Dimension, Length};
 use crate::schema::{Document, Problem, ProblemKind, Quantity, Scenario};
+use concordem_contact::law::{Fault, FaultKind};
 use structure::wording::{listing, nearest};
 
 pub(crate) use packing::{OVERLAP_BONDED, OVERLAP_UNBONDED};
@@ -90,6 +91,17 @@ impl Checker<'_> {
 
     fn range(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
         self.add(ProblemKind::OutOfRange, key, message, help);
+    }
+
+    /// A fault of the table at `path`.
+    fn fault(&mut self, path: &str, fault: Fault) {
+        let key = if fault.key.is_empty() { path.to_owned() } else { format!("{path}.{}", fault.key) };
+        let kind = match fault.kind {
+            FaultKind::Missing => ProblemKind::MissingKey,
+            FaultKind::Conflict => ProblemKind::Conflict,
+            FaultKind::Range => ProblemKind::OutOfRange,
+        };
+        self.add(kind, &key, fault.message, fault.help);
     }
 
     /// Checks that `name` is one of `names`, the names of the tables `[[table]]`.

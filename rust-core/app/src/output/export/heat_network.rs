@@ -41,14 +41,8 @@ pub fn write(
     if twice + alone > 0 {
         return Ok(Err(twice + alone));
     }
-    let name = match model {
-        HeatNetwork::Power => "power",
-        HeatNetwork::Disordered => "disordered",
-        HeatNetwork::Ordered => "ordered",
-        HeatNetwork::Contacts => "contacts",
-    };
     let mut text = "# Heat network at the start, for `heat_network` of fix concordem/bond\n".to_owned();
-    let _ = writeln!(text, "model {name}\n# atom: id, heat capacity (J/K), volume (m^3)");
+    let _ = writeln!(text, "model {model}\n# atom: id, heat capacity (J/K), volume (m^3)");
     let id = |p: u32| state.particles.id[p as usize] + 1;
     for p in 0..state.particles.len() {
         let _ = writeln!(text, "atom {} {:?} {:?}", id(p as u32), heat.capacity[p], heat.network.volume[p]);

@@ -11,6 +11,7 @@ use super::wording::listing;
 use super::{Checker, Key};
 use crate::schema::ProblemKind;
 use crate::schema::quantity::{QuantityError, parse_quantity};
+use concordem_contact::ranges::violated;
 
 /// The TOML type of a value, for messages.
 pub(super) fn kind_name(value: &DeValue<'_>) -> &'static str {
@@ -122,26 +123,7 @@ impl Checker<'_> {
     /// Checks the bounds that the schema sets for a number, in SI units.
     fn bounds(&mut self, value: &TomlValue<'_>, number: f64, key: &Key<'_>, unit: &str) {
         let bound = |name: &str| key.declared[name].as_f64().or(key.schema[name].as_f64());
-        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-        let limits = [
-            (bound("minimum"), "at least", (|x, limit| x < limit) as fn(f64, f64) -> bool),
-            (bound("exclusiveMinimum"), "greater than", |x, limit| x <= limit),
-            (bound("maximum"), "at most", |x, limit| x > limit),
-            (bound("exclusiveMaximum"), "less than", |x, limit| x >= limit),
-        ];
-        let mut demands = Vec::new();
-        let mut broken = false;
-        for (limit, phrase, violated) in limits {
-            if let Some(limit) = limit {
-                let zero_unit = if limit == 0.0 { "" } else { unit.as_str() };
-                demands.push(format!("{phrase} {limit}{zero_unit}"));
-                broken |= violated(number, limit);
-            }
-        }
-        if !broken {
-            return;
-        }
-        let demands = demands.join(" and ");
+        let Some(demands) = violated(bound, number, unit) else { return };
         let fraction = key.schema["x-dimension"] == "pure number"
             && number > 2.0
             && number <= 100.0
