@@ -223,10 +223,23 @@ impl HostContact {
             }
         }
     }
+}
 
-    /// Response where a cohesion model adds the normal force `added` (N, compression positive) to the force that limits friction.
+impl HostLaw for HostContact {
     #[inline(always)]
-    fn respond_beside(&self, k: &InstantKinematics, old: &HostContactState, added: f64) -> Response<HostContactState> {
+    fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
+        let [normal, shear, ..] = self.springs_and_dashpots(geometry, overlap);
+        [normal, shear]
+    }
+
+    #[inline(always)]
+    fn respond_beside(
+        &self,
+        k: &InstantKinematics,
+        old: &HostContactState,
+        _dt: f64,
+        added: f64,
+    ) -> Response<HostContactState> {
         let geometry = &k.point.geometry;
         let overlap = -k.point.gap;
         let respond = |force, shear_displacement, status| Response {
@@ -267,25 +280,6 @@ impl HostContact {
     }
 }
 
-impl HostLaw for HostContact {
-    #[inline(always)]
-    fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
-        let [normal, shear, ..] = self.springs_and_dashpots(geometry, overlap);
-        [normal, shear]
-    }
-
-    #[inline(always)]
-    fn respond_beside(
-        &self,
-        k: &InstantKinematics,
-        old: &HostContactState,
-        _: f64,
-        added: f64,
-    ) -> Response<HostContactState> {
-        self.respond_beside(k, old, added)
-    }
-}
-
 impl HostLaw for HertzMindlin {
     #[inline(always)]
     fn stiffnesses(&self, geometry: &ContactGeometry, overlap: f64) -> [f64; 2] {
@@ -309,8 +303,8 @@ impl ContactLaw for HostContact {
     const NAME: &'static str = "liggghts";
 
     #[inline(always)]
-    fn respond(&self, k: &InstantKinematics, old: &HostContactState, _dt: f64) -> Response<HostContactState> {
-        self.respond_beside(k, old, 0.0)
+    fn respond(&self, k: &InstantKinematics, old: &HostContactState, dt: f64) -> Response<HostContactState> {
+        self.respond_beside(k, old, dt, 0.0)
     }
 
     /// Stiffnesses that depend on the overlap are taken at an overlap of `R*/20`.

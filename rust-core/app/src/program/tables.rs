@@ -220,15 +220,40 @@ fn contacts(
 /// Rows that are computed before they are divided into columns: few enough to stay in the caches.
 const ROWS_AT_A_TIME: usize = 1 << 15;
 
+/// A column that all laws share: its name, its unit, and what a row has there.
+struct ColumnOf<T> {
+    name: &'static str,
+    unit: &'static str,
+    of: fn(&Row) -> T,
+}
+
+/// Columns of vectors.
+const VECTORS: [ColumnOf<Vec3>; 5] = [
+    ColumnOf { name: "position", unit: "m", of: |row| row.position },
+    ColumnOf { name: "branch", unit: "m", of: |row| row.branch },
+    ColumnOf { name: "force", unit: "N", of: |row| row.force },
+    ColumnOf { name: "moment", unit: "N m", of: |row| row.moment },
+    ColumnOf { name: "normal", unit: "1", of: |row| row.previous.normal },
+];
+
+/// Columns of numbers.
+const SCALARS: [ColumnOf<f64>; 5] = [
+    ColumnOf { name: "length", unit: "m", of: |row| row.previous.length },
+    ColumnOf { name: "reference_length", unit: "m", of: |row| row.reference.length },
+    ColumnOf { name: "area", unit: "m^2", of: |row| row.reference.area },
+    ColumnOf { name: "damage", unit: "1", of: |row| row.damage },
+    ColumnOf { name: "lost_strength", unit: "1", of: |row| row.lost_strength },
+];
+
 /// The columns that all laws share.
 struct RowColumns {
     /// Rows computed last, whose memory is used again.
     rows: Vec<Row>,
     ids: Vec<[u32; 2]>,
-    /// Position, branch, force, moment, normal.
-    vectors: [Vec<Vec3>; 5],
-    /// Length, reference length, area, damage, lost strength.
-    scalars: [Vec<f64>; 5],
+    /// [`VECTORS`].
+    vectors: [Vec<Vec3>; VECTORS.len()],
+    /// [`SCALARS`].
+    scalars: [Vec<f64>; SCALARS.len()],
     broken: Vec<u8>,
 }
 
@@ -248,33 +273,21 @@ impl RowColumns {
         contacts.par_iter().with_min_len(SMALL).map(row).collect_into_vec(&mut self.rows);
         let rows = || self.rows.par_iter().with_min_len(SMALL);
         self.ids.par_extend(rows().map(|row| [row.pair.a, row.pair.b].map(|p| id[p as usize])));
-        let vectors: [fn(&Row) -> Vec3; 5] =
-            [|row| row.position, |row| row.branch, |row| row.force, |row| row.moment, |row| row.previous.normal];
-        for (column, vector) in self.vectors.iter_mut().zip(vectors) {
-            column.par_extend(rows().map(vector));
+        for (column, of) in self.vectors.iter_mut().zip(VECTORS) {
+            column.par_extend(rows().map(of.of));
         }
-        let scalars: [fn(&Row) -> f64; 5] = [
-            |row| row.previous.length,
-            |row| row.reference.length,
-            |row| row.reference.area,
-            |row| row.damage,
-            |row| row.lost_strength,
-        ];
-        for (column, scalar) in self.scalars.iter_mut().zip(scalars) {
-            column.par_extend(rows().map(scalar));
+        for (column, of) in self.scalars.iter_mut().zip(SCALARS) {
+            column.par_extend(rows().map(of.of));
         }
         self.broken.par_extend(rows().map(|row| u8::from(row.broken)));
     }
 
     fn write(&self, path: &dyn Fn(&str) -> String, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
         sink.column(&path("ids"), Column::U32 { data: self.ids.as_flattened(), components: 2, unit: "1" })?;
-        let names = [("position", "m"), ("branch", "m"), ("force", "N"), ("moment", "N m"), ("normal", "1")];
-        for (values, (name, unit)) in self.vectors.iter().zip(names) {
+        for (values, ColumnOf { name, unit, .. }) in self.vectors.iter().zip(VECTORS) {
             sink.column(&path(name), Column::f64(bytemuck::cast_slice(values), 3, unit))?;
         }
-        let names =
-            [("length", "m"), ("reference_length", "m"), ("area", "m^2"), ("damage", "1"), ("lost_strength", "1")];
-        for (values, (name, unit)) in self.scalars.iter().zip(names) {
+        for (values, ColumnOf { name, unit, .. }) in self.scalars.iter().zip(SCALARS) {
             sink.column(&path(name), Column::f64(values, 1, unit))?;
         }
         sink.column(&path("broken"), Column::u8(&self.broken))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
-from ._embedding import arms_of
+from ._embedding import couples_of, spins_of
 from ._protocol import FiniteElements, Reals, _vectors, check_scenario
 from ._record import MotionRecord, written
 from ._rescue import rescued
@@ -82,16 +82,12 @@ class SkinSpheres:
 
     def motion(self, vertices: Reals, velocity: Reals) -> tuple[Reals, Reals]:
         """Velocities (m/s) and angular velocities (rad/s) of the spheres for positions and velocities of the vertices, (k, 3) each."""
-        arms, inverse = arms_of(vertices[self._vertices])
         corners = velocity[self._vertices]
-        spin = np.einsum("kij,kj->ki", inverse, np.cross(arms, corners).sum(axis=1))
-        return np.einsum("kc,kci->ki", self.weights, corners), spin
+        return np.einsum("kc,kci->ki", self.weights, corners), spins_of(vertices[self._vertices], corners)
 
     def distribute(self, vertices: Reals, force: Reals, moment: Reals) -> Reals:
         """Forces on the vertices (N) of forces (N) and moments (N m) on the spheres, (n, 3)."""
-        arms, inverse = arms_of(vertices[self._vertices])
-        turn = np.einsum("kij,kj->ki", inverse, moment)
-        local = self.weights[..., None] * force[:, None, :] + np.cross(turn[:, None, :], arms)
+        local = self.weights[..., None] * force[:, None, :] + couples_of(vertices[self._vertices], moment)
         result = np.empty_like(vertices)
         for i in range(3):
             result[:, i] = np.bincount(self._vertices.ravel(), weights=local[..., i].ravel(), minlength=len(vertices))

@@ -136,9 +136,29 @@ class Embedding:
         return result
 
 
-def arms_of(places: Reals) -> tuple[Reals, Reals]:
+def spins_of(places: Reals, velocities: Reals) -> Reals:
+    """Angular velocities of groups of n points, rad/s, (k, 3): ``w = T^-1 sum of r x v``, those of the rigid bodies nearest to the motion.
+
+    `places`, m, and `velocities`, m/s: (k, n, 3). r: from the middle of the group, ``T = sum of (r.r 1 - r r)``.
+    """
+    arms, inverse = _arms_of(places)
+    spins: Reals = np.einsum("kij,kj->ki", inverse, np.cross(arms, velocities).sum(axis=1))
+    return spins
+
+
+def couples_of(places: Reals, moments: Reals) -> Reals:
+    """Moments (N m, (k, 3)) on groups of n points (m, (k, n, 3)) as forces on the points, ``T^-1 M x r``, N, (k, n, 3).
+
+    Their sum is zero, their moment M; in a motion with the spin w of `spins_of` their power is M.w.
+    """
+    arms, inverse = _arms_of(places)
+    forces: Reals = np.cross(np.einsum("kij,kj->ki", inverse, moments)[:, None, :], arms)
+    return forces
+
+
+def _arms_of(places: Reals) -> tuple[Reals, Reals]:
     """Vectors r from the middle of each group of n points to them, m, (k, n, 3), and the inverse of ``T = sum of (r.r 1 - r r)``, 1/m^2,
-    (k, 3, 3). The group turns with ``w = T^-1 sum of r x v``, and a moment M on it are the forces ``T^-1 M x r``."""
+    (k, 3, 3)."""
     arms = places - places.mean(axis=1, keepdims=True)
     square = np.einsum("kci,kci->k", arms, arms)
     tensor = square[:, None, None] * np.eye(3) - np.einsum("kci,kcj->kij", arms, arms)

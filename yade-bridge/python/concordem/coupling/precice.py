@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import Simulation
 from .._errors import CouplingError
-from ._embedding import arms_of
+from ._embedding import couples_of, spins_of
 from ._protocol import Reals, check_scenario
 from ._rescue import rescued
 from ._volume import check_slaves, slave_forces, slave_rows
@@ -215,17 +215,15 @@ class VolumeParticipant(_Participant):
         more = [] if angular_velocity is None else [angular_velocity]
         super().__init__(simulation, participant, mesh, [read, *more], [write] + ([] if moment is None else [moment]), points, rescue)
 
-    def _arms(self) -> tuple[Reals, Reals]:
-        """See `arms_of`, for the six further vertices of each slave."""
+    def _stars(self) -> Reals:
+        """Places of the six further vertices of each slave, m, (k, 6, 3)."""
         count = len(self.slaves)
-        return arms_of((self._points + self._displacement)[count:].reshape(count, 6, 3))
+        return (self._points + self._displacement)[count:].reshape(count, 6, 3)
 
     def _forces(self) -> list[Reals]:
         force, moment = slave_forces(self.simulation, self.slaves)
         if self._arm is not None:
-            arms, inverse = self._arms()
-            couples = np.cross(np.einsum("kij,kj->ki", inverse, moment)[:, None, :], arms)
-            return [np.concatenate([force, couples.reshape(-1, 3)])]
+            return [np.concatenate([force, couples_of(self._stars(), moment).reshape(-1, 3)])]
         if len(self._write) == 2:
             return [force, moment]
         self.lost_moment = max(self.lost_moment, float(np.linalg.norm(moment.sum(axis=0))))
@@ -234,10 +232,8 @@ class VolumeParticipant(_Participant):
     def _spins(self, motion: Reals) -> Reals:
         """Angular velocities of the slaves in the coming step, rad/s."""
         if self._arm is not None:
-            arms, inverse = self._arms()
-            velocities = motion[len(self.slaves) :].reshape(arms.shape)
-            spins: Reals = np.einsum("kij,kj->ki", inverse, np.cross(arms, velocities).sum(axis=1))
-            return spins
+            stars = self._stars()
+            return spins_of(stars, motion[len(self.slaves) :].reshape(stars.shape))
         return motion if len(self._read) == 2 else np.zeros_like(self._centers)
 
     def _step(self, displacement: Reals, motion: Reals) -> None:
