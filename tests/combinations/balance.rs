@@ -31,6 +31,8 @@ pub struct Balance {
     particles: Option<(Mat3, f64)>,
     boundary: Option<(Mat3, f64)>,
     sampled: u64,
+    /// Whether stresses were compared.
+    stresses: bool,
 }
 
 /// What a step changes, before it.
@@ -77,6 +79,7 @@ impl Balance {
             particles: None,
             boundary: None,
             sampled: u64::MAX,
+            stresses: false,
         };
         let (sums, scale) = momentum(state);
         (balance.at_start, balance.scale) = (sums, scale);
@@ -136,6 +139,11 @@ impl Balance {
         }
     }
 
+    /// Whether linear momentum, angular momentum, and stresses were compared.
+    pub fn compared(&self) -> [bool; 3] {
+        [self.linear.contains(&true), self.angular.contains(&true), self.stresses]
+    }
+
     /// Compare `Σ V_p σ_p` with the loads: `Σ V_p σ_p = V σ_boundary − Σ x_p⊗F_p` with the net forces `F_p`, in any motion.
     pub fn check_stress(&mut self, simulation: &Simulation, operator: &ScheduledOperator, values: &[f64]) {
         if !matches!(operator.operator, Operator::ParticleStress | Operator::BoundaryStress) {
@@ -156,6 +164,7 @@ impl Balance {
         else {
             return;
         };
+        self.stresses = true;
         let (inertia, scale) = inertia(simulation);
         let error = (of_particles - of_loads + inertia).abs().max();
         self.stress = self.stress.max(error / (scale + of_particles.norm() + of_loads.norm()).max(f64::MIN_POSITIVE));

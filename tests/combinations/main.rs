@@ -2,11 +2,13 @@
 //!
 //! `CONCORDEM_COMBINATIONS` is the number of scenarios (default 100; a night: 2,000 and more), `CONCORDEM_COMBINATIONS_SEED` that
 //! of the random numbers (default 1), `CONCORDEM_COMBINATIONS_ONLY` the number of a single scenario. Scenarios that fail are kept
-//! in `target/combinations`. `CONCORDEM_COMBINATIONS_RESULT` is a file for the counts; `result.json` here is the last long run.
+//! in `target/combinations`. `CONCORDEM_COMBINATIONS_RESULT` is a file for the counts; `result.json` here is the last long run. It has run
+//! every feature and every oracle at least once.
 
 mod balance;
 mod case;
 mod compare;
+mod features;
 mod fibers;
 mod finite_walls;
 mod generator;
@@ -16,6 +18,7 @@ mod oracles;
 mod report;
 mod run;
 mod slaves;
+mod twins;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -23,6 +26,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use concordem_tests::on_threads;
 use report::Report;
+
+/// Scenarios of a long run, in which every feature and every oracle must occur.
+const LONG: u64 = 2000;
 
 fn number(name: &str) -> Option<u64> {
     std::env::var(name).ok().map(|text| text.parse().unwrap_or_else(|_| panic!("{name} is no number: {text}")))
@@ -57,6 +63,8 @@ fn combinations_run_or_are_refused() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
         std::fs::write(path, report.json(seed, start.elapsed().as_secs_f64() / 60.0)).expect("a file");
     }
+    let never = report.never();
+    assert!(range.end - range.start < LONG || never.is_empty(), "in no scenario that ran: {}", never.join(", "));
     assert!(report.passed(), "{} of {} scenarios failed; see above", report.failed(), range.end - range.start);
 }
 
@@ -68,8 +76,8 @@ fn work(seed: u64, range: &std::ops::Range<u64>, next: &AtomicU64, folder: &Path
             return;
         }
         let case = generator::case(seed, number);
-        let (verdict, findings) = oracles::judge(&case, folder);
-        if !findings.is_empty() || range.end - range.start == 1 {
+        let (verdict, judged) = oracles::judge(&case, folder);
+        if !judged.findings.is_empty() || range.end - range.start == 1 {
             let text = case.text(&|name, bytes| {
                 let name = format!("{seed}-{number}-{name}");
                 std::fs::write(kept.join(&name), bytes).expect("a file");
@@ -77,6 +85,20 @@ fn work(seed: u64, range: &std::ops::Range<u64>, next: &AtomicU64, folder: &Path
             });
             std::fs::write(kept.join(format!("{seed}-{number}.toml")), text).expect("a file");
         }
-        report.lock().expect("no panic").add(number, &case, &verdict, findings);
+        report.lock().expect("no panic").add(number, &case, &verdict, judged);
+    }
+}
+
+/// The record is that of a long run, and in it every feature was in a scenario that ran, and every oracle compared something.
+#[test]
+fn the_record_has_every_feature_and_every_oracle() {
+    let record: serde_json::Value = serde_json::from_str(include_str!("result.json")).expect("JSON");
+    assert!(record["scenarios"].as_u64().expect("a number") >= LONG);
+    let features = features::FEATURES.iter().map(|feature| ("features", feature.name));
+    for (table, name) in features.chain(oracles::ORACLES.iter().map(|oracle| ("oracles", *oracle))) {
+        assert!(
+            record[table][name].as_u64().is_some_and(|count| count > 0),
+            "{table}: {name} is not in the record; run it anew"
+        );
     }
 }

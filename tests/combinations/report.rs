@@ -1,10 +1,11 @@
 //! Counts what happened, by reason.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{Display, Formatter, Result};
 
-use crate::case::{Case, Shape};
-use crate::oracles::{Finding, Verdict};
+use crate::case::Case;
+use crate::features::{self, FEATURES};
+use crate::oracles::{Finding, Judgement, ORACLES, Verdict};
 
 /// What happened to all scenarios.
 #[derive(Default)]
@@ -16,24 +17,41 @@ pub struct Report {
     ended: BTreeMap<String, Vec<(u64, String)>>,
     /// Findings by oracle: number of the scenario, its features, and the detail.
     findings: BTreeMap<&'static str, Vec<(u64, String)>>,
+    /// Scenarios that ran, by feature.
+    features: BTreeMap<usize, u64>,
+    /// Pairs of features in scenarios that ran.
+    pairs: BTreeSet<[usize; 2]>,
+    /// Scenarios in which an oracle compared something.
+    oracles: BTreeMap<&'static str, u64>,
 }
 
 impl Report {
     /// Adds the verdict on scenario `number`.
-    pub fn add(&mut self, number: u64, case: &Case, verdict: &Verdict, findings: Vec<Finding>) {
+    pub fn add(&mut self, number: u64, case: &Case, verdict: &Verdict, Judgement { findings, compared }: Judgement) {
+        for oracle in compared {
+            *self.oracles.entry(oracle).or_default() += 1;
+        }
         match verdict {
             Verdict::Refused(message) => *self.refused.entry(reason(message)).or_default() += 1,
             Verdict::Ended(message) => {
-                let detail = format!("{}\n      {message}", features(case));
+                let detail = format!("{}\n      {message}", features::line(case));
                 self.ended.entry(reason(message)).or_default().push((number, detail));
             }
             Verdict::Ran { chaotic } => {
                 self.ran += 1;
                 self.chaotic += u64::from(*chaotic);
+                let present = features::of(case);
+                for (k, &a) in present.iter().enumerate() {
+                    *self.features.entry(a).or_default() += 1;
+                    self.pairs.extend(present[k + 1..].iter().map(|&b| [a, b]));
+                }
             }
         }
         for Finding { oracle, detail } in findings {
-            self.findings.entry(oracle).or_default().push((number, format!("{}\n      {detail}", features(case))));
+            self.findings
+                .entry(oracle)
+                .or_default()
+                .push((number, format!("{}\n      {detail}", features::line(case))));
         }
     }
 
@@ -65,9 +83,34 @@ impl Report {
             "failed": self.failed(),
             "refused_by_reason": self.refused,
             "ended_by_reason": self.ended.iter().map(|(k, all)| (k, all.len())).collect::<BTreeMap<_, _>>(),
+            "features": FEATURES.iter().enumerate().map(|(k, feature)| (feature.name, self.features.get(&k).copied().unwrap_or(0)))
+                .collect::<BTreeMap<_, _>>(),
+            "pairs_of_features": self.pairs_of_features(),
+            "oracles": ORACLES.iter().map(|name| (*name, self.oracles.get(name).copied().unwrap_or(0))).collect::<BTreeMap<_, _>>(),
             "failed_by_oracle": self.findings.iter().map(|(k, all)| (k, all.len())).collect::<BTreeMap<_, _>>(),
         });
         format!("{result:#}\n")
+    }
+
+    /// How many pairs of features ran, and those that did not, by the first one.
+    fn pairs_of_features(&self) -> serde_json::Value {
+        let (mut possible, mut never) = (0, BTreeMap::<&str, Vec<&str>>::new());
+        for (a, feature) in FEATURES.iter().enumerate() {
+            for b in (a + 1..FEATURES.len()).filter(|&b| features::can_meet(a, b)) {
+                possible += 1;
+                if !self.pairs.contains(&[a, b]) {
+                    never.entry(feature.name).or_default().push(FEATURES[b].name);
+                }
+            }
+        }
+        let never: BTreeMap<&str, String> = never.into_iter().map(|(name, others)| (name, others.join(", "))).collect();
+        serde_json::json!({ "possible": possible, "ran": self.pairs.len(), "never": never })
+    }
+
+    /// Features that were in no scenario that ran, and oracles that never compared anything.
+    pub fn never(&self) -> Vec<&'static str> {
+        let features = (0..FEATURES.len()).filter(|k| !self.features.contains_key(k)).map(|k| FEATURES[k].name);
+        features.chain(ORACLES.iter().copied().filter(|name| !self.oracles.contains_key(name))).collect()
     }
 
     /// Whether every scenario passed.
@@ -96,6 +139,13 @@ impl Display for Report {
             writeln!(f, "  {:5} {reason}", all.len())?;
             examples(f, all, 4)?;
         }
+        let possible = self.pairs_of_features()["possible"].clone();
+        writeln!(
+            f,
+            "{} of {possible} pairs of features ran; in no scenario that ran: {}",
+            self.pairs.len(),
+            self.never().join(", ")
+        )?;
         for (oracle, all) in &self.findings {
             writeln!(f, "{} scenarios fail: {oracle}", all.len())?;
             examples(f, all, 12)?;
@@ -123,38 +173,4 @@ fn reason(message: &str) -> String {
         text.push(' ');
     }
     text.chars().take(110).collect()
-}
-
-/// The features of a scenario on one line.
-fn features(case: &Case) -> String {
-    let loading = format!("{:?}", case.loading);
-    let loading = loading.split(['(', ' ']).next().unwrap_or_default().to_owned();
-    let mut text = format!(
-        "{}D {} n={} {}+{} {} {}",
-        case.dimension,
-        case.kinematics,
-        case.spheres.len(),
-        case.bonds.map_or("none", |bonds| bonds.0),
-        case.contacts,
-        case.scheme,
-        case.damping.split('"').nth(1).unwrap_or_default()
-    );
-    for (has, word) in [
-        (case.cell.is_some(), "cell"),
-        (loading != "None", loading.as_str()),
-        (!case.walls.is_empty(), "walls"),
-        (case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plate(..) | Shape::Disc(..))), "plate"),
-        (case.membrane.is_some(), "membrane"),
-        (!case.slaves.is_empty(), "slaves"),
-        (!case.clumps.is_empty(), "clump"),
-        (case.materials.contains("deformable"), "deformable"),
-        (case.materials.contains("yade-public"), "yade-public"),
-        (case.materials.contains("woo"), "woo"),
-    ] {
-        if has {
-            text.push(' ');
-            text += word;
-        }
-    }
-    text
 }
