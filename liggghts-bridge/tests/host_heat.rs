@@ -1,6 +1,8 @@
 //! Heat along the bonds of atoms in LIGGGHTS and LAMMPS: any number of processors, restart, balance, closed forms, ConcorDEM's solver,
 //! LIGGGHTS' own heat conduction, and what is rejected.
 
+#[path = "host_heat/contacts.rs"]
+mod contacts;
 #[path = "host_heat/groups.rs"]
 mod groups;
 mod harness;
@@ -494,36 +496,5 @@ fn bonds_conduct_as_the_contacts_of_the_hosts() {
         // that changes of 100 K differ by 1e-11.
         assert!(apart < 2.5e-11, "{host:?}: {apart:e}: {found:?} {peers:?}");
         assert!(found[0] < 395.0 && found[35] > 300.01, "{host:?}: heat flows: {found:?}");
-    }
-}
-
-/// Two grains that touch, without bonds: each step shortens the difference by the same factor.
-#[test]
-fn grains_exchange_heat_while_they_touch() {
-    for host in BOTH {
-        let folder = tempfile::tempdir().unwrap();
-        let mut atoms = lattice([2, 1, 1], 0.0);
-        atoms[1].position.x = 1.98 * R;
-        let resistance = 1e-3;
-        std::fs::write(
-            folder.path().join("heat.toml"),
-            format!(
-                "[heat]\nmodel = \"contacts\"\ncontact = {{ resistance = {resistance} }}\ntemperature = 300\n\
-                 [[heat.initial]]\nset = \"hot\"\ntemperature = 400\n"
-            ),
-        )
-        .unwrap();
-        let head = start(host, folder.path(), &atoms, 1e-3);
-        let script = format!(
-            "{head}group hot id 1\nfix bonds all concordem/bond none contact frictional normal_stiffness 1 shear_stiffness 1 \
-             friction_coefficient 0 {GLASS} heat heat.toml\n{}run 500\n",
-            output(host, 500)
-        );
-        run_in(host, folder.path(), &script, 2);
-        let found = temperatures(folder.path());
-        let conductance = 4.0 * R * R / (2.0 * R / 1.1 + resistance);
-        let expected = 100.0 * (1.0 - 2.0 * conductance * 1e-3 / CAPACITY).powi(500);
-        // 500 roundings of 400 K.
-        assert!((found[0] - found[1] - expected).abs() < 1e-10 && expected < 90.0, "{host:?}: {found:?} {expected}");
     }
 }

@@ -105,61 +105,109 @@ fn histories_go_through_restarts() {
     assert!(apart.iter().all(|d| *d < 1e-12), "{apart:?}");
 }
 
-/// Forces and torques at step 0 of sphere 1, which overlaps sphere 2 (`two`) or a floor.
-fn at_rest(models: &str, two: bool) -> Dumped {
-    let folder = tempfile::tempdir().unwrap();
+/// Sphere 1, which overlaps sphere 2 (`two`) or a floor by 0.1 mm.
+fn pressed(two: bool) -> [Atom; 2] {
     let mut atoms =
         [Atom::resting(Vec3::new(0.0, 0.0, 0.0049), 0.005), Atom::resting(Vec3::new(0.0, 0.0, 0.0127), 0.003)];
-    atoms[0].spin = Vec3::new(0.0, 3.0, 0.0);
-    atoms[1].spin = Vec3::new(0.0, -1.0, 0.0);
     atoms[1].kind = 2;
     if !two {
         atoms[1].position.z = 0.04;
     }
-    data_file(&folder.path().join("cloud.data"), &atoms, Vec3::repeat(-0.02), Vec3::repeat(0.05));
+    atoms
+}
+
+/// States of these spheres at every tenth of `steps` steps of 1 us, if not `two` above a floor. No dashpots act.
+fn moved(models: &str, atoms: &[Atom; 2], two: bool, steps: usize) -> Vec<(u64, Vec<Dumped>)> {
+    let folder = tempfile::tempdir().unwrap();
+    data_file(&folder.path().join("cloud.data"), atoms, Vec3::repeat(-0.02), Vec3::repeat(0.05));
     let wall =
         if two { String::new() } else { format!("fix floor all wall/gran {models} primitive type 1 zplane 0.0\n") };
+    let properties = model(&format!("pair_style gran {models}\npair_coeff * *")).replace("0.9 0.7 0.7 0.5", "1 1 1 1");
     let mut script = head("cloud.data", "f f f", 1e-3, 1e-6);
-    write!(script, "{PROPERTIES}{}", model(&format!("pair_style gran {models}\npair_coeff * *"))).unwrap();
-    write!(script, "{wall}fix integrate all nve/sphere\n{}run 0\n", dump("out.dump", 1)).unwrap();
+    write!(script, "{PROPERTIES}{properties}{wall}fix integrate all nve/sphere\n{}run {steps}\n", dump("out.dump", 10))
+        .unwrap();
     run(folder.path(), &script, 1);
-    frames(&folder.path().join("out.dump"))[0].1[0]
+    frames(&folder.path().join("out.dump"))
+}
+
+/// Normal springs of the laws of ConcorDEM: name, and force (N) at an overlap (m) of sphere 1 with the floor and with sphere 2.
+type Springs = (&'static str, [Box<dyn Fn(f64) -> f64>; 2]);
+
+/// Effective radii of the contacts with the floor and between the spheres, m.
+const EFFECTIVE: [f64; 2] = [0.005, 0.005 * 0.003 / 0.008];
+
+fn springs() -> [Springs; 2] {
+    let bulk = [(1.0 - 0.09) / 5e6, (1.0 - 0.04) / 2e7];
+    let hertz = |young: f64, radius: f64| -> Box<dyn Fn(f64) -> f64> {
+        Box::new(move |overlap| 4.0 / 3.0 * young * radius.sqrt() * overlap.powf(1.5))
+    };
+    let of_hertz = [hertz(1.0 / (2.0 * bulk[0]), EFFECTIVE[0]), hertz(1.0 / (bulk[0] + bulk[1]), EFFECTIVE[1])];
+    let linear = |stiffness: f64| -> Box<dyn Fn(f64) -> f64> { Box::new(move |overlap| stiffness * overlap) };
+    [("hertz_mindlin", of_hertz), ("frictional", [linear(4e4), linear(3e4)])]
+}
+
+/// Areas of LIGGGHTS' model sjkr2 at an overlap (m), m².
+fn areas(overlap: f64) -> [f64; 2] {
+    [2.0 * PI * EFFECTIVE[0] * overlap, 4.0 * PI * EFFECTIVE[1] * overlap]
 }
 
 /// Before the first step the laws of ConcorDEM have no shear force and no dashpot, so closed forms give force and torque: the normal
 /// spring, LIGGGHTS' cohesion per contact area, and a rolling torque `μ_r k_n δ R*` against the relative spin.
 #[test]
 fn concordem_laws_give_the_closed_forms() {
-    let beside = "cohesion sjkr2 rolling_friction cdt";
     // Types 1 and 1 at the floor, 1 and 2 between the spheres.
-    let [wall, between] = [(2e5, 0.02), (1e5, 0.01)];
-    let hertz = |young: f64, radius: f64, overlap: f64| 4.0 / 3.0 * young * radius.sqrt() * overlap.powf(1.5);
-    let bulk = [(1.0 - 0.09) / 5e6, (1.0 - 0.04) / 2e7];
-    let (radius, overlap, reduced, overlap_of_two) = (0.005, 1e-4, 0.005 * 0.003 / 0.008, 2e-4);
-    for (model, at_floor, of_two) in [
-        (
-            "hertz_mindlin",
-            hertz(1.0 / (2.0 * bulk[0]), radius, overlap),
-            hertz(1.0 / (bulk[0] + bulk[1]), reduced, overlap_of_two),
-        ),
-        ("frictional", 4e4 * overlap, 3e4 * overlap_of_two),
-    ] {
-        let models = format!("model concordem/{model} {beside}");
-        for (two, spring, radius, overlap, (cohesion, rolling), area) in [
-            (false, at_floor, radius, overlap, wall, 2.0 * PI * radius * overlap),
-            (true, of_two, reduced, overlap_of_two, between, 4.0 * PI * reduced * overlap_of_two),
-        ] {
-            let state = at_rest(&models, two);
-            let force = (spring - cohesion * area) * if two { -1.0 } else { 1.0 };
-            let torque = -rolling * spring * radius;
-            println!(
-                "{model}, two {two}, overlap {overlap}: {} {} N, {} {torque} N·m",
-                state.force.z, force, state.torque.y
-            );
+    let energies = [(2e5, 0.02), (1e5, 0.01)];
+    for (model, springs) in springs() {
+        for (k, two) in [false, true].into_iter().enumerate() {
+            let mut atoms = pressed(two);
+            atoms[0].spin = Vec3::new(0.0, 3.0, 0.0);
+            atoms[1].spin = Vec3::new(0.0, -1.0, 0.0);
+            let models = format!("model concordem/{model} cohesion sjkr2 rolling_friction cdt");
+            let state = moved(&models, &atoms, two, 0)[0].1[0];
+            let overlap = if two { 2e-4 } else { 1e-4 };
+            let (cohesion, rolling) = energies[k];
+            let spring = springs[k](overlap);
+            let force = (spring - cohesion * areas(overlap)[k]) * if two { -1.0 } else { 1.0 };
+            let torque = -rolling * spring * EFFECTIVE[k];
+            println!("{model}, two {two}: {} {} N, {} {torque} N·m", state.force.z, force, state.torque.y);
             // Rounding; the overlap is the difference of lengths 50 to 80 times as large.
             let close = |a: f64, b: f64| (a - b).abs() < 1e-12 * spring.abs().max(b.abs());
             assert!(close(state.force.z, force), "{model}: {state:?} {force}");
             assert!((state.torque.y - torque).abs() < 1e-12 * torque.abs(), "{model}: {state:?} {torque}");
+        }
+    }
+}
+
+/// In motion, too: at every step the spring of the present overlap less the cohesion of the present area; and while sphere 1 slides over
+/// the floor, friction by the spring alone, which no cohesion increases.
+#[test]
+fn concordem_laws_give_the_closed_forms_in_motion() {
+    for (model, springs) in springs() {
+        let models = format!("model concordem/{model} cohesion sjkr2");
+        for (k, two) in [false, true].into_iter().enumerate() {
+            let mut atoms = pressed(two);
+            atoms[0].velocity = if two { Vec3::new(0.0, 0.0, 0.2) } else { Vec3::new(2.0, 0.0, -0.1) };
+            // Until shortly before the spheres part.
+            let steps = if two { 100 } else { 200 };
+            let states = moved(&models, &atoms, two, steps);
+            assert_eq!(states.len(), steps / 10 + 1);
+            let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+            for (step, state) in &states {
+                let (one, other) = (&state[0], &state[1]);
+                let overlap = if two { 0.008 - (other.position.z - one.position.z) } else { 0.005 - one.position.z };
+                (least, most) = (least.min(overlap), most.max(overlap));
+                let spring = springs[k](overlap);
+                let force = (spring - [2e5, 1e5][k] * areas(overlap)[k]) * if two { -1.0 } else { 1.0 };
+                // Rounding; the overlap is the difference of lengths 50 to 120 times as large.
+                assert!((one.force.z - force).abs() < 2e-12 * spring, "{model}, {two}, {step}: {one:?} {force}");
+                if two {
+                    assert!((one.force + other.force).norm() < 1e-15, "{model}, {step}: {state:?}");
+                } else if *step >= 100 {
+                    // By then the shear spring has grown to its limit (4e-5 m at 2 m/s: 20 to 40 steps).
+                    assert!((one.force.x + 0.4 * spring).abs() < 2e-12 * spring, "{model}, {step}: {one:?} {spring}");
+                }
+            }
+            assert!(most - least > 1e-5 && least > 0.0, "{model}, {two}: the overlap changes: {least} {most}");
         }
     }
 }
