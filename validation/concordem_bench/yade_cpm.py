@@ -58,8 +58,8 @@ engine = None
 if wanted["engine"]:
     import concordem.yade
 
-    kinematics, mode = wanted["engine"]
-    engine = concordem.yade.take_over(kinematics=kinematics, mode=mode)
+    kinematics, mode, motion = wanted["engine"]
+    engine = concordem.yade.take_over(kinematics=kinematics, mode=mode, motion=motion)
 for _ in range(wanted["warmup"] - 2):
     O.step()
 O.timingEnabled = True

@@ -4,21 +4,20 @@
 //! the host's bodies and adds them to the host's forces; the host does the rest (bonded engine).
 
 mod clumps;
+mod host;
+mod motion;
 
 use std::collections::HashMap;
-use std::ffi::{CStr, c_void};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use concordem::assembly::assemble;
 use concordem::law::cpm::{CpmParameters, CpmState};
-use concordem::math::Vec3;
 use concordem::output::{checkpoint, hash};
-use concordem::prefetch::{AHEAD, prefetch};
 use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
 use concordem_yade::assembly::{
-    Assembly, Bodies, BodyState, Contacts, Origin, PAUSE_SOFT, PairParameters, PauseThreads, cell_of, motion_measure,
+    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, cell_of, motion_measure,
 };
 use concordem_yade::own_thread;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -30,52 +29,21 @@ use crate::arrays::{
     Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, tensors, vectors,
 };
 use crate::errors::{OrRaise, caught, of_assembly};
-use crate::memory::{peek, targets};
 use crate::scenario::{Scenario, table_of};
 use crate::shared::{Access, Shared};
 use crate::state::contact_table;
 use crate::warnings::warn;
 use crate::work::{guarded, inside, pool};
+use host::{Engines, Host};
+use motion::{Motion, MotionLayout};
 
-/// A host function that adds a vector to the force or torque of a body. Arguments: `this`, id, vector.
-type AddVector = unsafe extern "C" fn(*mut c_void, i32, *const f64);
-
-/// Address of a function of the host.
-fn symbol(name: &CStr) -> PyResult<*mut c_void> {
-    // Safety: the name ends with a zero byte.
-    let address = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
-    if address.is_null() {
-        return Err(PyRuntimeError::new_err(format!(
-            "YADE does not export {}; use a tested version",
-            name.to_string_lossy()
-        )));
-    }
-    Ok(address)
-}
-
-/// Memory layout of the host's bodies and forces.
-struct Host {
-    /// Vector of shared pointers to bodies.
-    bodies: usize,
-    /// Offset of the pointer to the state in a body.
-    state: usize,
-    /// Offsets in a state: position, velocity, angular velocity, orientation, prescribed degrees of freedom.
-    fields: [usize; 5],
-    /// Object of the forces.
-    forces: usize,
-    add_force: AddVector,
-    add_torque: AddVector,
-    /// OpenMP function that stops waiting threads; `None` if the host does not use OpenMP.
-    pause: Option<PauseThreads>,
-    /// Body and state of every id when the host was attached.
-    seen: Vec<(u64, u64)>,
-    /// Particles in the order of their ids, which is the order of the host's forces in memory.
-    by_id: Vec<u32>,
-}
+const NO_HOST: &str = "no host is attached; call attach() first";
 
 struct Inner {
     assembly: Assembly,
     host: Option<Host>,
+    /// The engines of the host's scene when they were last checked.
+    engines: Option<Engines>,
 }
 
 /// An assembly that a host drives.
@@ -246,6 +214,14 @@ impl Hosted {
         Self::new(made.map_err(PyValueError::new_err)?, threads)
     }
 
+    /// A copy of the bonds of the native engine, from the words that it saves with its scene.
+    #[staticmethod]
+    #[pyo3(signature = (words, threads=None))]
+    fn of_words(words: &[u8], threads: Option<usize>) -> PyResult<Self> {
+        let words: Vec<i32> = words.as_chunks().0.iter().map(|&word| i32::from_le_bytes(word)).collect();
+        Self::new(Assembly::from_words(&words).map_err(PyValueError::new_err)?, threads)
+    }
+
     /// Compute `steps` whole steps with our solver; returns the number of bonds that broke.
     fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<u64> {
         let mut left = steps;
@@ -273,46 +249,51 @@ impl Hosted {
     /// `container`: the vector of bodies; `forces`: the object of the forces; `offsets`: of the state in a body, and of
     /// position, velocity, angular velocity, orientation, and prescribed degrees of freedom in a state.
     fn attach(&self, py: Python<'_>, container: usize, forces: usize, offsets: [usize; 6]) -> PyResult<()> {
-        let add_force = symbol(c"_ZN4yade14ForceContainer8addForceEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE")?;
-        let add_torque = symbol(c"_ZN4yade14ForceContainer9addTorqueEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE")?;
-        // Safety: a member function of that mangled name takes `this`, an int, and a reference to three doubles.
-        let adding = |address| unsafe { std::mem::transmute::<*mut c_void, AddVector>(address) };
-        let (add_force, add_torque) = (adding(add_force), adding(add_torque));
-        // Safety: OpenMP's function takes an enumeration, which is an int, and gives an int.
-        let pausing = |address| unsafe { std::mem::transmute::<*mut c_void, PauseThreads>(address) };
-        let pause = symbol(c"omp_pause_resource_all").ok().map(pausing);
         let mut inner = self.lock()?;
-        // Safety: the caller's promise.
-        let bodies = unsafe { targets(container) };
-        let mut seen = Vec::with_capacity(inner.assembly.state.particles.len());
-        for &id in &inner.assembly.state.particles.id {
-            let body = bodies.get(id as usize).copied().filter(|&body| body != 0);
-            let body = body.ok_or_else(|| PyRuntimeError::new_err(format!("the host has no body {id}")))?;
-            // Safety: a body of the host.
-            seen.push((body, unsafe { peek::<u64>(body as usize + offsets[0]) }));
-        }
-        let ids = &inner.assembly.state.particles.id;
-        let mut by_id: Vec<u32> = (0..ids.len() as u32).collect();
-        by_id.sort_unstable_by_key(|&p| ids[p as usize]);
-        let host = Host {
-            bodies: container,
-            state: offsets[0],
-            fields: [offsets[1], offsets[2], offsets[3], offsets[4], offsets[5]],
-            forces,
-            add_force,
-            add_torque,
-            pause,
-            seen,
-            by_id,
-        };
+        let host = Host::new(&inner.assembly.state.particles.id, container, forces, offsets)?;
         inner.change(py, |inner| inner.host = Some(host))
     }
 
-    /// Compute the forces at the positions of the host's bodies and add them to the host's forces; returns the number of bonds that
-    /// broke.
+    /// Move the bodies in `contact_step`, in place of the host's integrator; `None`: the host moves them. Returns the number of bodies
+    /// of the host; with another number, `undisturbed` is false.
+    #[pyo3(signature = (layout))]
+    fn move_bodies(&self, py: Python<'_>, layout: Option<MotionLayout>) -> PyResult<usize> {
+        let mut inner = self.lock()?;
+        let host = inner.host.as_ref().ok_or_else(|| PyRuntimeError::new_err(NO_HOST))?;
+        let count = host.body_count();
+        let motion = layout.map(|layout| Motion::new(layout, count)).transpose()?;
+        inner.change(py, move |inner| {
+            if let Some(host) = &mut inner.host {
+                host.motion = motion;
+            }
+            count
+        })
+    }
+
+    /// Number of bodies of the host, deleted ones included.
+    #[getter]
+    fn body_count(&self, py: Python<'_>) -> PyResult<usize> {
+        self.read(py)?.host.as_ref().map(Host::body_count).ok_or_else(|| PyRuntimeError::new_err(NO_HOST))
+    }
+
+    /// Remember the host's engines. `container`: their vector; `dead`: offset of that flag in an engine.
+    fn watch(&self, py: Python<'_>, container: usize, dead: usize) -> PyResult<()> {
+        self.lock()?.change(py, |inner| inner.engines = Some(Engines::new(container, dead)))
+    }
+
+    /// Whether the host has the engines of the last `watch`, with the same flags, and, if the bodies are moved here, its integrator and its
+    /// number of bodies are as they were.
+    fn undisturbed(&self, py: Python<'_>) -> PyResult<bool> {
+        let inner = self.read(py)?;
+        let same = inner.engines.as_ref().is_some_and(Engines::are_the_same);
+        let moved = inner.host.as_ref().and_then(|host| Some((host.motion.as_ref()?, host.body_count())));
+        Ok(same && moved.is_none_or(|(motion, bodies)| motion.is_undisturbed(bodies)))
+    }
+
+    /// Compute the forces at the positions of the host's bodies and add them to the host's forces; with `move_bodies`, move the bodies as
+    /// well. Returns whether the host's collider must search, because a body that was moved here has left its bound.
     #[pyo3(signature = (dt, cell=None))]
-    fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<usize> {
-        const NO_HOST: &str = "no host is attached; call attach() first";
+    fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<bool> {
         // A reader may hold the lock while it makes objects of Python.
         let mut inner = self.read(py)?;
         let cell = cell.map(|cell| cell_from(cell, dt));
@@ -323,32 +304,22 @@ impl Hosted {
             // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
             unsafe { pause(PAUSE_SOFT) };
         }
-        let broken = inner.change_here(py, |Inner { assembly, host }| {
+        let done = inner.change_here(py, |Inner { assembly, host, .. }| {
             let host = host.as_ref().ok_or(NO_HOST)?;
             let step = || {
-                gather(assembly, host, dt)?;
+                host.gather(assembly, dt)?;
                 assembly.find_forces(dt, cell, false)
             };
             match pool {
-                Some(pool) => own_thread::inside(pool, step),
-                None => inside(None, step),
-            }
+                Some(pool) => own_thread::inside(pool, step)?,
+                None => inside(None, step)?,
+            };
+            // On this thread, in whose part of the host's forces they go.
+            host.add_forces(assembly);
+            let Some(motion) = &host.motion else { return Ok(false) };
+            Ok::<_, String>(motion.step(host, &assembly.state.particles.id, dt, pool))
         })?;
-        let broken = broken.map_err(PyRuntimeError::new_err)?;
-        let Inner { assembly, host } = &*inner;
-        let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err(NO_HOST))?;
-        let this = host.forces as *mut c_void;
-        let (ids, force, torque) = (&assembly.state.particles.id, assembly.solver.forces(), assembly.solver.torques());
-        for &p in &host.by_id {
-            let p = p as usize;
-            let (id, force, torque) = (ids[p] as i32, &force[p], &torque[p]);
-            // Safety: `this` is the host's object, and bodies with these ids exist (compared in `gather`).
-            unsafe {
-                (host.add_force)(this, id, force.as_ptr());
-                (host.add_torque)(this, id, torque.as_ptr());
-            }
-        }
-        Ok(broken)
+        done.map_err(PyRuntimeError::new_err)
     }
 
     /// Positions, motion, and body ids of the particles.
@@ -389,9 +360,9 @@ impl Hosted {
     /// moment. `present`: positions and branch vectors of the host's bodies now, as in YADE's operators; else those of the last step.
     fn forces<'py>(&self, py: Python<'py>, present: bool) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.read(py)?;
-        let Inner { assembly, host } = &*inner;
+        let Inner { assembly, host, .. } = &*inner;
         let now =
-            if present { host.as_ref().map(|host| present_positions(assembly, host)).transpose() } else { Ok(None) };
+            if present { host.as_ref().map(|host| host.present_positions(assembly)).transpose() } else { Ok(None) };
         let now = now.map_err(PyRuntimeError::new_err)?;
         let c = inside(self.pool.as_ref(), || assembly.last_forces(now.as_deref()));
         let positions = vectors(py, now.as_deref().unwrap_or(&assembly.state.particles.position))?.into_any();
@@ -528,69 +499,12 @@ fn hosted_text(path: PathBuf) -> PyResult<String> {
 impl Hosted {
     fn new(assembly: Assembly, threads: Option<usize>) -> PyResult<Self> {
         let inner = Shared::new(
-            Inner { assembly, host: None },
+            Inner { assembly, host: None, engines: None },
             "another thread is using the assembly; wait for it",
             "the assembly failed in the middle of a step, so its state is invalid; build it again",
         );
         Ok(Self { inner, pool: pool(threads)? })
     }
-}
-
-/// Positions of the host's bodies now, in the order of the particles.
-fn present_positions(assembly: &Assembly, host: &Host) -> Result<Vec<Vec3>, String> {
-    // Safety: the container belongs to the scene, which the caller has checked.
-    let (begin, end): (usize, usize) = unsafe { (peek(host.bodies), peek(host.bodies + 8)) };
-    let count = (end - begin) / 16;
-    let of = |(&id, &(body, object)): (&u32, &(u64, u64))| {
-        let id = id as usize;
-        // Safety: as in `gather`.
-        let now = if id < count { unsafe { peek::<u64>(begin + 16 * id) } } else { 0 };
-        if now != body || unsafe { peek::<u64>(body as usize + host.state) } != object {
-            return Err(format!("body {id} was deleted or replaced, but has bonds"));
-        }
-        // Safety: a field of the state of an existing body.
-        Ok(unsafe { Vec3::from(peek::<[f64; 3]>(object as usize + host.fields[0])) })
-    };
-    assembly.state.particles.id.iter().zip(&host.seen).map(of).collect()
-}
-
-/// Read positions and motion of the host's bodies; an error if a body was deleted or replaced since `attach`.
-fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> Result<(), String> {
-    // Safety: the container belongs to the scene, which the caller has checked.
-    let (begin, end): (usize, usize) = unsafe { (peek(host.bodies), peek(host.bodies + 8)) };
-    let count = (end - begin) / 16;
-    let (rotation, constraint) = (assembly.needs_rotation, assembly.needs_constraint);
-    let fields = if rotation { 4 } else { 3 };
-    assembly.take_motions(dt, |k, id| {
-        let (id, (body, object)) = (id as usize, host.seen[k]);
-        // Prefetch, because bodies are scattered in memory.
-        if let Some(&(body, object)) = host.seen.get(k + AHEAD) {
-            prefetch(body as usize + host.state);
-            for field in &host.fields[..fields] {
-                prefetch(object as usize + field);
-            }
-        }
-        // Safety: within the vector; the body is read only if it has the address seen at first. (If a body was erased and
-        // another created at the same address, reading it is still valid.)
-        let now = if id < count { unsafe { peek::<u64>(begin + 16 * id) } } else { 0 };
-        if now != body || unsafe { peek::<u64>(body as usize + host.state) } != object {
-            return Err(format!(
-                "body {id} was deleted or replaced, but has bonds; call remove() of the engine before"
-            ));
-        }
-        let at = |field: usize| object as usize + host.fields[field];
-        // Safety: fields of the state of an existing body.
-        let three = |field: usize| unsafe { Vec3::from(peek::<[f64; 3]>(at(field))) };
-        Ok(BodyState {
-            position: three(0),
-            velocity: three(1),
-            angular_velocity: three(2),
-            // Safety: as above.
-            orientation: if rotation { unsafe { peek(at(3)) } } else { [0.0; 4] },
-            // Safety: as above.
-            constraint: if constraint { unsafe { peek(at(4)) } } else { 0 },
-        })
-    })
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

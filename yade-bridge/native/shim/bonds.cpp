@@ -585,13 +585,30 @@ void BondedEngine_Rust::release()
 	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 }
 
+namespace {
+	/* The bonds as the library saves them. */
+	vector<int> saved(const ConcordemBonds* bonds)
+	{
+		vector<int> words;
+		Reason      reason;
+		const auto  take = [](void* to, const int32_t* from, size_t count) { static_cast<vector<int>*>(to)->assign(from, from + count); };
+		if (concordem_yade_bonds_words(bonds, take, &words, reason) < 0) refuse(reason.text);
+		return words;
+	}
+} // namespace
+
+boost::python::object BondedEngine_Rust::words()
+{
+	scene = Omega::instance().getScene().get();
+	facts();
+	if (!bonds) refuse("there are no bonds yet; take a step or call takeOver() first");
+	const vector<int> found = saved(bonds.get());
+	return boost::python::object(boost::python::handle<>(PyBytes_FromStringAndSize(reinterpret_cast<const char*>(found.data()), found.size() * sizeof(int))));
+}
+
 void BondedEngine_Rust::preSave(BondedEngine_Rust&)
 {
-	if (!bonds) return;
-	Reason reason;
-	memory.clear();
-	const auto take = [](void* to, const int32_t* words, size_t count) { static_cast<vector<int>*>(to)->assign(words, words + count); };
-	if (concordem_yade_bonds_words(bonds.get(), take, &memory, reason) < 0) refuse(reason.text);
+	if (bonds) memory = saved(bonds.get());
 }
 
 } // namespace yade

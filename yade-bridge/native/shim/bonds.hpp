@@ -47,6 +47,8 @@ public:
 	bool isMissingIn(const Scene&) const;
 	void takeOver();
 	void release();
+	/* A copy of the bonds as Python's bytes, which the package reads. */
+	boost::python::object words();
 	void preSave(BondedEngine_Rust&);
 	void postSave(BondedEngine_Rust&) { memory.clear(); }
 
@@ -73,6 +75,7 @@ public:
 		.def("takeOver",&BondedEngine_Rust::takeOver,"Take over the bonds now. Call it between two steps.")
 		.def("release",&BondedEngine_Rust::release,"Delete the bonds; YADE handles contacts between the bodies again. CpmStateUpdater stays dead.")
 		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress of the periodic cell, or of a body of this volume (m³), from bonds and contacts: σ = (1/V) Σ l⊗f, Pa, tension positive; first index: branch vector. Forces of the last step, branch vectors between the present positions, as in getStress.")
+		.def("words",&BondedEngine_Rust::words,"A copy of the bonds as bytes, for concordem.yade, which adds the methods contacts(), forces(), temperatures(), interactions(), give_back(), and write_vtk().")
 		.def("check",&BondedEngine_Rust::check,"Raise an error unless the engine is in its place in O.engines, has acted in every step, and settings and bodies are those of the take-over. O.run and O.step call it.")
 		.add_property("bondCount",&BondedEngine_Rust::bondCount_get,"Number of intact bonds.")
 		.add_property("broken",&BondedEngine_Rust::broken_get,"Number of bonds broken since the take-over.")

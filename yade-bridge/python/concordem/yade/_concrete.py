@@ -457,6 +457,20 @@ def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> No
     scatter(contacts.geom, "ScGeom.contactPoint", concrete.bodies.positions[concrete.pair[:, 0]] + normal * arm[:, None])
 
 
+def write_states(solver: _core.Hosted) -> None:
+    """Write damage, broken bonds, and stress of the particles to YADE's CpmState, as CpmStateUpdater does."""
+    everything = bodies()
+    row = np.full(int(everything.ids.max()) + 1, -1, np.int64)
+    row[everything.ids] = np.arange(len(everything.ids))
+    state = everything.state[row[solver.bodies()["id"]]]
+    if not of_class(state, "CpmState.vtable").all():
+        raise refuse("update_states needs CpmState, which some bodies do not have; do not use it", "NotConcrete")
+    damage, lost, stress = solver.particle_results()
+    scatter(state, "CpmState.normDmg", damage)
+    _core.memory_scatter_i32(state, host().layout["CpmState.numBrokenCohesive"], lost.astype(np.int32))
+    scatter(state, "CpmState.stress", stress)
+
+
 def add_to_clock(steps: int, dt: float) -> None:
     """Advance YADE's clock by `steps` steps of `dt` (s)."""
     yade = host()

@@ -7,6 +7,8 @@ breakage. Forces are added through YADE's `ForceContainer::addForce`.
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import os
 from contextlib import AbstractContextManager
 from typing import Any
@@ -18,10 +20,11 @@ from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
 from . import _hooks, _interactions, _rules, _thread_state, _vtk
-from ._concrete import Concrete, cell_of, class_of, engine_of, scatter, sort_anew
+from ._concrete import Concrete, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
+from ._motion import Motion, free_bit
 from ._rules import refuse
-from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, is_at_rest, of_class
+from ._scene import Bodies, Reals, at_rest, bodies, gather, host, is_at_rest, of_class
 
 _registered: dict[str, BondedEngine] = {}
 
@@ -95,8 +98,8 @@ class BondedEngine:
         self._placed = False
         #: The iteration in which the engine must act next.
         self._next = 0
-        #: Addresses and `dead` of O.engines when they were last checked.
-        self._checked = b""
+        #: What moves the bodies in place of NewtonIntegrator; None: NewtonIntegrator moves them.
+        self._motion = Motion(self) if kind.get("motion") else None
         #: Whether the last check failed.
         self._suspect = False
         #: Whether the bonds are interactions of YADE, too, for a script that reads them.
@@ -127,8 +130,13 @@ class BondedEngine:
 
     def _is_here(self) -> bool:
         """Whether the scene at this address still is the one with the bonded bodies."""
-        if known_pointer(self._scene + host().layout["Scene.bodies"]) != self._container:
+        layout = host().layout
+        if known_pointer(self._scene + layout["Scene.bodies"]) != self._container:
             return False
+        # The first body tells it in nearly every step.
+        first, count = int(self.ids[0]), self.solver.body_count
+        if first < count and known_pointer(known_pointer(self._container + layout["bodies.vector"]) + 16 * first) == self._first:
+            return True
         return bool((self._bodies_now() == self._bodies).any())
 
     def _facts_of_bodies(self) -> tuple[NDArray[np.uint64], Reals]:
@@ -139,6 +147,7 @@ class BondedEngine:
         """Remember what must not change."""
         omega = host().omega
         self._bodies = self._bodies_now()
+        self._first = int(self._bodies[0])
         self._materials, self._radii = self._facts_of_bodies()
         self._watched: list[Any] = []
         if self._kind["kind"] == "concrete":
@@ -156,25 +165,21 @@ class BondedEngine:
         mine = [k for k, engine in enumerate(engines) if getattr(engine, "command", "") == command]
         _rules.refuse_order(engines, mine, self._title)
         _rules.refuse_blind_engines(engines)
+        if self._motion is not None and self._motion.active:
+            self._motion.check_engines(engines, mine[0])
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place in O.engines and has acted in every step; `deep`: and unless the settings
         and bodies are those of the take-over."""
-        if self._shown:
-            raise refuse(
-                f"the bonds of {self._title} are shown as interactions, whose forces YADE would add a second time; leave the block "
-                "`with engine.interactions()` before the next step",
-                "Shown",
-            )
-        yade = host()
-        omega, layout = yade.omega, yade.layout
+        _rules.refuse_shown(self._shown, self._title)
+        omega = host().omega
         deep = deep or self._suspect
-        self._suspect = True
-        engines = _core.memory_targets(self._scene + layout["Scene.engines"])
-        now = engines.tobytes() + _core.memory_gather(engines, layout["Engine.dead"], "u8", 1).tobytes()
-        if deep or now != self._checked:
+        if deep or not self.solver.undisturbed():
+            self._suspect = True
+            if self._motion is not None and self._motion.active:
+                self._motion.adopt()
             self.check_engines(omega.engines)
-            self._checked = now
+            self.solver.watch(self._scene + host().layout["Scene.engines"], host().layout["Engine.dead"])
         _rules.refuse_skipped(self._next, omega.iter, self._title)
         if deep:
             self._check_settings()
@@ -186,6 +191,8 @@ class BondedEngine:
             _rules.refuse_changes(self._settings, _rules.settings(omega.engines, self._watched), self._title)
         if (self._bodies_now() != self._bodies).any():
             return  # the next step reports it
+        if self._motion is not None and self._motion.active:
+            self._motion.check()
         materials, radii = self._facts_of_bodies()
         if self._settings and (materials != self._materials).any():
             body = int(self.ids[materials != self._materials][0])
@@ -217,29 +224,13 @@ class BondedEngine:
             raise refuse(f"the bodies have {len(distinct)} different groupMasks; give all bonded bodies the same", "Masks")
         collider = engine_of("InsertionSortCollider")
         used = int(np.bitwise_or.reduce(masks)) | collider.avoidSelfInteractionMask
-        free = [bit for bit in range(30) if not used >> bit & 1]
-        if not free:
-            raise refuse("all bits of the bodies' groupMask are in use; free one", "Masks")
-        bit = 1 << free[-1]
+        bit = free_bit(used)
         for number in self.ids:
             omega.bodies[int(number)].groupMask = int(distinct[0]) | bit
         collider.avoidSelfInteractionMask |= bit
         self._kind["mask"] = bit
-        self._clear_interactions()
+        _interactions.clear_between(self.ids)
         sort_anew()
-
-    def _clear_interactions(self) -> None:
-        """Remove the interactions between our bodies from YADE."""
-        omega = host().omega
-        found = interactions()
-        inner = np.isin(found.id1, self.ids) & np.isin(found.id2, self.ids)
-        if inner.all():
-            omega.interactions.clear()
-            return
-        for one, two in zip(found.id1[inner], found.id2[inner]):
-            omega.interactions.erase(int(one), int(two))
-        # Erasing by ids leaves potential contacts, which would become real again where spheres overlap.
-        omega.interactions.eraseNonReal()
 
     def remove(self) -> None:
         """Remove the engine from O.engines and delete its bonds; YADE handles contacts between the bodies again. To keep the bonds, use
@@ -250,6 +241,8 @@ class BondedEngine:
     def _take_out(self) -> None:
         """Remove the engine from O.engines and from the collider's mask."""
         yade = host()
+        if self._motion is not None and self._motion.active:
+            self._motion.end()
         self._placed = False
         yade.omega.engines = [e for e in yade.omega.engines if getattr(e, "command", "") != _command(self.name)]
         bit = self._kind.get("mask", 0)
@@ -264,10 +257,16 @@ class BondedEngine:
 
     def _put_in(self) -> None:
         """Undo :meth:`_take_out`."""
+        if self._motion is not None:
+            self._motion.begin()
         self._mask()
         self._insert()
         self._next = host().omega.iter + 1
         self._placed = True
+
+    def _as_yades(self) -> AbstractContextManager[None]:
+        """Within this, the scene looks as if YADE moved the bodies."""
+        return self._motion.suspended() if self._motion is not None and self._motion.active else contextlib.nullcontext()
 
     def _release(self) -> None:
         _registered.pop(self.name, None)
@@ -321,7 +320,9 @@ class BondedEngine:
         self.check(deep=omega.iter % 64 == 0)
         self._next = omega.iter + 1
         try:
-            self.solver.contact_step(omega.dt, cell_of(omega) if omega.periodic else None)
+            if self.solver.contact_step(omega.dt, cell_of(omega) if omega.periodic else None):
+                # As if NewtonIntegrator had found such a body.
+                ctypes.c_bool.from_address(scene + yade.layout["Scene.doSort"]).value = True
         except (RuntimeError, ValueError) as error:
             raise YadeError(f'the bonded engine "{self.name}" at iteration {omega.iter}: {error}', "Step") from error
         if self._update_states and omega.iter % self._update_states == 0:
@@ -375,18 +376,7 @@ class BondedEngine:
 
     def update_states(self) -> None:
         """Write damage, broken bonds, and stress of the particles to YADE's CpmState, as CpmStateUpdater does."""
-        yade = host()
-        everything = bodies()
-        row = np.full(int(everything.ids.max()) + 1, -1, np.int64)
-        row[everything.ids] = np.arange(len(everything.ids))
-        now = self.solver.bodies()
-        state = everything.state[row[now["id"]]]
-        if not of_class(state, "CpmState.vtable").all():
-            raise refuse("update_states needs CpmState, which some bodies do not have; do not use it", "NotConcrete")
-        damage, lost, stress = self.solver.particle_results()
-        scatter(state, "CpmState.normDmg", damage)
-        _core.memory_scatter_i32(state, yade.layout["CpmState.numBrokenCohesive"], lost.astype(np.int32))
-        scatter(state, "CpmState.stress", stress)
+        write_states(self.solver)
 
 
 def take_over(
@@ -395,13 +385,17 @@ def take_over(
     mode: str = "yade-public",
     update_states: int = 0,
     threads: int | None = None,
+    motion: bool = False,
 ) -> BondedEngine:
     """Take over the bonds of a concrete scene (YADE's CPM) with their histories; our solver computes them from now on.
 
     `O.run` works as before, but O.interactions no longer contains the contacts between the spheres. The defaults reproduce YADE's law
     up to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`: write CpmState every `update_states`
     steps; YADE's CpmStateUpdater is then set to dead=True. Results are bitwise equal for any number of threads, here and in YADE
-    (``-j``). Raises YadeError if the scene is not supported.
+    (``-j``).
+
+    `motion`: the engine also moves its bodies, in place of NewtonIntegrator and with the same bits, which is faster; NewtonIntegrator keeps
+    the other bodies and all settings. Raises YadeError if the scene is not supported.
     """
     at_rest()
     concrete = Concrete()
@@ -417,6 +411,7 @@ def take_over(
         "update_states": update_states,
         "laws": concrete.laws(mode),
         "materials": len(concrete.materials),
+        "motion": motion,
     }
     if not solver.bond_count:
         raise refuse(
@@ -432,6 +427,8 @@ def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
     disabled = [other for other in omega.engines if class_of(other) == replaced and not other.dead]
     engine._attach()
     try:
+        if engine._motion is not None:
+            engine._motion.begin()
         engine._mask()
         engine._insert()
         for other in disabled:
@@ -443,6 +440,8 @@ def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
     except Exception:
         for other in disabled:
             other.dead = False
+        if engine._motion is not None and engine._motion.active:
+            engine._motion.end()
         _registered.pop(engine.name, None)
         engine.attached = False
         raise
@@ -457,13 +456,14 @@ def bond(
     name: str = "bonds",
     kinematics: str = "finite",
     threads: int | None = None,
+    motion: bool = False,
     **tables: Any,
 ) -> BondedEngine:
     """Bond spheres of the scene with any ConcorDEM law: concrete, cohesive beams, linear bonds, with or without deformable particles.
 
     `material`, `bonds`, and `contacts` are tables of a scenario; `tables` are its other tables and keys (`deformable`, `dimension`,
     ...). Without `bonds`, all contacts are unbonded; without `contacts`, unbonded particles pass through each other. `ids`: the
-    spheres; default all. Masses and motion are those of YADE's bodies. Raises YadeError if the scene is not supported,
+    spheres; default all. Masses and motion are those of YADE's bodies. `motion`: as in :func:`take_over`. Raises YadeError if the scene is not supported,
     ScenarioError if the tables are invalid.
 
     >>> concordem.yade.bond(                                                       # doctest: +SKIP
@@ -505,7 +505,7 @@ def bond(
     solver = _hosted_of(scenario, mine, omega.dt, threads)
     if bonds and not solver.bond_count:
         raise refuse("the spheres are too far apart for bonds; increase bonds.interaction_ratio", "NoBonds")
-    kind = {"kind": "scenario", "scenario": scenario.text}
+    kind = {"kind": "scenario", "scenario": scenario.text, "motion": motion}
     return _begin(BondedEngine(name, solver, mine.ids, kind))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from typing import TYPE_CHECKING, Any, Iterator
+from typing import Any, Iterator, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,6 @@ from .. import _core
 from ._concrete import class_of, create_interactions, scatter, sort_anew, write_contacts, write_images
 from ._rules import refuse
 from ._scene import Ints, Reals, at_rest, gather, host, interactions, of_class
-
-if TYPE_CHECKING:
-    from ._engine import BondedEngine
 
 
 def table_of(solver: _core.Hosted) -> dict[str, NDArray[Any]]:
@@ -35,7 +32,51 @@ def table_of(solver: _core.Hosted) -> dict[str, NDArray[Any]]:
     return found
 
 
-def give_back(engine: BondedEngine) -> dict[str, int]:
+def clear_between(ids: Ints) -> None:
+    """Remove the interactions between these bodies from YADE."""
+    omega = host().omega
+    found = interactions()
+    inner = np.isin(found.id1, ids) & np.isin(found.id2, ids)
+    if inner.all():
+        omega.interactions.clear()
+        return
+    for one, two in zip(found.id1[inner], found.id2[inner]):
+        omega.interactions.erase(int(one), int(two))
+    # Erasing by ids leaves potential contacts, which would become real again where spheres overlap.
+    omega.interactions.eraseNonReal()
+
+
+class Bonds(Protocol):
+    """A bonded engine, with or without headers."""
+
+    name: str
+    _kind: dict[str, Any]
+    _placed: bool
+    _next: int
+    _shown: bool
+    _update_states: int
+
+    @property
+    def solver(self) -> _core.Hosted:
+        """The bonds."""
+
+    @property
+    def ids(self) -> Ints:
+        """Ids of the bodies."""
+
+    def check(self, deep: bool) -> None:
+        """Raise YadeError unless the scene is as the engine needs it."""
+
+    def update_states(self) -> None:
+        """Write CpmState."""
+
+    def _take_out(self) -> None: ...
+    def _put_in(self) -> None: ...
+    def _release(self) -> None: ...
+    def _as_yades(self) -> contextlib.AbstractContextManager[None]: ...
+
+
+def give_back(engine: Bonds) -> dict[str, int]:
     """See :meth:`BondedEngine.give_back`."""
     at_rest()
     if engine._kind["kind"] != "concrete":
@@ -59,7 +100,7 @@ def give_back(engine: BondedEngine) -> dict[str, int]:
         counts = write_contacts(engine.solver, engine._kind["mode"])
     except BaseException:
         # Nothing is lost: the bonds act again.
-        engine._clear_interactions()
+        clear_between(engine.ids)
         engine._put_in()
         raise
     engine._release()
@@ -71,7 +112,7 @@ def give_back(engine: BondedEngine) -> dict[str, int]:
 
 
 @contextlib.contextmanager
-def shown(engine: BondedEngine) -> Iterator[None]:
+def shown(engine: Bonds) -> Iterator[None]:
     """See :meth:`BondedEngine.interactions`."""
     at_rest()
     if engine._shown:
@@ -80,15 +121,16 @@ def shown(engine: BondedEngine) -> Iterator[None]:
     engine.check(deep=True)
     engine._shown = True
     try:
-        _create(engine)
+        with engine._as_yades():
+            _create(engine)
         yield
     finally:
-        engine._clear_interactions()
+        clear_between(engine.ids)
         sort_anew()
         engine._shown = False
 
 
-def _create(engine: BondedEngine) -> None:
+def _create(engine: Bonds) -> None:
     if engine._kind["kind"] == "concrete":
         write_contacts(engine.solver, engine._kind["mode"])
         return

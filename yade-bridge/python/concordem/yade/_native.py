@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import YadeError
-from . import _hooks, _rules
+from . import _hooks, _native_bonds, _rules
 
 #: Classes of the plugin that are written by hand, bases first; those of other laws are generated (:func:`classes`).
 CLASSES = (
@@ -155,6 +155,7 @@ def load(path: Path | None = None) -> None:
             raise YadeError(f"YADE did not register the class {name}; please report this", "Layout")
         setattr(yade, name, made)
         setattr(builtins, name, made)
+    _native_bonds.add_methods(yade.wrapper.BondedEngine_Rust)
     library.concordem_yade_abandoned.restype = ctypes.py_object
     _library = library
     _hooks.sources.append(_here)
@@ -166,7 +167,7 @@ class _Engine:
 
     def __init__(self, engine: Any, place: int = -1, lost: str = "") -> None:
         self._engine, self._place, self._lost = engine, place, lost
-        self._shown = False
+        self._shown = engine is not None and _native_bonds.is_shown(engine)
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place and alive; in its steps, it checks the rest itself."""
@@ -174,6 +175,7 @@ class _Engine:
             raise YadeError(self._lost, "EngineLost")
         import yade.wrapper
 
+        _rules.refuse_shown(self._shown, "BondedEngine_Rust")
         _rules.refuse_order(yade.wrapper.Omega().engines, [self._place], "BondedEngine_Rust")
         if deep:
             self._ask()
@@ -182,6 +184,10 @@ class _Engine:
         """Raise YadeError unless the engine works in O.engines. It checks a new list in its next step."""
         if not any(type(engine).__name__ == "BondedEngine_Rust" for engine in engines):
             _rules.refuse_order(engines, [], "BondedEngine_Rust")
+
+    def interactions(self) -> Any:
+        """Show the bonds as interactions."""
+        return self._engine.interactions()
 
     def _ask(self) -> None:
         try:

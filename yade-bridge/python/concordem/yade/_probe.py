@@ -7,7 +7,7 @@ import struct
 from typing import Any
 
 from .._errors import YadeError
-from ._memory import Finder, address_of, flag_offset, memory, pack_int, pack_mask, pack_matrix, pack_real
+from ._memory import Finder, address_of, flag_offset, memory, pack_int, pack_mask, pack_matrix, pack_real, usable_size
 
 #: Offsets of fields, bytes, by "Class.field"; addresses of method tables by "Class.vtable".
 Layout = dict[str, int]
@@ -17,7 +17,8 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "State": ("pos", "vel", "angVel", "inertia", "mass", "refPos", "ori", "blockedDOFs"),
     "Scene": ("iter", "time"),
     "Sphere": ("radius",),
-    "Body": ("id", "groupMask", "state", "shape", "material"),
+    "Body": ("id", "groupMask", "state", "shape", "material", "bound"),
+    "Bound": ("refPos", "sweepLength"),
     "Interaction": ("id1", "id2", "geom", "phys"),
     # YADE stores refR1 and refR2 also as radius1 and radius2: at the same offset.
     "ScGeom": ("normal", "contactPoint", "refR1", "refR2", "penetrationDepth", "shearInc"),
@@ -126,6 +127,9 @@ class Observer:
         find.observe_pointer("state", at_body, at_state)
         find.observe_pointer("shape", at_body, at_shape)
         find.observe_pointer("material", at_body, address_of(body.material))
+        at_bound = address_of(body.bound)
+        find.observe_pointer("bound", at_body, at_bound)
+        self._reals("Bound", at_bound, body.bound, FIELDS["Bound"])
         find = self._find["CpmState"]
         find.observe("normDmg", at_state, pack_real(state.normDmg), 8)
         find.observe("stress", at_state, pack_matrix(state.stress), 8)
@@ -165,10 +169,14 @@ def find_layout(yade: Any) -> Layout:
 
     Raises YadeError if a field is not found.
     """
-    omega = yade.O
+    omega, w = yade.O, yade.wrapper
     make_scene(yade)
     observer = Observer(yade)
-    for _ in range(6):
+    for k in range(6):
+        # A new collider searches at once, and gives the bounds another length.
+        engines = omega.engines
+        collider = w.InsertionSortCollider(engines[1].boundDispatcher.functors, verletDist=0.05 + 0.003 * k)
+        omega.engines = [engines[0], collider, *engines[2:]]
         for _ in range(15):
             omega.step()
         observer.observe()
@@ -179,6 +187,7 @@ def find_layout(yade: Any) -> Layout:
     layout["CpmPhys.isCohesive"] = _cohesive_flag(contact.phys)
     layout["CpmState.numBrokenCohesive"] = _broken_count(omega.bodies[0].state)
     layout["Interaction.cellDist"] = find_cell_distance(yade, contact)
+    find_motion(yade, layout)
     find_containers(yade, layout, observer.real)
     find_engines(yade, layout)
     find_forces(yade, layout)
@@ -202,6 +211,57 @@ def _broken_count(state: Any) -> int:
             break
         finder.observe("numBrokenCohesive", address_of(state), pack_int(value))
     return finder.offset("numBrokenCohesive")
+
+
+def find_motion(yade: Any, layout: Layout) -> None:
+    """Find the settings of NewtonIntegrator and the flags of bodies that it reads."""
+    finder, w = Finder("NewtonIntegrator"), yade.wrapper
+    for k in range(1, 4):
+        newton = w.NewtonIntegrator(damping=0.17 * k, gravity=yade.Vector3(1.5 * k, -k, 0.25 * k), mask=90001 * k)
+        for field in ("damping", "gravity"):
+            finder.observe(field, address_of(newton), pack_real(getattr(newton, field)), 8)
+        finder.observe("mask", address_of(newton), pack_int(newton.mask))
+    layout.update((f"NewtonIntegrator.{field}", finder.offset(field)) for field in ("damping", "gravity", "mask"))
+
+    def set_damping_of_gravity(value: bool) -> None:
+        newton.dampGravity = value
+
+    layout["NewtonIntegrator.dampGravity"] = flag_offset("NewtonIntegrator", "dampGravity", newton, set_damping_of_gravity)
+    state = w.CpmState()
+
+    def set_damped(value: bool) -> None:
+        state.isDamped = value
+
+    layout["State.isDamped"] = flag_offset("State", "isDamped", state, set_damped)
+    layout["Scene.doSort"] = _sort_flag(yade.O._sceneObj)
+    # The flags of a body are bits of an int.
+    finder, body = Finder("Body"), w.Body()
+    values = []
+    for aspherical in (True, False):
+        for bounded in (True, False):
+            body.aspherical, body.bounded = aspherical, bounded
+            values.append(body.dict()["flags"])
+            finder.observe("flags", address_of(body), pack_int(values[-1]))
+    layout["Body.flags"] = finder.offset("flags")
+    layout["Body.aspherical"] = values[0] ^ values[2]
+
+
+def _sort_flag(scene: Any) -> int:
+    """Offset of `Scene.doSort`, which Python can only read: set bytes of the scene that are zero until Python reads it as set."""
+    address = address_of(scene)
+    places = []
+    for place, value in enumerate(memory.read(address, min(1024, usable_size(address)))):
+        if value:
+            continue
+        flag = ctypes.c_uint8.from_address(address + place)
+        flag.value = 1
+        seen = scene.doSort
+        flag.value = 0
+        if seen:
+            places.append(place)
+    if len(places) != 1 or scene.doSort:
+        raise YadeError(f"YADE's memory: Scene.doSort was found at {len(places)} offsets instead of one", "Layout")
+    return places[0]
 
 
 def find_cell_distance(yade: Any, contact: Any) -> int:

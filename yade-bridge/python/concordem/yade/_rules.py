@@ -76,8 +76,8 @@ def refuse_blind_engines(engines: Iterable[Any], replaced: str = "") -> None:
             if blind:
                 raise refuse(
                     f"VTKRecorder records {sorted(blind)} from O.interactions, where the bonds no longer are; keep only recorders of "
-                    "bodies, such as spheres and velocity (without headers, engine.write_vtk writes the bonds, and a recorder with "
-                    "dead=True works within `with engine.interactions():`)",
+                    "bodies, such as spheres and velocity (engine.write_vtk writes the bonds, and a recorder with dead=True works within "
+                    "`with engine.interactions():`)",
                     "BlindEngine",
                 )
 
@@ -131,6 +131,16 @@ def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]
     for material in materials:
         found.update((f"O.materials[{material.id}].{key}", repr(getattr(material, key))) for key in _MATERIAL)
     return found
+
+
+def refuse_shown(shown: bool, what: str) -> None:
+    """Raise YadeError if the bonds of an engine are shown as interactions."""
+    if shown:
+        raise refuse(
+            f"the bonds of {what} are shown as interactions, whose forces YADE would add a second time; leave the block "
+            "`with engine.interactions()` before the next step",
+            "Shown",
+        )
 
 
 def refuse_skipped(expected: int, now: int, what: str) -> None:

@@ -12,8 +12,9 @@ import numpy as np
 from .. import _core
 from . import _hooks
 from ._clumps import Clumps
-from ._concrete import cell_of, class_of, engine_of
+from ._concrete import cell_of, class_of
 from ._engine import BondedEngine, _hosted_of, _registered, engines
+from ._motion import only_integrator
 from ._rules import refuse
 from ._scene import at_rest, bodies, gather, host
 
@@ -50,6 +51,7 @@ def _write_bonds(path: str) -> list[str]:
             "name": engine.name,
             "ids": engine.ids.tolist(),
             "kind": engine._kind,
+            "motion_bit": engine._motion.bit if engine._motion is not None else 0,
             "losses": [counts.tolist() for counts in engine.solver.losses()],
         }
         engine.solver.save(beside, json.dumps(text))
@@ -138,10 +140,12 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
             kind["kinematics"],
             cell=cell_of(omega) if omega.periodic else None,
             threads=threads or omega.numThreads,
-            clumps=Clumps(found.ids).arrays(engine_of("NewtonIntegrator"), omega.dt),
+            clumps=Clumps(found.ids).arrays(only_integrator(omega.engines), omega.dt),
         )
     solver.restore(beside, *(np.array(counts, np.uint32) for counts in text["losses"]))
     engine = BondedEngine(text["name"], solver, ids, kind)
     engine._attach()
+    if engine._motion is not None:
+        engine._motion.resume(text["motion_bit"])
     engine._placed = True
     return engine

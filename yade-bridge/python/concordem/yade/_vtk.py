@@ -7,15 +7,12 @@ with 64-bit sizes, data encoded in base64.
 from __future__ import annotations
 
 import base64
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ._interactions import table_of
+from ._interactions import Bonds, table_of
 from ._scene import host
-
-if TYPE_CHECKING:
-    from ._engine import BondedEngine
 
 _TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
 
@@ -49,7 +46,7 @@ def _write(path: str, kind: str, piece: str) -> str:
     return path
 
 
-def write(engine: BondedEngine, prefix: str) -> list[str]:
+def write(engine: Bonds, prefix: str) -> list[str]:
     """See :meth:`BondedEngine.write_vtk`."""
     number = host().omega.iter
     table, now = table_of(engine.solver), engine.solver.bodies()

@@ -1,0 +1,320 @@
+"""Bonded bodies that the engine moves in place of NewtonIntegrator (motion=True), in stock YADE: the bits of NewtonIntegrator."""
+
+import os
+import random
+import sys
+import tempfile
+
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
+
+from specimen import *
+from harness import main, on_two_threads, raises
+from own_run import TABLES, alone, in_yade
+from yade import utils
+
+import concordem.yade as bridge
+from concordem import YadeError
+
+WORK = os.environ.get("BRIDGE_WORK") or tempfile.mkdtemp()
+
+
+def steps(count):
+    for _ in range(count):
+        O.step()
+
+
+def motion():
+    """Position, velocity, angular velocity, and orientation of all bodies."""
+    states = [body.state for body in O.bodies]
+    return np.array([(*s.pos, *s.vel, *s.angVel, *(s.ori[k] for k in range(4))) for s in states])
+
+
+def integrator():
+    return next(e for e in O.engines if isinstance(e, NewtonIntegrator))
+
+
+def same_bits(scene, count, **options):
+    """Compare a run in which NewtonIntegrator moves the bodies with one in which the engine does; return both engines."""
+    found = []
+    for ours in (False, True):
+        scene()
+        engine = bridge.take_over(motion=ours, **options)
+        steps(count)
+        found.append((motion(), engine.solver.state_hash(), engine))
+    (one, state, first), (two, other, second) = found
+    assert (one == two).all() and state == other, abs(one - two).max()
+    return first, second
+
+
+def scattered(damp_gravity):
+    """Spheres that never meet, with every combination of blocked degrees of freedom, damping, inertia, and angular velocities from 1e-9 to
+    1e5 rad/s, under permanent forces."""
+    chance = random.Random(7)
+    O.reset()
+    O.materials.append(FrictMat(young=1e6, density=1000))
+
+    def vector(size):
+        return Vector3(*(chance.gauss(0, size) for _ in range(3)))
+
+    for k in range(600):
+        number = O.bodies.append(utils.sphere((10 * (k % 20), 10 * (k // 20), 0), chance.uniform(0.1, 0.2), material=O.materials[0]))
+        state = O.bodies[number].state
+        state.vel, state.angVel = vector(1), vector(10 ** chance.uniform(-9, 5)) if k % 5 else Vector3(0, 0, 0)
+        state.ori = Quaternion(vector(1).normalized(), chance.uniform(0, 6))
+        state.inertia = Vector3(*(chance.uniform(0.1, 1) for _ in range(3)))
+        state.isDamped = bool(k % 4)
+        if k % 3:
+            state.blockedDOFs = "xyzXYZ" if k % 7 == 0 else "".join(c for c in "xyzXYZ" if chance.random() < 0.3)
+        O.forces.setPermF(number, vector(100))
+        O.forces.setPermT(number, vector(10))
+    O.dt = 1e-4
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb()], verletDist=0.01),
+        InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_FrictPhys()], [Law2_ScGeom_FrictPhys_CundallStrack()]),
+        NewtonIntegrator(damping=0.3, gravity=(1, -2, -9.81), dampGravity=damp_gravity),
+    ]
+
+
+@on_two_threads
+def test_bits_of_every_setting():
+    stiff = {"name": "any", "density": 1000, "linear_bond": {"normal_stiffness": 1.0, "shear_stiffness": 1.0}}
+    for damp_gravity in (True, False):
+        found = []
+        for ours in (False, True):
+            scattered(damp_gravity)
+            start = motion()
+            if ours:
+                bridge.bond(material=stiff, contacts={"law": "linear_bond"}, integration={"time_step": "100 us"}, motion=True)
+            steps(20)
+            # Settings and states may change at any time.
+            integrator().damping, integrator().gravity = 0.1, Vector3(0, 0, -5)
+            O.bodies[3].state.vel = Vector3(1, 2, 3)
+            O.bodies[4].state.blockedDOFs = "xY"
+            O.forces.setPermF(5, Vector3(-50, 0, 0))
+            steps(20)
+            found.append(motion())
+        assert (found[0] == found[1]).all() and integrator().dead
+        assert (found[0] != start).any(axis=1).sum() > 500
+
+
+def breaking():
+    """Right after bonding, so that YADE's threads do not matter."""
+    concrete(rate=40.0, law=dict(omegaThreshold=0.99))
+
+
+@on_two_threads
+def test_bits_of_a_breaking_specimen():
+    one, two = same_bits(breaking, 1500)
+    assert one.broken == two.broken > 100
+    same_bits(breaking, 300, kinematics="finite", mode="thesis")
+    assert integrator().dead and integrator().mask == -1
+
+
+@on_two_threads
+def test_bits_with_many_threads_of_ours():
+    """More than 1,024 particles are moved by several threads."""
+    hashes = set()
+    for threads in (1, 2, 3):
+        breaking()
+        bridge.take_over(motion=True, threads=threads)
+        steps(100)
+        hashes.add(motion().tobytes())
+    assert len(hashes) == 1
+
+
+def wall_under_impact():
+    """A block of spheres on the ground, hit by a heavy sphere that YADE moves; the contacts with both are YADE's."""
+    O.reset()
+    chance = random.Random(5)
+    m = CpmMat(young=20e9, poisson=0.2, sigmaT=2.5e6, epsCrackOnset=1e-4, relDuctility=3, frictionAngle=0.7, density=4800)
+    steel = FrictMat(young=100e9, poisson=0.3, frictionAngle=0.3, density=7800)
+    O.materials.append(m)
+    O.materials.append(steel)
+    r = 0.01
+    O.bodies.append(utils.sphere((0.05, -2.5 * r - 0.012, 0.05), 2.5 * r, material=steel))
+    O.bodies[0].state.vel = (0, 25, 0)
+    block = [(x, y, z) for x in range(5) for y in range(3) for z in range(5)]
+    for place in block:
+        O.bodies.append(utils.sphere([2 * r * c + 0.06 * r * chance.uniform(-1, 1) for c in place], r, material=m))
+    O.bodies.append(utils.wall((0, 0, -1.06 * r), 2, material=steel))
+    O.dt = 0.4 * r * math.sqrt(m.density / m.young)
+    bound, geometry = Bo1_Sphere_Aabb(aabbEnlargeFactor=1.5), Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=1.5)
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([bound, Bo1_Wall_Aabb()], verletDist=0.1 * r),
+        InteractionLoop(
+            [geometry, Ig2_Wall_Sphere_ScGeom()],
+            [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1), Ip2_FrictMat_CpmMat_FrictPhys(), Ip2_FrictMat_FrictMat_FrictPhys()],
+            [Law2_ScGeom_CpmPhys_Cpm(omegaThreshold=0.97), Law2_ScGeom_FrictPhys_CundallStrack()],
+        ),
+        NewtonIntegrator(damping=0.05, gravity=(0, 0, -9.81)),
+    ]
+    O.step()
+    bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1
+    steps(2)
+
+
+def test_bits_beside_other_bodies():
+    """YADE moves the missile and keeps the wall, and its collider searches in the same steps."""
+    found = []
+    for ours in (False, True):
+        wall_under_impact()
+        engine = bridge.take_over(motion=ours)
+        searches = []
+        for _ in range(1500):
+            O.step()
+            searches.append(O.engines[1].numAction)
+        found.append((motion(), searches, engine.broken))
+    assert (found[0][0] == found[1][0]).all()
+    assert found[0][1] == found[1][1] and found[0][1][-1] > 5
+    assert found[0][2] == found[1][2] > 10
+    newton, mask = integrator(), integrator().mask
+    assert not newton.dead and mask > 0
+    assert [body.id for body in O.bodies if body.groupMask & mask] == [0, 76]
+    engine.remove()
+    assert newton.mask == -1 and all(body.groupMask == 1 for body in O.bodies)
+
+
+def test_bodies_that_come_later_move():
+    """A sphere created during the run, in a scene without and with other bodies."""
+    for scene in (breaking, wall_under_impact):
+        found = []
+        for ours in (False, True):
+            scene()
+            bridge.take_over(motion=ours)
+            steps(5)
+            number = O.bodies.append(utils.sphere((0.3, 0.3, 0.3), 0.01, material=O.materials[0]))
+            O.bodies[number].state.vel = Vector3(0, 0, -3)
+            steps(20)
+            found.append(motion())
+        assert (found[0] == found[1]).all()
+        assert not integrator().dead and found[0][number][2] < 0.3
+
+
+def test_strainer_and_its_stress():
+    found = []
+    for ours in (False, True):
+        ends = concrete(rate=0.0)
+        O.engines = O.engines + [
+            UniaxialStrainer(
+                posIds=ends[1], negIds=ends[0], axis=2, strainRate=2.0, blockDisplacements=True, blockRotations=True,
+                crossSectionArea=22e-3 * 22e-3,
+            )
+        ]
+        bridge.take_over(motion=ours)
+        steps(200)
+        found.append((motion(), O.engines[-1].avgStress))
+    assert (found[0][0] == found[1][0]).all() and found[0][1] == found[1][1] != 0
+
+
+def test_beams_and_deformable_particles():
+    for kind in TABLES:
+        found = []
+        for ours in (False, True):
+            in_yade(alone(kind))
+            engine = bridge.bond(**TABLES[kind], motion=ours)
+            steps(400)
+            found.append((motion(), engine.broken))
+        assert (found[0][0] == found[1][0]).all() and found[0][1] == found[1][1] > 0, kind
+
+
+def test_saved_and_loaded():
+    for scene, name in ((breaking, "alone"), (wall_under_impact, "beside")):
+        scene()
+        bridge.take_over(motion=True)
+        steps(200)
+        path = os.path.join(WORK, f"motion-{name}.yade.gz")
+        bridge.save(path)
+        steps(100)
+        straight = motion()
+        (engine,) = bridge.load(path)
+        steps(100)
+        assert (motion() == straight).all(), name
+        engine.remove()
+        assert not integrator().dead and integrator().mask == -1
+
+
+def test_given_back_and_shown():
+    """YADE goes on as from an engine without motion."""
+    found = []
+    for ours in (False, True):
+        breaking()
+        engine = bridge.take_over(motion=ours)
+        steps(100)
+        with engine.interactions():
+            shown = sum(i.phys.normalForce.norm() for i in O.interactions)
+        steps(50)
+        engine.give_back()
+        assert not integrator().dead and integrator().mask == -1
+        steps(50)
+        found.append((motion(), shown))
+    assert (found[0][0] == found[1][0]).all() and found[0][1] == found[1][1] > 0
+
+
+def test_what_it_cannot_do_is_refused():
+    def refused(text, change, **options):
+        breaking()
+        change()
+        start, engines = motion(), len(O.engines)
+        with raises(YadeError, text):
+            bridge.take_over(motion=True, **options)
+        assert not integrator().dead and len(O.engines) == engines and all(b.groupMask < 4 for b in O.bodies)
+        assert (motion() == start).all()
+
+    def track():
+        O.trackEnergy = True
+
+    def aspherical():
+        O.bodies[9].aspherical = True
+
+    def between():
+        O.engines = O.engines[:3] + [PyRunner(command="pass", iterPeriod=1)] + O.engines[3:]
+
+    def apart():
+        for k in (1, 2):
+            O.bodies[O.bodies.append(utils.sphere((k, 0, 0), 0.01, material=FrictMat()))].groupMask = k
+
+    refused("O.trackEnergy = False", track)
+    O.trackEnergy = False
+    refused("body 9 is aspherical", aspherical)
+    refused("PyRunner between", between)
+    refused("would with the common bit", apart)
+
+
+def test_changes_during_the_run_are_refused():
+    def alive():
+        integrator().dead = False
+
+    def another():
+        O.engines = O.engines[:-1] + [NewtonIntegrator()]
+
+    def masked():
+        integrator().mask = 1
+
+    def track():
+        O.trackEnergy = True
+
+    for change, text in ((alive, "would move twice"), (another, "another NewtonIntegrator"), (masked, "would move twice"), (track, "trackEnergy")):
+        breaking()
+        bridge.take_over(motion=True)
+        steps(3)
+        change()
+        for call in (lambda: O.run(5, True), lambda: steps(17)):
+            with raises(RuntimeError, text):
+                call()
+        O.trackEnergy = False
+    # Within a step, the bodies would move twice.
+    import builtins
+
+    breaking()
+    builtins.bonded = bridge.take_over(motion=True)
+    O.engines = O.engines + [PyRunner(command="bonded.remove()", iterPeriod=1, initRun=True)]
+    with raises(RuntimeError, "within a step"):
+        O.step()
+    del builtins.bonded
+
+
+main(globals())
