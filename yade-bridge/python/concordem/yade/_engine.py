@@ -64,7 +64,16 @@ def _here() -> list[BondedEngine]:
     return [engine for engine in _registered.values() if engine._placed and engine._scene == scene and engine._is_here()]
 
 
+def _calm() -> bool:
+    """Whether no engine needs a check before a step: O.engines of the scene are those of the last check."""
+    if not _registered:
+        return True
+    scene = known_address_of(host().omega._sceneObj)
+    return all(engine._scene == scene and engine._is_calm() for engine in _registered.values())
+
+
 _hooks.sources.append(_here)
+_hooks.calm.append(_calm)
 
 
 def _refuse_bonded(mine: Bodies) -> None:
@@ -184,6 +193,10 @@ class BondedEngine:
         if deep:
             self._check_settings()
         self._suspect = False
+
+    def _is_calm(self) -> bool:
+        """Whether a check that is not deep would find nothing new."""
+        return self._placed and not self._suspect and not self._shown and self.solver.undisturbed() and self._is_here()
 
     def _check_settings(self) -> None:
         omega = host().omega
@@ -317,15 +330,17 @@ class BondedEngine:
         scene = known_address_of(omega._sceneObj)
         if scene != self._scene or known_pointer(scene + yade.layout["Scene.bodies"]) != self._container:
             raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")
-        self.check(deep=omega.iter % 64 == 0)
-        self._next = omega.iter + 1
+        now: int = omega.iter
+        if now > self._next or now % 64 == 0 or self._suspect or self._shown or not self.solver.undisturbed():
+            self.check(deep=now % 64 == 0)
+        self._next = now + 1
         try:
             if self.solver.contact_step(omega.dt, cell_of(omega) if omega.periodic else None):
                 # As if NewtonIntegrator had found such a body.
                 ctypes.c_bool.from_address(scene + yade.layout["Scene.doSort"]).value = True
         except (RuntimeError, ValueError) as error:
-            raise YadeError(f'the bonded engine "{self.name}" at iteration {omega.iter}: {error}', "Step") from error
-        if self._update_states and omega.iter % self._update_states == 0:
+            raise YadeError(f'the bonded engine "{self.name}" at iteration {now}: {error}', "Step") from error
+        if self._update_states and now % self._update_states == 0:
             self.update_states()
 
     # -- results ------------------------------------------------------------------------------------------------------

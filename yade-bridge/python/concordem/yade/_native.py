@@ -159,6 +159,7 @@ def load(path: Path | None = None) -> None:
     library.concordem_yade_abandoned.restype = ctypes.py_object
     _library = library
     _hooks.sources.append(_here)
+    _hooks.calm.append(lambda: not _here())
     _hooks.install()
 
 
