@@ -64,15 +64,19 @@ def _breaking(steps):
         "1,160 spheres pulled apart at 10 1/s until they break: processor time of whole runs, programs' starts included",
         {
             "YADE": lambda: programs.yade(inputs.GOLD, **setup),
-            "our engine in YADE": lambda: programs.yade(inputs.GOLD, engine=["yade-ratcheting", "yade-public"], **setup),
+            "our engine in YADE": lambda: programs.yade(inputs.GOLD, engine=["yade-ratcheting", "yade-public", False], **setup),
+            "our engine in YADE, motion": lambda: programs.yade(inputs.GOLD, engine=["yade-ratcheting", "yade-public", True], **setup),
             "ours, YADE's form": lambda: run("cpm-yade", **form),
             "ours": lambda: run("cpm"),
         },
         [Ratio("YADE / ours", ("YADE", "ours"), 5, value="process_s"),
          Ratio("YADE / ours in YADE's form", ("YADE", "ours, YADE's form"), 5, value="process_s"),
-         Ratio("YADE / our engine inside YADE", ("YADE", "our engine in YADE"), 3, value="process_s")],
+         Ratio("YADE / our engine inside YADE", ("YADE", "our engine in YADE"), 3, value="process_s"),
+         Ratio("YADE / our engine inside YADE, motion=True", ("YADE", "our engine in YADE, motion"), 3, value="process_s"),
+         Ratio("YADE / our engine inside YADE, motion=True, steps alone", ("YADE", "our engine in YADE, motion"), 3)],
         [Check(("YADE", "ours, YADE's form"), "bonds", 0.01, same),
-         Check(("YADE", "our engine in YADE"), "bonds", 0.01, same)])
+         Check(("YADE", "our engine in YADE"), "bonds", 0.01, same),
+         Check(("our engine in YADE", "our engine in YADE, motion"), "rms_displacement", 0, "The same bits.")])
 
 
 def _beams(edge, steps, folder):

@@ -3,7 +3,7 @@
     BENCH='{"packing": ..., ...}' yade -n -x -jN yade_cpm.py
 
 `BENCH` holds `packing` (text, `x y z r` per line, m), `ratio`, `steps`, `warmup`, `rate` (1/s), `ductility`, `break_at` (damage), `engine` (null: YADE's own
-law; otherwise [kinematics, mode] of our bonded engine), and the material as in `rust-core/app/examples/speed`. Spheres closer than
+law; otherwise [kinematics, mode, motion] of our bonded engine), and the material as in `rust-core/app/examples/speed`. Spheres closer than
 ratio*(r1+r2) are bonded in the first step. Both ends along z move apart at a constant speed, the rest starts with the linear velocity
 field. Prints one JSON object: seconds of the measured steps by YADE's timers and by the processor, and the state at the end.
 """
@@ -66,9 +66,7 @@ O.timingEnabled = True
 for each in O.engines:
     each.execTime = 0
 began = time.process_time()
-# O.run would poll every 40 ms while it waits.
-for _ in range(wanted["steps"]):
-    O.step()
+O.run(wanted["steps"], True)
 processor = time.process_time() - began
 print("RESULT " + json.dumps({
     "program": "yade " + yade.config.version,

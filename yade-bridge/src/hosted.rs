@@ -90,6 +90,28 @@ fn cell_from((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell
 }
 
 impl Hosted {
+    /// Compute within a step of the host.
+    fn compute<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.pool {
+            Some(pool) => own_thread::inside(pool, work),
+            None => inside(None, work),
+        }
+    }
+
+    /// Lock for a step of the host, whose waiting threads make room.
+    fn read_for_step(&self, py: Python<'_>) -> PyResult<Access<'_, Inner>> {
+        // A reader may hold the lock while it makes objects of Python.
+        let inner = self.read(py)?;
+        let threads =
+            self.pool.as_ref().map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
+        let pause = inner.host.as_ref().and_then(|host| host.pause);
+        if let Some(pause) = pause.filter(|_| inner.assembly.wants_host_threads_paused(threads)) {
+            // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
+            unsafe { pause(PAUSE_SOFT) };
+        }
+        Ok(inner)
+    }
+
     fn lock(&self) -> PyResult<Access<'_, Inner>> {
         self.inner.lock()
     }
@@ -294,32 +316,43 @@ impl Hosted {
     /// well. Returns whether the host's collider must search, because a body that was moved here has left its bound.
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<bool> {
-        // A reader may hold the lock while it makes objects of Python.
-        let mut inner = self.read(py)?;
-        let cell = cell.map(|cell| cell_from(cell, dt));
-        let pool = self.pool.as_ref();
-        let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
-        let pause = inner.host.as_ref().and_then(|host| host.pause);
-        if let Some(pause) = pause.filter(|_| inner.assembly.wants_host_threads_paused(threads)) {
-            // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
-            unsafe { pause(PAUSE_SOFT) };
-        }
+        let mut inner = self.read_for_step(py)?;
+        let (cell, pool) = (cell.map(|cell| cell_from(cell, dt)), self.pool.as_ref());
         let done = inner.change_here(py, |Inner { assembly, host, .. }| {
             let host = host.as_ref().ok_or(NO_HOST)?;
             let step = || {
                 host.gather(assembly, dt)?;
                 assembly.find_forces(dt, cell, false)
             };
-            match pool {
-                Some(pool) => own_thread::inside(pool, step)?,
-                None => inside(None, step)?,
-            };
+            self.compute(step)?;
             // On this thread, in whose part of the host's forces they go.
             host.add_forces(assembly);
             let Some(motion) = &host.motion else { return Ok(false) };
             Ok::<_, String>(motion.step(host, &assembly.state.particles.id, dt, pool))
         })?;
         done.map_err(PyRuntimeError::new_err)
+    }
+
+    /// With `move_bodies`, compute up to `most` steps at once, at most for some 20 ms. Nothing but the bonds and contacts may act on the bodies.
+    /// Afterwards, the host has the motion and the forces of the last step. Returns the number of steps, and the error that has ended them.
+    fn contact_steps(&self, py: Python<'_>, dt: f64, most: u64) -> PyResult<(u64, Option<String>)> {
+        /// A pause of the run waits so long.
+        const LONGEST: Duration = Duration::from_millis(20);
+        let mut inner = self.read_for_step(py)?;
+        inner.change_here(py, |Inner { assembly, host, .. }| {
+            let Some((host, motion)) = host.as_ref().and_then(|host| Some((host, host.motion.as_ref()?))) else {
+                return (0, Some(NO_HOST.to_owned()));
+            };
+            if let Err(error) = self.compute(|| host.gather(assembly, dt)) {
+                return (0, Some(error));
+            }
+            let outcome = self.compute(|| motion.several(host, assembly, dt, most, LONGEST));
+            if outcome.0 > 0 {
+                host.add_forces(assembly);
+                motion.synchronize(host);
+            }
+            outcome
+        })
     }
 
     /// Positions, motion, and body ids of the particles.

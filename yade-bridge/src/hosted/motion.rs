@@ -1,9 +1,11 @@
 //! Moves bonded bodies in place of YADE's `NewtonIntegrator`.
 
 use std::ffi::c_void;
+use std::time::{Duration, Instant};
 
 use concordem::math::Vec3;
 use concordem::prefetch::{AHEAD, prefetch};
+use concordem_yade::assembly::{Assembly, BodyState};
 use concordem_yade::newton::{Acting, Moving, Newton};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -42,6 +44,54 @@ pub struct MotionLayout {
     others: bool,
 }
 
+/// A body, and what acts on it.
+struct Body {
+    on: Acting,
+    moving: Moving,
+}
+
+/// Write the motion of a body to the state at `object`.
+#[inline(always)]
+unsafe fn write(host: &Host, object: usize, moving: &Moving) {
+    let [position, velocity, angular_velocity, orientation, _] = host.fields.map(|field| object + field);
+    // Safety: the caller's promise.
+    unsafe {
+        poke::<[f64; 3]>(position, moving.position.into());
+        poke::<[f64; 3]>(velocity, moving.velocity.into());
+        poke::<[f64; 3]>(angular_velocity, moving.angular_velocity.into());
+        poke(orientation, moving.orientation);
+    }
+}
+
+/// Give the solver the motion of the bodies.
+fn take(assembly: &mut Assembly, bodies: &[Body], dt: f64) -> Result<(), String> {
+    assembly.take_motions(dt, |k, _| {
+        let Body { on, moving } = &bodies[k];
+        Ok(BodyState {
+            position: moving.position,
+            velocity: moving.velocity,
+            angular_velocity: moving.angular_velocity,
+            orientation: moving.orientation,
+            constraint: on.blocked,
+        })
+    })
+}
+
+/// Move the bodies under the forces of the solver.
+fn step_all(newton: &Newton, assembly: &Assembly, bodies: &mut [Body]) {
+    const CHUNK: usize = 1024;
+    let (forces, torques) = (assembly.solver.forces(), assembly.solver.torques());
+    let parts = bodies.par_chunks_mut(CHUNK).zip(forces.par_chunks(CHUNK)).zip(torques.par_chunks(CHUNK));
+    parts.for_each(|((bodies, forces), torques)| {
+        for ((body, force), torque) in bodies.iter_mut().zip(forces).zip(torques) {
+            // YADE adds forces to zero, which changes the sign of a zero.
+            body.on.force = Vec3::zeros() + force;
+            body.on.torque = Vec3::zeros() + torque;
+            newton.step(&body.on, &mut body.moving);
+        }
+    });
+}
+
 /// What [`MotionLayout`] needs of the host's functions.
 pub struct Motion {
     layout: MotionLayout,
@@ -72,6 +122,12 @@ impl Motion {
         mask == expected_mask && dead == expected_dead && bodies == self.bodies
     }
 
+    /// Sum the forces of all threads, as NewtonIntegrator does in each step; the host's next reset expects it.
+    pub fn synchronize(&self, host: &Host) {
+        // Safety: the host's object.
+        unsafe { (self.synchronize)(host.forces as *mut c_void) }
+    }
+
     /// Settings of the integrator now.
     fn settings(&self, dt: f64) -> Newton {
         let MotionLayout { newton, damping, gravity, damp_gravity, .. } = self.layout;
@@ -91,8 +147,7 @@ impl Motion {
     pub fn step(&self, host: &Host, ids: &[u32], dt: f64, pool: Option<&rayon::ThreadPool>) -> bool {
         const CHUNK: usize = 1024;
         let newton = self.settings(dt);
-        // Safety: the host's object.
-        unsafe { (self.synchronize)(host.forces as *mut c_void) };
+        self.synchronize(host);
         let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
         if threads == 1 || host.by_id.len() <= CHUNK {
             return self.step_some(host, &newton, ids, &host.by_id);
@@ -125,35 +180,75 @@ impl Motion {
         search
     }
 
-    /// Move the body `id` with the state at `object`.
-    #[inline(always)]
-    unsafe fn step_body(&self, host: &Host, newton: &Newton, id: i32, object: usize) {
-        let this = host.forces as *mut c_void;
+    /// Compute up to `most` steps at once, in copies of the bodies; at most for `time`. Nothing but the bonds and contacts may act on the
+    /// bodies. Returns the number of steps; after an error, with the motion before the step that failed.
+    pub fn several(
+        &self,
+        host: &Host,
+        assembly: &mut Assembly,
+        dt: f64,
+        most: u64,
+        time: Duration,
+    ) -> (u64, Option<String>) {
+        let newton = self.settings(dt);
+        // Safety: `gather` has compared the bodies.
+        let mut bodies: Vec<Body> =
+            host.seen.iter().map(|&(_, object)| unsafe { self.read(host, object as usize) }).collect();
+        let (start, mut done) = (Instant::now(), 0);
+        let failed = loop {
+            let outcome = if done == 0 { Ok(()) } else { take(assembly, &bodies, dt) };
+            if let Err(error) = outcome.and_then(|()| assembly.find_forces(dt, None, false)) {
+                break Some(error);
+            }
+            step_all(&newton, assembly, &mut bodies);
+            done += 1;
+            if done == most || start.elapsed() > time {
+                break None;
+            }
+        };
+        for (body, &(_, object)) in bodies.iter().zip(&host.seen) {
+            // Safety: as above.
+            unsafe { write(host, object as usize, &body.moving) };
+        }
+        (done, failed)
+    }
+
+    /// The body with the state at `object`, without its forces.
+    unsafe fn read(&self, host: &Host, object: usize) -> Body {
         let [position, velocity, angular_velocity, orientation, blocked] = host.fields.map(|field| object + field);
         let layout = &self.layout;
         // Safety: the caller's promise.
         unsafe {
             let three = |address: usize| Vec3::from(peek::<[f64; 3]>(address));
-            let sum = |of: SumOf| Vec3::from(peek::<[f64; 3]>(of(this, id) as usize));
             let on = Acting {
-                force: sum(self.force),
-                torque: sum(self.torque),
+                force: Vec3::zeros(),
+                torque: Vec3::zeros(),
                 mass: peek(object + layout.mass),
                 inertia: three(object + layout.inertia),
                 blocked: peek(blocked),
                 damped: peek::<u8>(object + layout.is_damped) != 0,
             };
-            let mut moving = Moving {
+            let moving = Moving {
                 position: three(position),
                 velocity: three(velocity),
                 angular_velocity: three(angular_velocity),
                 orientation: peek(orientation),
             };
+            Body { on, moving }
+        }
+    }
+
+    /// Move the body `id` with the state at `object`.
+    #[inline(always)]
+    unsafe fn step_body(&self, host: &Host, newton: &Newton, id: i32, object: usize) {
+        let this = host.forces as *mut c_void;
+        // Safety: the caller's promise.
+        unsafe {
+            let sum = |of: SumOf| Vec3::from(peek::<[f64; 3]>(of(this, id) as usize));
+            let Body { mut on, mut moving } = self.read(host, object);
+            (on.force, on.torque) = (sum(self.force), sum(self.torque));
             newton.step(&on, &mut moving);
-            poke::<[f64; 3]>(position, moving.position.into());
-            poke::<[f64; 3]>(velocity, moving.velocity.into());
-            poke::<[f64; 3]>(angular_velocity, moving.angular_velocity.into());
-            poke(orientation, moving.orientation);
+            write(host, object, &moving);
         }
     }
 

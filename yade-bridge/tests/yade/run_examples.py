@@ -17,6 +17,8 @@ RANGES = {
     "notched_beam": [(100, 3000), (100, 3000), (5, 1000)],
     # broken, all, speed before and after (m/s)
     "wall_impact": [(100, 3000), (1000, 4000), (25, 25), (-10, 24)],
+    # largest force (N), broken, all, interactions
+    "pulled_apart": [(500, 10000), (50, 3000), (1000, 6000), (500, 6000)],
     # f_c (MPa), lateral over axial stress, broken
     "periodic_compression": [(5, 200), (0, 0.5), (0, 3000)],
 }

@@ -25,7 +25,7 @@ def inside():
     with open(wanted["example"]) as file:
         text, count = re.subn(r"radius, speed, steps = \S+,", f"radius, speed, steps = {wanted['radius']},", file.read())
     assert count == 1, "the example begins with its radius"
-    before, taken, _ = text.partition("engine = concordem.yade.take_over()")
+    before, taken, _ = text.partition("engine = concordem.yade.take_over(motion=True)")
     assert taken, "the example takes its bonds over"
     exec(compile(before + (taken if wanted["ours"] else ""), wanted["example"], "exec"), globals())
     thirds = []

@@ -113,6 +113,79 @@ def test_bits_of_a_breaking_specimen():
     assert integrator().dead and integrator().mask == -1
 
 
+def runner(command, **period):
+    return PyRunner(command=command, **period)
+
+
+def test_steps_at_once():
+    """O.run computes up to 64 steps at once, but for engines that are due: they see the same steps, times, motions, and forces."""
+    import builtins
+
+    def look(name):
+        seen.append((name, O.iter, O.time, tuple(O.bodies[700].state.pos), tuple(O.forces.f(700)), tuple(O.bodies[3].state.ori[k] for k in range(4))))
+
+    def kick():
+        O.bodies[700].state.vel += Vector3(0.01, 0, 0)
+
+    builtins.look, builtins.kick = look, kick
+    found = []
+    for ours in (False, True):
+        breaking()
+        seen = []
+        before = [runner("look('before')", iterPeriod=13)]
+        after = [
+            runner("look('after')", iterPeriod=7),
+            runner("look('late')", iterPeriod=20, firstIterRun=50),
+            runner("look('thrice')", iterPeriod=30, nDo=3),
+            runner("look('time')", virtPeriod=33.3 * O.dt),
+            runner("kick()", iterPeriod=50),
+        ]
+        O.engines = before + O.engines + after
+        engine = bridge.take_over(motion=ours, update_states=40)
+        O.run(400, True)
+        O.engines = [e for e in O.engines if getattr(e, "command", "") not in {e.command for e in before + after}]
+        O.timingEnabled = True
+        (mine,) = [e for e in O.engines if "concordem" in getattr(e, "command", "")]
+        mine.execCount = 0
+        O.run(300, True)
+        O.timingEnabled = False
+        found.append((seen, O.iter, O.time, motion(), [b.state.normDmg for b in O.bodies], engine.solver.state_hash()))
+        assert mine.execCount == 300 if not ours else mine.execCount < 150, mine.execCount
+    del builtins.look, builtins.kick
+    for k, (one, two) in enumerate(zip(*found)):
+        assert (one == two).all() if k == 3 else one == two, k
+    assert len(found[0][0]) > 100 and max(found[0][4]) > 0
+
+
+def test_permanent_forces_and_single_steps_are_not_joined():
+    found = []
+    for ours in (False, True):
+        breaking()
+        bridge.take_over(motion=ours)
+        O.run(70, True)
+        O.forces.setPermF(700, Vector3(0.5, 0, 0))
+        O.run(70, True)
+        O.forces.reset(True)
+        steps(3)
+        assert O.iter == 144
+        O.run(70, True)
+        found.append(motion())
+    assert (found[0] == found[1]).all()
+
+
+def test_an_error_within_joined_steps():
+    """It names the step, and leaves motion and clock of that step."""
+    found = []
+    for ours in (False, True):
+        breaking()
+        bridge.take_over(motion=ours)
+        O.bodies[700].state.vel = Vector3(0, 0, 1e16)
+        with raises(RuntimeError, "m from the origin") as caught:
+            O.run(100, True)
+        found.append((O.iter, str(caught.value), motion()))
+    assert found[0][:2] == found[1][:2] and (found[0][2] == found[1][2]).all()
+
+
 @on_two_threads
 def test_bits_with_many_threads_of_ours():
     """More than 1,024 particles are moved by several threads."""

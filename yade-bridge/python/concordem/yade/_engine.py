@@ -20,7 +20,7 @@ from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
 from . import _hooks, _interactions, _rules, _thread_state, _vtk
-from ._concrete import Concrete, cell_of, class_of, engine_of, sort_anew, write_states
+from ._concrete import Concrete, add_to_clock, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._motion import Motion, free_bit
 from ._rules import refuse
@@ -333,15 +333,33 @@ class BondedEngine:
         now: int = omega.iter
         if now > self._next or now % 64 == 0 or self._suspect or self._shown or not self.solver.undisturbed():
             self.check(deep=now % 64 == 0)
-        self._next = now + 1
+        dt: float = omega.dt
+        most = self._steps_at_once(now, dt) if self._motion is not None and self._motion.active else 1
+        done, failed = 1, None
         try:
-            if self.solver.contact_step(omega.dt, cell_of(omega) if omega.periodic else None):
+            if most > 1:
+                done, failed = self.solver.contact_steps(dt, most)
+            elif self.solver.contact_step(dt, cell_of(omega) if omega.periodic else None):
                 # As if NewtonIntegrator had found such a body.
                 ctypes.c_bool.from_address(scene + yade.layout["Scene.doSort"]).value = True
         except (RuntimeError, ValueError) as error:
             raise YadeError(f'the bonded engine "{self.name}" at iteration {now}: {error}', "Step") from error
+        if done > 1 or failed:
+            # YADE itself counts the present step.
+            now += done - (failed is None)
+            add_to_clock(now - omega.iter, dt)
+        self._next = now + 1
+        if failed:
+            raise YadeError(f'the bonded engine "{self.name}" at iteration {now}: {failed}', "Step")
         if self._update_states and now % self._update_states == 0:
             self.update_states()
+
+    def _steps_at_once(self, now: int, dt: float) -> int:
+        assert self._motion is not None
+        most = self._motion.steps_at_once(now, dt)
+        if self._update_states:
+            most = min(most, -now % self._update_states + 1)
+        return most
 
     # -- results ------------------------------------------------------------------------------------------------------
 

@@ -33,6 +33,36 @@ def free_bit(used: int) -> int:
     return 1 << free[-1]
 
 
+#: Engines that have nothing to do while all bodies are bonded and move with the bonds.
+_IDLE = ("ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator")
+#: Interval of the checks of a bonded engine, steps.
+_CHECKS = 64
+
+
+def _observers(engines: list[Any], place: int) -> list[tuple[Any, bool]] | None:
+    others = [
+        (engine, k > place)
+        for k, engine in enumerate(engines)
+        if k != place and not engine.dead and type(engine).__name__ not in _IDLE
+    ]
+    return others if all(is_a(engine, "PeriodicEngine") for engine, _ in others) else None
+
+
+def _due(engine: Any, now: int, dt: float) -> int | None:
+    """The next step in which a PeriodicEngine may act; None if none is foreseen. A period of real time ends while a step is computed."""
+    if 0 <= engine.nDo <= engine.nDone:
+        return None
+    if engine.nDone == 0:
+        return now
+    steps = []
+    if engine.iterPeriod > 0:
+        steps.append(engine.iterLast + engine.iterPeriod)
+    if engine.virtPeriod > 0:
+        # One step early, because YADE adds up the time with rounding.
+        steps.append(now + int((engine.virtPeriod - (host().omega.time - engine.virtLast)) / dt) - 1)
+    return max(min(steps), now) if steps else None
+
+
 def only_integrator(engines: list[Any]) -> Any:
     """The only NewtonIntegrator of these engines, dead or not."""
     found = [engine for engine in engines if is_a(engine, "NewtonIntegrator")]
@@ -48,6 +78,8 @@ class Motion:
         self._engine = engine
         #: The integrator that the engine replaces; None before the start.
         self._newton: Any = None
+        #: Engines of O.engines that run now and then, each with whether it comes after the bonded engine; None if another one acts in every step.
+        self._observers: list[tuple[Any, bool]] | None = None
         #: Bit of groupMask of the bodies that NewtonIntegrator moves; 0 if there are none.
         self._bit = 0
 
@@ -137,6 +169,7 @@ class Motion:
                 "Motion",
             )
         self._refuse_between(engines, place)
+        self._observers = _observers(engines, place)
         if newton.dead == bool(self._bit) or newton.mask != (self._bit or -1):
             wanted = f"mask={self._bit}, dead=False" if self._bit else "dead=True"
             raise refuse(
@@ -153,6 +186,24 @@ class Motion:
                 f"put it in front of InteractionLoop or behind NewtonIntegrator, or {_REMEDY}",
                 "Motion",
             )
+
+    def steps_at_once(self, now: int, dt: float) -> int:
+        """Number of steps from the present one on in which nothing but the bonds acts, at most until the next multiple of 64 (for the checks).
+
+        Only in a run: `O.step()` is one step. Engines that derive from PeriodicEngine (PyRunner, VTKRecorder, ...) see the steps in which they
+        are due.
+        """
+        omega = host().omega
+        most = _CHECKS - now % _CHECKS
+        if self._bit or self._observers is None or not omega.running or omega.subStepping or omega.stopAtTime > 0 or omega.forces.getPermForceUsed():
+            return 1
+        if omega.stopAtIter > now:
+            most = min(most, omega.stopAtIter - now)
+        for engine, is_after in self._observers:
+            due = _due(engine, now, dt)
+            if due is not None:
+                most = min(most, due - now + is_after)
+        return max(most, 1)
 
     def adopt(self) -> None:
         """Let NewtonIntegrator move bodies that were created since."""

@@ -1,0 +1,226 @@
+"""Methods of the native bonded engine that read a copy of its bonds, in stock YADE: as those of the engine without headers."""
+
+import glob
+import os
+import sys
+
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
+
+from specimen import *
+from harness import main, raises
+from own_run import TABLES, alone, in_yade, toml
+
+import concordem.yade as bridge
+from concordem import YadeError
+
+WORK = os.environ.get("BRIDGE_WORK", "/tmp")
+bridge.load_native()
+
+
+def steps(count):
+    for _ in range(count):
+        O.step()
+
+
+def taken_over(native):
+    """The breaking specimen with one of the two engines."""
+    concrete(rate=40.0, law=dict(omegaThreshold=0.99))
+    O.step()
+    if not native:
+        return bridge.take_over()
+    e = BondedEngine_Rust()
+    O.engines = O.engines[:3] + [e] + O.engines[3:]
+    e.takeOver()
+    return O.engines[3]
+
+
+def motion():
+    return np.array([(*b.state.pos, *b.state.vel, *b.state.angVel) for b in O.bodies])
+
+
+def attributes():
+    """Attributes of all interactions that the next steps depend on, by pair."""
+    found = {}
+    for i in O.interactions:
+        p, g = i.phys, i.geom
+        found[i.id1, i.id2] = (
+            *(p.kappaD, p.omega, p.epsN, p.epsNPl, *p.epsT, *p.epsTPl, p.isCohesive, p.refLength, p.crossSection, p.refPD, p.kn, p.ks),
+            *(*p.normalForce, *p.shearForce, g.penetrationDepth, *g.normal),
+        )
+    return found
+
+
+def test_contacts_and_forces():
+    """The same bonds with the same bits."""
+    found = []
+    for native in (False, True):
+        engine = taken_over(native)
+        steps(600)
+        tables = engine.contacts()
+        x, contacts = engine.forces()
+        if not native:
+            x, contacts = engine.solver.forces(False)
+        found.append((motion(), tables, x, contacts.force, contacts.pair))
+    one, two = found
+    assert (one[0] == two[0]).all() and set(one[1]) == set(two[1]) == {"cpm", "unbonded"}
+    for name, table in one[1].items():
+        assert table.tobytes() == two[1][name].tobytes(), name
+    assert len(one[1]["cpm"]) < 6595 and len(one[1]["unbonded"]) > 0
+    for k in (2, 3, 4):
+        assert (one[k] == two[k]).all()
+
+
+def test_bonds_are_given_back():
+    """YADE goes on from the same interactions, with the same motion."""
+    found = []
+    for native in (False, True):
+        engine = taken_over(native)
+        steps(600)
+        broken = engine.broken
+        counts = engine.give_back()
+        assert counts["made"] == counts["written"] == len(O.interactions) > 5000 and broken > 50
+        lost = [b.state.numBrokenCohesive for b in O.bodies]
+        after = attributes()
+        steps(20)
+        found.append((after, lost, motion(), counts))
+        assert O.engines[1].avoidSelfInteractionMask == 0 and all(b.groupMask == 1 for b in O.bodies)
+    assert O.engines[3].dead and O.engines[3].bondCount == 0
+    one, two = found
+    assert one[0] == two[0] and one[1] == two[1] and one[3] == two[3]
+    # The order of YADE's sums may differ.
+    worst, way = abs(one[2] - two[2])[:, :3].max(), abs(one[2][:, :3] - np.array(packing())[:, :3]).max()
+    print("given back: %.1e m of %.1e m" % (worst, way))
+    assert worst < 1e-9 * way
+
+
+def test_bonds_are_shown():
+    """A step is refused meanwhile; afterwards the run goes on with the same bits."""
+    engine = taken_over(True)
+    steps(300)
+    straight = None
+    for shown in (False, True):
+        engine = taken_over(True)
+        steps(300)
+        if shown:
+            with engine.interactions():
+                assert len(O.interactions) == sum(map(len, engine.contacts().values()))
+                pull = sum(i.phys.normalForce.norm() for i in O.interactions)
+                with engine.interactions():
+                    pass
+                for call in (O.step, lambda: O.run(3, True)):
+                    with raises(YadeError, "shown as interactions"):
+                        call()
+            assert pull > 0 and len(O.interactions) == 0
+        steps(100)
+        straight = motion() if straight is None else straight
+    assert (motion() == straight).all()
+
+
+def test_bonds_of_a_scenario_are_shown_not_given_back():
+    in_yade(alone("beams"))
+    O.engines = O.engines[:3] + [BondedEngine_Rust(scenario=toml("beams"))] + O.engines[3:]
+    engine = O.engines[3]
+    engine.takeOver()
+    steps(50)
+    force = np.linalg.norm(engine.forces()[1].force, axis=1)
+    with engine.interactions():
+        shown = [(i.phys.normalForce + i.phys.shearForce).norm() for i in O.interactions]
+    assert len(shown) == engine.bondCount and abs(sum(shown) / force.sum() - 1) < 1e-12
+    with raises(YadeError, "stock YADE does not have"):
+        engine.give_back()
+    steps(5)
+    assert engine.bondCount == 3493
+
+
+HEATED = """
+[[material]]
+name = "glass"
+density = 2500
+linear_bond = { normal_stiffness = 2e6, shear_stiffness = 4e5, damping_ratio = 0.05 }
+thermal = { specific_heat = 800, conductivity = 1, expansion = 1e-5 }
+[bonds]
+law = "linear_bond"
+interaction_ratio = 1.1
+[contacts]
+law = "linear_bond"
+[[set]]
+name = "hot"
+selection = { kind = "ids", ids = [0, 1, 2, 3] }
+[heat]
+model = "disordered"
+pairs = "bonds"
+temperature = 300
+time_factor = 1e5
+[[heat.source]]
+set = "hot"
+power = 5.0
+"""
+
+
+def test_temperatures():
+    """Bitwise those of the engine without headers, whose own test compares them with our solver."""
+    found = []
+    for native in (False, True):
+        in_yade(alone("beams"))
+        if native:
+            O.engines = O.engines[:3] + [BondedEngine_Rust(scenario=HEATED)] + O.engines[3:]
+            engine = O.engines[3]
+            engine.takeOver()
+        else:
+            engine = bridge.bond(
+                material={
+                    "name": "glass",
+                    "density": 2500,
+                    "linear_bond": {"normal_stiffness": 2e6, "shear_stiffness": 4e5, "damping_ratio": 0.05},
+                    "thermal": {"specific_heat": 800, "conductivity": 1, "expansion": 1e-5},
+                },
+                bonds={"law": "linear_bond", "interaction_ratio": 1.1},
+                contacts={"law": "linear_bond"},
+                set=[{"name": "hot", "selection": {"kind": "ids", "ids": [0, 1, 2, 3]}}],
+                heat={
+                    "model": "disordered", "pairs": "bonds", "temperature": 300, "time_factor": 1e5,
+                    "source": [{"set": "hot", "power": 5.0}],
+                },
+            )
+        steps(100)
+        ids, temperatures = engine.temperatures()
+        found.append(dict(zip(ids.tolist(), temperatures.tolist())))
+    assert found[0] == found[1] and max(found[0].values()) > 300 + 1e-3
+    engine = taken_over(True)
+    with raises(ValueError, "no heat flows"):
+        engine.temperatures()
+
+
+def test_files_for_paraview():
+    found = []
+    for native in (False, True):
+        engine = taken_over(native)
+        steps(200)
+        prefix = os.path.join(WORK, "native" if native else "python")
+        texts = []
+        for path in engine.write_vtk(prefix):
+            with open(path, "rb") as file:
+                texts.append(file.read())
+        found.append(texts)
+    assert found[0] == found[1] and len(found[0]) == 2
+    assert glob.glob(os.path.join(WORK, "native-intrs.*.vtp"))
+
+
+def test_refusals():
+    e = BondedEngine_Rust()
+    concrete()
+    for call in (e.contacts, e.temperatures, e.give_back):
+        with raises(YadeError, "there are no bonds yet"):
+            call()
+    import builtins
+
+    builtins.bonded = taken_over(True)
+    O.engines = O.engines + [PyRunner(command="bonded.give_back()", iterPeriod=1, initRun=True)]
+    with raises(RuntimeError, "within a step"):
+        O.step()
+    del builtins.bonded
+
+
+main(globals())
