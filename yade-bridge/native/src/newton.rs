@@ -144,7 +144,9 @@ impl Newton {
 mod tests {
     use super::*;
 
-    const NEWTON: Newton = Newton { dt: 1e-3, damping: 0.25, gravity: Vec3::new(0.0, 0.0, -8.0), damp_gravity: true };
+    /// A power of two, so that the products below are exact.
+    const DT: f64 = 1.0 / 1024.0;
+    const NEWTON: Newton = Newton { dt: DT, damping: 0.25, gravity: Vec3::new(0.0, 0.0, -8.0), damp_gravity: true };
 
     fn acting() -> Acting {
         Acting {
@@ -171,26 +173,26 @@ mod tests {
     fn accelerations_are_damped_against_the_motion() {
         let mut body = resting();
         NEWTON.step(&acting(), &mut body);
-        assert_eq!(body.velocity, Vec3::new(1.5e-3, -2.25e-3, -6e-3));
-        assert_eq!(body.angular_velocity, Vec3::new(0.0, 3e-3, 0.0));
-        assert_eq!(body.position, body.velocity * 1e-3);
+        assert_eq!(body.velocity, Vec3::new(1.5, -2.25, -6.0) * DT);
+        assert_eq!(body.angular_velocity, Vec3::new(0.0, 3.0, 0.0) * DT);
+        assert_eq!(body.position, body.velocity * DT);
         let mut against = Moving { velocity: Vec3::new(-1.0, 0.0, 0.0), ..resting() };
         NEWTON.step(&acting(), &mut against);
-        assert_eq!(against.velocity.x, -1.0 + 1e-3 * 2.5);
+        assert_eq!(against.velocity.x, -1.0 + DT * 2.5);
     }
 
     #[test]
     fn gravity_can_act_without_damping() {
         let mut body = resting();
         Newton { damp_gravity: false, ..NEWTON }.step(&acting(), &mut body);
-        assert_eq!(body.velocity, Vec3::new(1.5e-3, -2.25e-3, -8e-3));
+        assert_eq!(body.velocity, Vec3::new(1.5, -2.25, -8.0) * DT);
     }
 
     #[test]
     fn undamped_bodies_are_kicked_in_full() {
         let mut body = resting();
         NEWTON.step(&Acting { damped: false, ..acting() }, &mut body);
-        assert_eq!(body.velocity, Vec3::new(2e-3, -3e-3, -8e-3));
+        assert_eq!(body.velocity, Vec3::new(2.0, -3.0, -8.0) * DT);
     }
 
     #[test]
@@ -205,7 +207,7 @@ mod tests {
         let mut body = start;
         NEWTON.step(&Acting { blocked: ALL_BLOCKED, ..acting() }, &mut body);
         assert_eq!((body.velocity, body.angular_velocity), (velocity, start.angular_velocity));
-        assert_eq!(body.position, velocity * 1e-3, "it moves on");
+        assert_eq!(body.position, velocity * DT, "it moves on");
     }
 
     /// A constant angular velocity turns the body by `ωt`; a thousand products round by less than 1e-13.
@@ -213,7 +215,7 @@ mod tests {
     fn bodies_turn_by_their_angular_velocity() {
         for rate in [2.0, 1e-6] {
             let mut body = Moving { angular_velocity: Vec3::new(0.0, 0.0, rate), ..resting() };
-            for _ in 0..1000 {
+            for _ in 0..1024 {
                 NEWTON.step(&Acting { blocked: ALL_BLOCKED, ..acting() }, &mut body);
             }
             let half = 0.5 * rate;

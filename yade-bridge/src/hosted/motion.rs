@@ -264,7 +264,7 @@ impl Motion {
             }
             let three = |address: usize| Vec3::from(peek::<[f64; 3]>(address));
             let moved = (three(object + host.fields[0]) - three(bound + layout.reference)).amax();
-            moved != 0.0 && !(moved < peek::<f64>(bound + layout.sweep))
+            moved != 0.0 && moved >= peek::<f64>(bound + layout.sweep)
         }
     }
 }
