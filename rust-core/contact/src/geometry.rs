@@ -59,6 +59,8 @@ pub struct PreviousGeometry {
     pub length: f64,
 }
 
+crate::column_arrays! { pub Reference { length: f64, area: f64 } }
+
 crate::column_arrays! { pub PreviousGeometry { normal: Vec3, length: f64 } }
 
 /// Geometry of a contact whose history starts now: `l = x_B + shift − x_A`, positions and shift in m.

@@ -21,6 +21,7 @@ pub mod fracture;
 pub mod heat;
 pub mod integrate;
 mod lanczos;
+mod lanes;
 pub mod laws;
 mod model;
 pub mod neighbor;

@@ -1,6 +1,7 @@
 //! Motion of particles in a step, and the inputs of the motion measures.
 
 use crate::Cell;
+use crate::columns::Lanes;
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::math::{Quat, Symmetric, Vec3};
 use crate::wall::ClosestPoint;
@@ -40,7 +41,7 @@ pub struct Motion {
 }
 
 /// The part of a particle's motion that the default measure reads, in one cache line.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct Pose {
     /// Center at the end of the step, m.
@@ -50,6 +51,8 @@ pub struct Pose {
     /// Radius, m.
     pub radius: f64,
 }
+
+crate::column_arrays! { pub Pose { position: Vec3, rotation: Quat, radius: f64 } }
 
 /// Displacement and velocity of the periodic image of B in a contact with A.
 #[derive(Debug, Clone, Copy, Default)]
@@ -131,8 +134,24 @@ pub trait MotionSource {
     /// Whether particles may deform.
     const DEFORM: bool;
 
-    /// Poses of A and B of contact `i` with their rotations in the step, and the displacement of B's image (m).
-    fn poses(&self, i: usize) -> ([Pose; 2], Vec3);
+    /// How the batch moves numbers between rows and columns.
+    fn lanes(&self) -> impl Lanes;
+
+    /// Poses of A and B of contact `i`. Their rotations are those in the step, unless [`Self::rotations`] gives these.
+    fn poses(&self, i: usize) -> [&Pose; 2];
+
+    /// Poses of A, and those of B, of four contacts.
+    #[inline(always)]
+    fn four_poses(&self, [i, j, k, l]: [usize; 4]) -> [[&Pose; 4]; 2] {
+        let [[ai, bi], [aj, bj], [ak, bk], [al, bl]] = [self.poses(i), self.poses(j), self.poses(k), self.poses(l)];
+        [[ai, aj, ak, al], [bi, bj, bk, bl]]
+    }
+
+    /// Rotations of A and B in the step, if the poses contain orientations in their place: in scenes with beams.
+    fn rotations(&self, i: usize) -> Option<[Quat; 2]>;
+
+    /// Displacement of B's image, m.
+    fn shift(&self, i: usize) -> Vec3;
 
     /// Motions of A and B, and the image of B.
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);
@@ -147,7 +166,13 @@ pub trait MotionSource {
     fn reference(&self, i: usize) -> (Reference, bool);
 
     /// Part of [`Self::constants`]: geometry of the previous step.
-    fn previous(&self, i: usize) -> PreviousGeometry;
+    fn previous(&self, i: usize) -> &PreviousGeometry;
+
+    /// [`Self::previous`] of four contacts.
+    #[inline(always)]
+    fn four_previous(&self, [i, j, k, l]: [usize; 4]) -> [&PreviousGeometry; 4] {
+        [self.previous(i), self.previous(j), self.previous(k), self.previous(l)]
+    }
 
     /// Part of [`Self::constants`]: masses of A and B, kg.
     fn masses(&self, i: usize) -> [f64; 2];

@@ -1,7 +1,8 @@
 //! Evaluation of many contacts of one law at a time.
 
 use super::contract::{ContactLaw, Response};
-use crate::columns::Columns;
+use crate::columns::{Columns, Lanes};
+use crate::geometry::PreviousGeometry;
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::{
     BranchVector, Kinematics, MotionMeasure, MotionSink, PointKinematics, measure_contact, measure_each,
@@ -19,6 +20,12 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// History of contact `i`.
     fn history(&self, i: usize) -> &L::State;
 
+    /// Histories of four contacts.
+    #[inline(always)]
+    fn four_histories(&self, [i, j, k, l]: [usize; 4]) -> [&L::State; 4] {
+        [self.history(i), self.history(j), self.history(k), self.history(l)]
+    }
+
     /// The law with the parameters of contact `i`, and the contact's history.
     fn law(&self, i: usize) -> (&L, &L::State);
 
@@ -29,6 +36,13 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// which columns may leave out: the scalar path evaluates it.
     fn inherits(&self, i: usize) -> bool;
 
+    /// Damage from which on the event log records a contact.
+    fn damage_threshold(&self) -> f64;
+
+    /// Whether the event log has to record the damage of contact `i`, whose history after the step is `state`. The scalar path
+    /// evaluates such a contact, because the log needs energies that columns leave out.
+    fn reports(&self, i: usize, state: &L::State) -> bool;
+
     /// Whether dashpot forces strain particles.
     fn dashpots_strain(&self) -> bool;
 
@@ -37,6 +51,51 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
 
     /// Store the result that the law computed in columns for contact `i`, which survives the step.
     fn commit_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R);
+
+    /// Store the results that the law computed in columns for contacts `i` to `i + 3`, which survive the step.
+    fn commit_four<R: ColumnResults<L>>(&mut self, i: usize, results: &R);
+}
+
+/// Results of a law in columns, in steps without a sample. The numbers that the caller stores as rows come from the columns four by
+/// four ([`Lanes`]), the others one by one.
+pub trait ColumnResults<L: ContactLaw> {
+    /// Whether contact `i` needs the scalar path, because it ends, or because of what the columns leave out.
+    fn need_scalar_path<B: Batch<L>>(&self, i: usize, batch: &B) -> bool;
+    /// Normals and lengths of contacts `i` to `i + 3` after the step.
+    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4];
+    /// Histories of contacts `i` to `i + 3` after the step; `None` if they did not change.
+    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[L::State; 4]>;
+    /// Result for contact `i`.
+    fn result(&self, i: usize) -> impl ColumnResult<L::State>;
+}
+
+/// Commit the first `count` contacts of a batch from columns, four at a time where none of them needs the scalar path.
+#[inline(always)]
+pub(super) fn commit_columns<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(
+    mode: MotionMeasure,
+    count: usize,
+    dt: f64,
+    batch: &mut B,
+    results: &R,
+) {
+    for first in (0..count).step_by(4) {
+        let group = first..count.min(first + 4);
+        let mut scalar = group.len() < 4;
+        for i in group.clone() {
+            scalar |= results.need_scalar_path(i, batch);
+        }
+        if !scalar {
+            batch.commit_four(first, results);
+            continue;
+        }
+        for i in group {
+            if results.need_scalar_path(i, batch) {
+                evaluate_one(mode, i, dt, batch);
+            } else {
+                batch.commit_result(i, &results.result(i));
+            }
+        }
+    }
 }
 
 /// Result of a law for a contact that survives the step, in steps without a sample.
@@ -62,19 +121,6 @@ pub trait ColumnResult<S> {
     fn damage(&self) -> Option<f64> {
         None
     }
-    /// What the event log records of a contact that is damaged.
-    fn damaged(&self) -> DamagedContact {
-        DamagedContact::default()
-    }
-}
-
-/// What the event log records of a contact that is damaged.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct DamagedContact {
-    /// Distance of the contact point from the center of A, m.
-    pub arm_a: f64,
-    /// Energy stored in normal and shear deformation, J.
-    pub stored: [f64; 2],
 }
 
 /// [`ColumnResult`] of a contact under a law without damage.

@@ -18,10 +18,11 @@
 //!
 //! Madan 2019 does not say whether the springs start unstressed; see [`LinearBond::subtract_initial_gap`].
 
-use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
+use super::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_batch};
 use super::common::{ParameterError, reciprocal_of_step, require};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
-use crate::columns::{Arrays, BATCH, Columns, Formula};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
+use crate::geometry::PreviousGeometry;
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::FiniteInput;
 use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics, torques};
@@ -210,7 +211,8 @@ crate::columns! {
     struct IntactOutput {
         /// 1 if the bond survives, else 0.
         holds: f64,
-        branch: BranchVector,
+        /// Normal and length at the end of the step.
+        geometry: PreviousGeometry,
         /// Force on A, N.
         force: Vec3,
         /// Torque on A about its center, N·m.
@@ -256,7 +258,8 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         surface_displacement: impl FnOnce(&Vec3) -> f64,
     ) -> (IntactOutput, Response<LinearBondState>) {
         let IntactInput { motion, reference_length, mass_a, mass_b, history } = *input;
-        let FiniteInput { radius_a, radius_b, previous, .. } = motion;
+        let FiniteInput { a, b, previous, .. } = motion;
+        let (radius_a, radius_b) = (a.radius, b.radius);
         // The law does not use the area.
         let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
         let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
@@ -268,7 +271,7 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         let output = IntactOutput {
             // A NaN reference length marks a contact that is not a bond.
             holds: if fails | reference_length.is_nan() { 0.0 } else { 1.0 },
-            branch: BranchVector { length: point.length, normal },
+            geometry: PreviousGeometry { normal, length: point.length },
             force,
             torque_a,
             torque_b,
@@ -306,11 +309,49 @@ impl<const DAMPED: bool> Formula for IntactStraining<'_, DAMPED> {
         let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
         let (bond, Response { force, state, .. }) =
             intact.evaluate(&input.bond, |normal| input.surface_displacement.quadratic(normal));
-        let normal = bond.branch.normal;
+        let normal = bond.geometry.normal;
         let viscous = LinearBond::viscous_force(&normal, &state);
         let ParticleVirial { pressure, other, .. } =
             ParticleVirial::of(&normal, &force, &viscous, self.dashpots_strain);
         StrainingOutput { bond, pressure, other }
+    }
+}
+
+/// Results of all bonds of a batch; those that deform particles have virials.
+struct Results<'a, const DEFORM: bool>(&'a <StrainingOutput as Item>::Arrays);
+
+impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
+    #[inline(always)]
+    fn need_scalar_path<B: Batch<LinearBond>>(&self, i: usize, _batch: &B) -> bool {
+        self.0.bond.holds[i] == 0.0
+    }
+
+    #[inline(always)]
+    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
+        self.0.bond.geometry.get_four(i, lanes)
+    }
+
+    #[inline(always)]
+    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[LinearBondState; 4]> {
+        Some(self.0.bond.history.get_four(i, lanes))
+    }
+
+    #[inline(always)]
+    fn result(&self, i: usize) -> impl ColumnResult<LinearBondState> {
+        let Self(columns) = self;
+        let bond = &columns.bond;
+        let PreviousGeometry { normal, length } = bond.geometry.get(i);
+        let virial =
+            DEFORM.then(|| ParticleVirial { normal, pressure: columns.pressure.get(i), other: columns.other.get(i) });
+        BatchResult {
+            branch: BranchVector { length, normal },
+            force: bond.force.get(i),
+            torques: [bond.torque_a.get(i), bond.torque_b.get(i)],
+            energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
+            friction: None,
+            state: Some(bond.history.get(i)),
+            virial,
+        }
     }
 }
 
@@ -383,17 +424,19 @@ impl ContactLaw for LinearBond {
             return;
         }
         let damped = bond.damping_ratio != 0.0;
+        // The input for rigid particles is the beginning of the input for deformable ones.
+        let arrays = columns.input::<StrainingInput>();
+        let input = &mut arrays.bond;
+        FiniteInput::write(&mut input.motion, count, batch);
+        for i in (0..count).step_by(4) {
+            input.history.set_four(i, batch.four_histories(places(i, count)), batch.lanes());
+        }
         for i in 0..count {
             let (Reference { length, .. }, bonded) = batch.reference(i);
-            // The input for rigid particles is the beginning of the input for deformable ones.
-            let arrays = columns.input::<StrainingInput>();
-            let input = &mut arrays.bond;
-            input.motion.set(i, FiniteInput::of_contact(batch, i));
             input.reference_length.set(i, if bonded { length } else { f64::NAN });
             let [mass_a, mass_b] = if damped { batch.masses(i) } else { [0.0; 2] };
             input.mass_a.set(i, mass_a);
             input.mass_b.set(i, mass_b);
-            input.history.set(i, *batch.history(i));
             if B::DEFORM {
                 arrays.surface_displacement.set(i, batch.surface_displacement(i));
             }
@@ -406,29 +449,10 @@ impl ContactLaw for LinearBond {
             (false, true) => columns.apply(&IntactStraining::<false> { bond: &bond, dt, dashpots_strain }),
             (true, true) => columns.apply(&IntactStraining::<true> { bond: &bond, dt, dashpots_strain }),
         }
-        for i in 0..count {
-            let output = columns.output::<StrainingOutput>();
-            let bond = &output.bond;
-            if bond.holds.get(i) == 0.0 {
-                evaluate_one(mode, i, dt, batch);
-                continue;
-            }
-            let branch: BranchVector = bond.branch.get(i);
-            let virial = B::DEFORM.then(|| ParticleVirial {
-                normal: branch.normal,
-                pressure: output.pressure.get(i),
-                other: output.other.get(i),
-            });
-            let found = BatchResult {
-                branch,
-                force: bond.force.get(i),
-                torques: [bond.torque_a.get(i), bond.torque_b.get(i)],
-                energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
-                friction: None,
-                state: Some(bond.history.get(i)),
-                virial,
-            };
-            batch.commit_result(i, &found);
+        if B::DEFORM {
+            commit_columns(mode, count, dt, batch, &Results::<true>(columns.output::<StrainingOutput>()));
+        } else {
+            commit_columns(mode, count, dt, batch, &Results::<false>(columns.output::<StrainingOutput>()));
         }
     }
 

@@ -32,7 +32,7 @@ crate::for_each_law!(laws);
 pub use crate::elastic::Elastic;
 pub use crate::geometry::{ContactGeometry, Reference};
 pub use crate::kinematics::Kinematics;
-pub use batch::{Batch, BatchResult, ColumnResult, DamagedContact};
+pub use batch::{Batch, BatchResult, ColumnResult, ColumnResults};
 pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, Section};
 pub use common::ParameterError;
 pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};

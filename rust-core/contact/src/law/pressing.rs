@@ -84,8 +84,9 @@ impl<L: Pressing, const SHEAR_DASHPOT: bool> Formula for Evaluated<'_, L, SHEAR_
     fn apply(&self, input: PressingInput) -> PressingOutput {
         let law = if SHEAR_DASHPOT { *self.law } else { self.law.without_shear_dashpot() };
         let PressingInput { motion, reference_length, mass_a, mass_b, history } = input;
-        let FiniteInput { radius_a, radius_b, previous, .. } = motion;
+        let FiniteInput { a, b, previous, .. } = motion;
         // The laws do not use the area.
+        let (radius_a, radius_b) = (a.radius, b.radius);
         let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
         let point = motion.measure().point(&geometry, &previous, false);
         let Response { force, state, energy, .. } = law.pressing(&point, &law.state_of(&history), self.dt);
@@ -123,9 +124,9 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
         return;
     }
     let law = *batch.law(0).0;
+    let input = columns.input::<PressingInput>();
+    FiniteInput::write(&mut input.motion, count, batch);
     for i in 0..count {
-        let input = columns.input::<PressingInput>();
-        input.motion.set(i, FiniteInput::of_contact(batch, i));
         let (Reference { length, .. }, _) = batch.reference(i);
         input.reference_length.set(i, length);
         let [mass_a, mass_b] = batch.masses(i);

@@ -1,10 +1,9 @@
 //! Commit of a contact's response: new history, totals, and forces on its particles.
 
+use concordem_contact::columns::Lanes;
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry, torques};
-use concordem_contact::law::{
-    Batch, ColumnResult, ContactLaw, DamagedContact, EnergySplit, LawState, Response, Status,
-};
+use concordem_contact::law::{Batch, ColumnResult, ColumnResults, ContactLaw, EnergySplit, LawState, Response, Status};
 use concordem_contact::math::Vec3;
 
 use super::tile::{LOCAL, PendingContact, TileEvaluator};
@@ -25,8 +24,8 @@ struct Action<'a> {
     virial: Option<&'a ParticleVirial>,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
-    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
+impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     /// Commit a law's response to contact `i` of the batch.
     #[inline(always)]
@@ -121,12 +120,44 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     /// Each part of the result is read where it is stored, so that the parts need no registers before.
     #[inline(always)]
     pub(super) fn commit_batch_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R) {
-        let PendingContact { contact, slot, pair, counted, .. } = self.pending[i];
-        let k = contact as usize;
+        let k = self.pending[i].contact as usize;
         let BranchVector { length, normal } = result.branch();
         self.tile.previous[k] = PreviousGeometry { normal, length };
-        if counted {
-            let energy = &mut self.totals.energy;
+        if let Some(state) = result.state() {
+            self.tile.history[k] = state;
+        }
+        let mut energy = self.totals.energy;
+        self.add_energies(i, result, &mut energy);
+        self.totals.energy = energy;
+        self.add_result(i, result);
+    }
+
+    /// As [`Self::commit_batch_result`] for contacts `i` to `i + 3` of the batch.
+    #[inline(always)]
+    pub(super) fn commit_four_results<R: ColumnResults<L>>(&mut self, i: usize, results: &R) {
+        let (geometries, states) = (results.geometries(i, self.lanes), results.states(i, self.lanes));
+        for (r, geometry) in geometries.into_iter().enumerate() {
+            let k = self.pending[i + r].contact as usize;
+            self.tile.previous[k] = geometry;
+            if let Some(states) = &states {
+                self.tile.history[k] = states[r];
+            }
+        }
+        // A copy, which stays in registers.
+        let mut energy = self.totals.energy;
+        for r in 0..4 {
+            self.add_energies(i + r, &results.result(i + r), &mut energy);
+        }
+        self.totals.energy = energy;
+        for r in 0..4 {
+            self.add_result(i + r, &results.result(i + r));
+        }
+    }
+
+    /// Add the energies of contact `i` of the batch to `energy`.
+    #[inline(always)]
+    fn add_energies<R: ColumnResult<L::State>>(&self, i: usize, result: &R, energy: &mut EnergySplit) {
+        if self.pending[i].counted {
             if let Some(damage) = result.damage() {
                 energy.damage += damage;
             }
@@ -138,20 +169,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
                 energy.friction += friction;
             }
         }
-        if let Some(state) = result.state() {
-            let damage = L::damage(&state);
-            self.tile.history[k] = state;
-            if let Some(dissipated) = result.damage()
-                && damage >= self.context.damage_threshold
-                && !self.tile.flags[k].has(ContactFlags::REPORTED)
-            {
-                self.tile.flags[k].bits |= ContactFlags::REPORTED;
-                let DamagedContact { arm_a, stored: [stored_normal, stored_shear] } = result.damaged();
-                let position = self.context.poses[pair.a as usize].position + normal * arm_a;
-                let stored = [stored_normal, stored_shear, 0.0, 0.0];
-                log_event(&mut self.totals.bond_events, pair, damage, position, dissipated, stored, false);
-            }
-        }
+    }
+
+    /// Add the forces of contact `i` of the batch.
+    #[inline(always)]
+    fn add_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R) {
+        let slot = self.pending[i].slot;
+        let BranchVector { length, normal } = result.branch();
         let virial = result.virial();
         debug_assert!(!SAMPLE && virial.is_some() == self.deforms());
         let (force, torques) = (&result.force(), &result.torques());

@@ -10,6 +10,7 @@
 //!
 //! for a spring `½(k − k_o) u_o u`. The last form needs nothing from the last step but the factor.
 
+use concordem_contact::columns::Lanes;
 use concordem_contact::law::{ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::Vec3;
 
@@ -17,8 +18,8 @@ use super::Softened;
 use super::tile::{PendingContact, TileEvaluator};
 use crate::state::contacts::{ContactFlags, Pair};
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
-    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
+impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     /// Evaluate contact `i` of the batch, between rigid particles, at the temperatures of its particles.
     #[cold]

@@ -1,22 +1,23 @@
 //! The loop over the contacts of a tile.
 //!
-//! For each batch of up to 32 contacts: prefetch the particles of contacts ahead, activate candidates that begin to
+//! For each batch of up to 16 contacts: prefetch the particles of contacts ahead, activate candidates that begin to
 //! touch, measure the batch and evaluate the law ([`Batch`]), then commit each result. Everything here is inlined into
 //! one loop per law and kind of step; only rare cases are separate functions.
 
 use concordem_contact::activate::{activate, length_of};
-use concordem_contact::columns::{BATCH, Columns};
+use concordem_contact::columns::{BATCH, Columns, Lanes, Scalar};
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
 use concordem_contact::kinematics::{MotionMeasure, MotionSink, MotionSource, PointKinematics, Pose, PreviousGeometry};
 use concordem_contact::law::{
-    Batch, ColumnResult, ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status,
+    Batch, ColumnResult, ColumnResults, ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status,
 };
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
 
 use super::tile_map::is_local;
 use super::{BegunContact, StepContext, Totals, Wrench, motion_of};
+use crate::lanes::{LanesFnOnce, dispatch};
 use crate::state::contacts::{ContactFlags, Pair};
 
 /// The contacts of a tile, and the particles and halo slots they act on.
@@ -39,27 +40,26 @@ pub struct Tile<'a, L: ContactLaw> {
     pub(super) virial_halo: &'a mut [ParticleVirial],
 }
 
-/// The loop over one tile in a step without a sample. [`pulp`] runs it with the widest instructions of the processor.
-/// The bits are the same, because nothing is fused or reordered.
+/// The loop over one tile in a step without a sample, with the widest instructions of the processor.
 struct PlainTileLoop<'a, 'b, L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     tile: Tile<'b, L>,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> pulp::NullaryFnOnce
+impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> LanesFnOnce
     for PlainTileLoop<'_, '_, L, PERIODIC, YADE, DEFORM>
 {
     type Output = Totals;
     #[inline(always)]
-    fn call(self) -> Totals {
+    fn call<T: Lanes>(self, lanes: T) -> Totals {
         // The compiler sees which measures are possible and omits the others.
         let mode = match self.context.mode {
             MotionMeasure::Yade if YADE => MotionMeasure::Yade,
             _ if YADE => MotionMeasure::YadeRatcheting,
             _ => MotionMeasure::Finite,
         };
-        run::<L, PERIODIC, false, DEFORM, BATCH>(mode, self.context, self.rows, self.tile)
+        run::<L, T, PERIODIC, false, DEFORM, BATCH>(mode, lanes, self.context, self.rows, self.tile)
     }
 }
 
@@ -75,24 +75,23 @@ pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile:
     let plain = !context.sample && context.expansion.is_none() && !context.heats && context.softening.is_none();
     let finite = plain && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
     let yade = plain && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
-    let arch = pulp::Arch::new();
     // Conditions on constants of the law come first, so that the compiler omits the loops they exclude.
     if L::DEFORMS && !context.surface_displacement.is_empty() {
         if finite && !periodic {
-            arch.dispatch(PlainTileLoop::<L, false, false, true> { context, rows, tile })
+            dispatch(PlainTileLoop::<L, false, false, true> { context, rows, tile })
         } else {
-            run::<L, true, true, true, BATCH>(mode, context, rows, tile)
+            run::<L, Scalar, true, true, true, BATCH>(mode, Scalar, context, rows, tile)
         }
     } else if finite && periodic {
-        arch.dispatch(PlainTileLoop::<L, true, false, false> { context, rows, tile })
+        dispatch(PlainTileLoop::<L, true, false, false> { context, rows, tile })
     } else if finite {
-        arch.dispatch(PlainTileLoop::<L, false, false, false> { context, rows, tile })
+        dispatch(PlainTileLoop::<L, false, false, false> { context, rows, tile })
     } else if !L::Kinematics::ONE_MODE && yade {
-        arch.dispatch(PlainTileLoop::<L, false, true, false> { context, rows, tile })
+        dispatch(PlainTileLoop::<L, false, true, false> { context, rows, tile })
     } else if L::DEFORMS {
-        run::<L, true, true, true, BATCH>(mode, context, rows, tile)
+        run::<L, Scalar, true, true, true, BATCH>(mode, Scalar, context, rows, tile)
     } else {
-        run::<L, true, true, false, BATCH>(mode, context, rows, tile)
+        run::<L, Scalar, true, true, false, BATCH>(mode, Scalar, context, rows, tile)
     }
 }
 
@@ -104,20 +103,22 @@ pub fn evaluate_tile_in_blocks<L: ContactLaw, const SIZE: usize>(
     rows: &[L],
     tile: Tile<'_, L>,
 ) -> Totals {
-    run::<L, true, true, false, SIZE>(context.mode, context, rows, tile)
+    run::<L, Scalar, true, true, false, SIZE>(context.mode, Scalar, context, rows, tile)
 }
 
 /// The loop over the contacts of a tile, `SIZE` at a time.
 #[inline(always)]
-fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>(
+fn run<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>(
     mode: MotionMeasure,
+    lanes: T,
     context: &StepContext<'_>,
     rows: &[L],
     tile: Tile<'_, L>,
 ) -> Totals {
     let count = tile.pair.len();
     let (totals, pending) = (Totals::default(), [PendingContact::default(); SIZE]);
-    let mut evaluator = TileEvaluator::<L, PERIODIC, SAMPLE, DEFORM, SIZE> { context, rows, tile, totals, pending };
+    let mut evaluator =
+        TileEvaluator::<L, T, PERIODIC, SAMPLE, DEFORM, SIZE> { context, rows, tile, totals, pending, lanes };
     let mut columns = Columns::default();
     let (mut k, mut next_slot) = (0, 0);
     while k < count {
@@ -158,6 +159,7 @@ pub(super) const LOCAL: u32 = u32::MAX;
 pub(super) struct TileEvaluator<
     'a,
     L: ContactLaw,
+    T: Lanes,
     const PERIODIC: bool,
     const SAMPLE: bool,
     const DEFORM: bool,
@@ -168,6 +170,8 @@ pub(super) struct TileEvaluator<
     pub(super) tile: Tile<'a, L>,
     pub(super) totals: Totals,
     pub(super) pending: [PendingContact; SIZE],
+    /// How it moves numbers between rows and columns.
+    pub(super) lanes: T,
 }
 
 /// A contact of the present batch.
@@ -185,8 +189,8 @@ pub(super) struct PendingContact {
     pub counted: bool,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
-    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
+impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     /// Whether particles deform. The loop for cells and samples supports rigid and deformable particles.
     #[inline(always)]
@@ -290,23 +294,31 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize> MotionSource
-    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
+impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    MotionSource for TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     const PERIODIC: bool = PERIODIC;
     const DEFORM: bool = DEFORM;
 
     #[inline(always)]
-    fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
-        let PendingContact { contact, pair, .. } = self.pending[i];
-        let (k, Pair { a, b }) = (contact as usize, pair);
-        let [pose_a, pose_b] = [a, b].map(|p| &self.context.poses[p as usize]);
-        let mut rotations = [pose_a.rotation, pose_b.rotation];
-        if self.context.oriented {
-            rotations = self.rotations_in_step(pair);
-        }
-        let both = [(pose_a, rotations[0]), (pose_b, rotations[1])];
-        (both.map(|(pose, rotation)| Pose { rotation, ..*pose }), self.image(k).displacement)
+    fn lanes(&self) -> impl Lanes {
+        self.lanes
+    }
+
+    #[inline(always)]
+    fn poses(&self, i: usize) -> [&Pose; 2] {
+        let Pair { a, b } = self.pending[i].pair;
+        [&self.context.poses[a as usize], &self.context.poses[b as usize]]
+    }
+
+    #[inline(always)]
+    fn rotations(&self, i: usize) -> Option<[Quat; 2]> {
+        self.context.oriented.then(|| self.rotations_in_step(self.pending[i].pair))
+    }
+
+    #[inline(always)]
+    fn shift(&self, i: usize) -> Vec3 {
+        self.image(self.pending[i].contact as usize).displacement
     }
 
     #[inline(always)]
@@ -332,7 +344,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let [radius_a, radius_b] = [a, b].map(|p| self.context.poses[p as usize].radius);
         let ([mass_a, mass_b], (Reference { length, area }, bonded)) = (self.masses(i), self.reference(i));
         let geometry = ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a, mass_b };
-        (geometry, self.previous(i), bonded)
+        (geometry, *self.previous(i), bonded)
     }
 
     #[inline(always)]
@@ -342,8 +354,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn previous(&self, i: usize) -> PreviousGeometry {
-        self.tile.previous[self.pending[i].contact as usize]
+    fn previous(&self, i: usize) -> &PreviousGeometry {
+        &self.tile.previous[self.pending[i].contact as usize]
     }
 
     #[inline(always)]
@@ -359,8 +371,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
-    MotionSink<L::Kinematics> for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
+impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
+    MotionSink<L::Kinematics> for TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     #[inline(always)]
     fn evaluate(&mut self, i: usize, kinematics: &L::Kinematics) {
@@ -393,8 +405,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize> Batch<L>
-    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM, SIZE>
+impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize> Batch<L>
+    for TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
 {
     const SAMPLE: bool = SAMPLE;
 
@@ -422,6 +434,17 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
+    fn damage_threshold(&self) -> f64 {
+        self.context.damage_threshold
+    }
+
+    #[inline(always)]
+    fn reports(&self, i: usize, state: &L::State) -> bool {
+        let flags = &self.tile.flags[self.pending[i].contact as usize];
+        L::damage(state) >= self.context.damage_threshold && !flags.has(ContactFlags::REPORTED)
+    }
+
+    #[inline(always)]
     fn dashpots_strain(&self) -> bool {
         self.context.dashpots_strain
     }
@@ -440,5 +463,10 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     #[inline(always)]
     fn commit_result<R: ColumnResult<L::State>>(&mut self, i: usize, found: &R) {
         self.commit_batch_result(i, found);
+    }
+
+    #[inline(always)]
+    fn commit_four<R: ColumnResults<L>>(&mut self, i: usize, results: &R) {
+        self.commit_four_results(i, results);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use concordem_contact::columns::{Arrays, Columns, Formula};
+use concordem_contact::columns::{Arrays, Columns, Formula, Item, Lanes, places};
 use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked, Work};
 use concordem_contact::math::{Quat, SMALL_ANGLE_SQUARED, Vec3};
 
@@ -98,8 +98,9 @@ impl FreeKick {
     /// Advance at most [`BATCH`] particles of a chunk. Members of clumps and particles with prescribed components take the
     /// scalar path.
     #[inline(always)]
-    pub fn advance(
+    pub fn advance<T: Lanes>(
         &self,
+        lanes: T,
         columns: &mut Columns,
         shared: &Shared<'_>,
         chunk: &mut Chunk<'_>,
@@ -116,52 +117,91 @@ impl FreeKick {
             }
             return;
         }
-        for (k, i) in range.clone().enumerate() {
-            let p = chunk.base + i;
-            let input = columns.input::<Body>();
-            input.force.set(k, force[p]);
-            input.torque.set(k, torque[p]);
-            input.velocity.set(k, chunk.velocity[i]);
-            input.angular_velocity.set(k, chunk.angular_velocity[i]);
-            input.orientation.set(k, chunk.orientation[i]);
-            input.position.set(k, chunk.position[i]);
-            input.mass.set(k, mass[p]);
-            input.inertia.set(k, inertia[p]);
+        let (first, count) = (range.start, range.len());
+        let input = columns.input::<Body>();
+        for k in (0..count).step_by(4) {
+            let of_chunk = places(k, count);
+            input.force.set_four(k, rows(&force[base + first..], of_chunk), lanes);
+            input.torque.set_four(k, rows(&torque[base + first..], of_chunk), lanes);
+            input.velocity.set_four(k, rows(&chunk.velocity[first..], of_chunk), lanes);
+            input.angular_velocity.set_four(k, rows(&chunk.angular_velocity[first..], of_chunk), lanes);
+            input.orientation.set_four(k, rows(&chunk.orientation[first..], of_chunk), lanes);
+            input.position.set_four(k, rows(&chunk.position[first..], of_chunk), lanes);
         }
+        input.mass[..count].copy_from_slice(&mass[base + first..][..count]);
+        input.inertia[..count].copy_from_slice(&inertia[base + first..][..count]);
         match (self.damped, self.cell) {
             // Only the damping reads the motion of the cell.
             (false, _) => columns.apply(&KickFormula::<false, false>(self.kick)),
             (true, false) => columns.apply(&KickFormula::<true, false>(self.kick)),
             (true, true) => columns.apply(&KickFormula::<true, true>(self.kick)),
         }
-        for (k, i) in range.enumerate() {
-            if !free(i) {
-                advance(shared, chunk, i, sums);
+        let output = columns.output::<KickOutput>();
+        for group in (0..count).step_by(4) {
+            let four = group..count.min(group + 4);
+            let mut plain = four.len() == 4;
+            for k in four.clone() {
+                plain = plain && free(first + k) && output.angle_squared[k] < SMALL_ANGLE_SQUARED;
+            }
+            if plain {
+                let i = first + group;
+                chunk.velocity[i..i + 4].copy_from_slice(&output.velocity.get_four(group, lanes));
+                chunk.angular_velocity[i..i + 4].copy_from_slice(&output.angular_velocity.get_four(group, lanes));
+                chunk.position[i..i + 4].copy_from_slice(&output.position.get_four(group, lanes));
+                chunk.rotation_increment[i..i + 4].copy_from_slice(&output.increment.get_four(group, lanes));
+                chunk.orientation[i..i + 4].copy_from_slice(&output.orientation.get_four(group, lanes));
+                for k in four {
+                    add(output, k, sums);
+                }
                 continue;
             }
-            let output = columns.output::<KickOutput>();
-            chunk.velocity[i] = output.velocity.get(k);
-            chunk.angular_velocity[i] = output.angular_velocity.get(k);
-            chunk.position[i] = output.position.get(k);
-            if output.angle_squared.get(k) < SMALL_ANGLE_SQUARED {
-                chunk.rotation_increment[i] = output.increment.get(k);
-                chunk.orientation[i] = output.orientation.get(k);
-            } else {
-                let (w, orientation) = (chunk.angular_velocity[i], chunk.orientation[i]);
-                let drifted = leapfrog::drift(self.kick.dt, &chunk.velocity[i], &w, &chunk.position[i], &orientation);
-                let Drifted { increment, orientation, .. } = drifted;
-                (chunk.rotation_increment[i], chunk.orientation[i]) = (increment, orientation);
+            for k in four {
+                let i = first + k;
+                if !free(i) {
+                    advance(shared, chunk, i, sums);
+                    continue;
+                }
+                self.store(output, k, chunk, i);
+                add(output, k, sums);
             }
-            sums.kinetic += output.kinetic.get(k);
-            sums.damping[0] -= output.damped_before.get(k);
-            sums.damping[1] -= output.damped_after.get(k);
-            sums.external[0] += output.external_before.get(k);
-            sums.external[1] += output.external_after.get(k);
-            sums.net_force_squared += output.net_force_squared.get(k);
-            sums.free_particles += 1;
-            sums.net_torque_squared += output.net_torque_squared.get(k);
-            sums.free_rotations += 1;
-            sums.max_speed_squared = sums.max_speed_squared.max(output.speed_squared.get(k));
         }
     }
+
+    /// Store the motion of particle `i` of a chunk, which is number `k` of the batch.
+    #[inline(always)]
+    fn store(&self, output: &<KickOutput as Item>::Arrays, k: usize, chunk: &mut Chunk<'_>, i: usize) {
+        chunk.velocity[i] = output.velocity.get(k);
+        chunk.angular_velocity[i] = output.angular_velocity.get(k);
+        chunk.position[i] = output.position.get(k);
+        if output.angle_squared.get(k) < SMALL_ANGLE_SQUARED {
+            chunk.rotation_increment[i] = output.increment.get(k);
+            chunk.orientation[i] = output.orientation.get(k);
+        } else {
+            let (w, orientation) = (chunk.angular_velocity[i], chunk.orientation[i]);
+            let drifted = leapfrog::drift(self.kick.dt, &chunk.velocity[i], &w, &chunk.position[i], &orientation);
+            let Drifted { increment, orientation, .. } = drifted;
+            (chunk.rotation_increment[i], chunk.orientation[i]) = (increment, orientation);
+        }
+    }
+}
+
+/// Four of the rows.
+#[inline(always)]
+fn rows<R>(rows: &[R], [a, b, c, d]: [usize; 4]) -> [&R; 4] {
+    [&rows[a], &rows[b], &rows[c], &rows[d]]
+}
+
+/// Add the energies of particle `k` of the batch.
+#[inline(always)]
+fn add(output: &<KickOutput as Item>::Arrays, k: usize, sums: &mut KickSums) {
+    sums.kinetic += output.kinetic.get(k);
+    sums.damping[0] -= output.damped_before.get(k);
+    sums.damping[1] -= output.damped_after.get(k);
+    sums.external[0] += output.external_before.get(k);
+    sums.external[1] += output.external_after.get(k);
+    sums.net_force_squared += output.net_force_squared.get(k);
+    sums.free_particles += 1;
+    sums.net_torque_squared += output.net_torque_squared.get(k);
+    sums.free_rotations += 1;
+    sums.max_speed_squared = sums.max_speed_squared.max(output.speed_squared.get(k));
 }

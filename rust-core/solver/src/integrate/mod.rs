@@ -22,6 +22,7 @@ pub use clumps::advance_clumps;
 pub use damping::Damping;
 
 use crate::forces::{TILE, TileMap};
+use crate::lanes::dispatch;
 use crate::state::{Cell, Particles};
 use particle::{Chunk, ChunkLoop, Shared};
 
@@ -160,7 +161,7 @@ pub fn kick_and_drift(context: &KickContext<'_>, particles: &mut Particles, net:
     let gradient = context.cell.map(|cell| cell.velocity_gradient);
     let shared = Shared { context, mass, inertia, clump, constraint, loads, net, gradient };
     let sums: Vec<KickSums> =
-        chunks.into_par_iter().map(|chunk| pulp::Arch::new().dispatch(ChunkLoop { shared: &shared, chunk })).collect();
+        chunks.into_par_iter().map(|chunk| dispatch(ChunkLoop { shared: &shared, chunk })).collect();
     let mut total = KickSums::default();
     for s in &sums {
         total.merge(s);

@@ -1,12 +1,13 @@
 //! Kick and drift of the particles of a chunk.
 
-use concordem_contact::columns::{BATCH, Columns};
+use concordem_contact::columns::{BATCH, Columns, Lanes};
 use concordem_contact::math::{Mat3, Quat, Vec3, normalized, quaternion_of_rotation_vector};
 
 use super::batch::FreeKick;
 use super::damping::changes;
 use super::kick::Freedom;
 use super::{KickContext, KickSums, NetForces};
+use crate::lanes::LanesFnOnce;
 use crate::state::particles::load_of;
 use crate::state::{Constraint, Load};
 
@@ -36,24 +37,23 @@ pub(super) struct Shared<'a> {
     pub gradient: Option<Mat3>,
 }
 
-/// The loop over the particles of a chunk. [`pulp`] runs it with the widest instructions of the processor. The bits are
-/// the same, because nothing is fused or reordered.
+/// The loop over the particles of a chunk, with the widest instructions of the processor.
 pub(super) struct ChunkLoop<'a, 'b> {
     pub shared: &'a Shared<'a>,
     pub chunk: Chunk<'b>,
 }
 
-impl pulp::NullaryFnOnce for ChunkLoop<'_, '_> {
+impl LanesFnOnce for ChunkLoop<'_, '_> {
     type Output = KickSums;
     #[inline(always)]
-    fn call(self) -> KickSums {
+    fn call<T: Lanes>(self, lanes: T) -> KickSums {
         let Self { shared, mut chunk } = self;
         let mut sums = KickSums::default();
         let count = chunk.position.len();
         if let Some(kick) = FreeKick::of(shared, &chunk) {
             let mut columns = Columns::default();
             for first in (0..count).step_by(BATCH) {
-                kick.advance(&mut columns, shared, &mut chunk, first..count.min(first + BATCH), &mut sums);
+                kick.advance(lanes, &mut columns, shared, &mut chunk, first..count.min(first + BATCH), &mut sums);
             }
         } else {
             for i in 0..count {

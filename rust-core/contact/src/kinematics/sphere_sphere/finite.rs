@@ -1,24 +1,20 @@
 //! The finite measure; see the [parent module](super) for the equations.
 
 use super::super::transport::Turn;
-use super::super::{ContactInput, MotionSink, MotionSource, PointKinematics};
-use crate::columns::{Arrays, BATCH, Columns, Formula};
+use super::super::{ContactInput, MotionSink, MotionSource, PointKinematics, Pose};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, places};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::math::{Quat, Vec3, norm};
 
 crate::columns! {
     /// Input of the finite measure.
     pub struct FiniteInput {
-        /// Branch vector `x_B + shift − x_A`, m.
-        pub branch: Vec3,
-        /// Rotation of A in the step.
-        pub rotation_a: Quat,
-        /// Rotation of B in the step.
-        pub rotation_b: Quat,
-        /// Radius of A, m.
-        pub radius_a: f64,
-        /// Radius of B, m.
-        pub radius_b: f64,
+        /// A with its rotation in the step.
+        pub a: Pose,
+        /// B with its rotation in the step.
+        pub b: Pose,
+        /// Displacement of B's image, m.
+        pub shift: Vec3,
         /// Geometry of the previous step.
         pub previous: PreviousGeometry,
     }
@@ -34,24 +30,34 @@ crate::columns! {
 }
 
 impl FiniteInput {
-    /// Input for contact `i` of a batch.
+    /// Write the inputs of the first `count` contacts of a batch to columns.
     #[inline(always)]
-    pub fn of_contact<S: MotionSource>(source: &S, i: usize) -> Self {
-        let ([a, b], shift) = source.poses(i);
-        Self {
-            branch: b.position + shift - a.position,
-            rotation_a: a.rotation,
-            rotation_b: b.rotation,
-            radius_a: a.radius,
-            radius_b: b.radius,
-            previous: source.previous(i),
+    pub fn write<S: MotionSource>(arrays: &mut <Self as Item>::Arrays, count: usize, source: &S) {
+        arrays.shift = bytemuck::Zeroable::zeroed();
+        for i in (0..count).step_by(4) {
+            let places = places(i, count);
+            let [a, b] = source.four_poses(places);
+            arrays.a.set_four(i, a, source.lanes());
+            arrays.b.set_four(i, b, source.lanes());
+            arrays.previous.set_four(i, source.four_previous(places), source.lanes());
+            for place in places {
+                if S::PERIODIC {
+                    arrays.shift.set(place, source.shift(place));
+                }
+                if let Some([a, b]) = source.rotations(place) {
+                    arrays.a.rotation.set(place, a);
+                    arrays.b.rotation.set(place, b);
+                }
+            }
         }
     }
 
     /// Measure the contact.
     #[inline(always)]
     pub fn measure(&self) -> FiniteMeasure {
-        let Self { branch, rotation_a, rotation_b, radius_a, radius_b, previous } = *self;
+        let Self { a, b, shift, previous } = *self;
+        let (rotation_a, rotation_b, radius_a, radius_b) = (a.rotation, b.rotation, a.radius, b.radius);
+        let branch = b.position + shift - a.position;
         let length = norm(&branch);
         let normal = branch * (1.0 / length);
         let gap = length - radius_a - radius_b;
@@ -98,11 +104,9 @@ impl FiniteMeasure {
 pub(super) fn measure(input: &ContactInput<'_>) -> PointKinematics {
     let ContactInput { a, b, geometry, previous, bonded, .. } = *input;
     let input = FiniteInput {
-        branch: input.branch(),
-        rotation_a: a.rotation_increment,
-        rotation_b: b.rotation_increment,
-        radius_a: geometry.radius_a,
-        radius_b: geometry.radius_b,
+        a: Pose { position: a.position, rotation: a.rotation_increment, radius: geometry.radius_a },
+        b: Pose { position: b.position, rotation: b.rotation_increment, radius: geometry.radius_b },
+        shift: input.image.displacement,
         previous: *previous,
     };
     input.measure().point(geometry, previous, bonded)
@@ -126,9 +130,7 @@ impl Formula for Finite {
 #[inline(always)]
 pub fn finite_batch<B: MotionSink<PointKinematics>>(count: usize, batch: &mut B, columns: &mut Columns) {
     let count = count.min(BATCH);
-    for i in 0..count {
-        columns.input::<FiniteInput>().set(i, FiniteInput::of_contact(batch, i));
-    }
+    FiniteInput::write(columns.input::<FiniteInput>(), count, batch);
     columns.apply(&Finite);
     for i in 0..count {
         let measure: FiniteMeasure = columns.output::<FiniteMeasure>().get(i);

@@ -1,11 +1,11 @@
 //! Unbroken beams in columns.
 
 use super::{BeamModel, BeamResponse, BendingTerm, CohesiveBeam, CohesiveBeamState, beam_response};
-use crate::columns::{Arrays, BATCH, Columns, Formula};
-use crate::geometry::{ContactGeometry, Reference};
-use crate::kinematics::{BranchVector, MotionMeasure, RestFrame, torques};
-use crate::law::batch::{Batch, BatchResult, evaluate_each, evaluate_one};
-use crate::math::{Quat, Vec3};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
+use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
+use crate::kinematics::{BranchVector, MotionMeasure, Pose, RestFrame, torques};
+use crate::law::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_each};
+use crate::math::Vec3;
 
 /// Evaluates slender or Timoshenko beams with equal parameters and small end rotations in columns; see
 /// [`respond_batch`].
@@ -18,20 +18,20 @@ struct Intact<'a, const TURNED: bool> {
 crate::columns! {
     /// Input of [`Intact`].
     struct IntactInput {
-        /// Vector between the centers, m.
-        branch: Vec3,
-        orientation_a: Quat,
-        orientation_b: Quat,
-        rest: RestFrame,
-        /// Reference length, m.
-        reference_length: f64,
-        /// Area, m²; NaN for a contact that is not a bond.
-        area: f64,
+        /// The particles with their orientations.
+        a: Pose,
+        b: Pose,
+        /// Displacement of B's image, m.
+        shift: Vec3,
+        rest: CohesiveBeamState,
+        /// Its area is NaN for a contact that is not a bond.
+        reference: Reference,
     }
 
     /// Output of [`Intact`].
     struct IntactOutput {
-        branch: BranchVector,
+        /// Normal and length at the end of the step.
+        geometry: PreviousGeometry,
         /// Force on A, N.
         force: Vec3,
         /// Torque on A about its center, N·m.
@@ -48,9 +48,10 @@ impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
 
     #[inline(always)]
     fn apply(&self, input: IntactInput) -> IntactOutput {
-        let IntactInput { branch, orientation_a, orientation_b, rest, reference_length, area } = input;
-        let branch = BranchVector::of(&branch);
-        let (rotations, small) = branch.small_rotations::<TURNED>([orientation_a, orientation_b], &rest);
+        let IntactInput { a, b, shift, rest, reference: Reference { length: reference_length, area } } = input;
+        let rest = RestFrame { direction: rest.rest_direction, rotation: rest.rest_rotation };
+        let branch = BranchVector::of(&(b.position + shift - a.position));
+        let (rotations, small) = branch.small_rotations::<TURNED>([a.rotation, b.rotation], &rest);
         // A beam does not use radii and masses.
         let geometry =
             ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
@@ -61,7 +62,8 @@ impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
         let [torque_a, torque_b] = torques(&n, &force, [0.5 * branch.length; 2]);
         // A zero direction marks the first evaluation of the bond, which needs the scalar path.
         let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
-        IntactOutput { branch, force, torque_a: torque_a + m, torque_b: torque_b - m, stress }
+        let geometry = PreviousGeometry { normal: n, length: branch.length };
+        IntactOutput { geometry, force, torque_a: torque_a + m, torque_b: torque_b - m, stress }
     }
 }
 
@@ -92,35 +94,71 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
         return;
     };
     let mut turned = false;
-    for i in 0..count {
-        let ([position_a, position_b], [orientation_a, orientation_b], shift) = batch.ends(i);
-        let (Reference { length: reference_length, area }, bonded) = batch.reference(i);
-        let CohesiveBeamState { rest_direction: direction, rest_rotation: rotation } = *batch.history(i);
-        turned |= rotation != Vec3::zeros();
-        let input = IntactInput {
-            branch: position_b + shift - position_a,
-            orientation_a,
-            orientation_b,
-            rest: RestFrame { direction, rotation },
-            reference_length,
+    let input = columns.input::<IntactInput>();
+    input.shift = bytemuck::Zeroable::zeroed();
+    for i in (0..count).step_by(4) {
+        let places = places(i, count);
+        let ([a, b], rest) = (batch.four_poses(places), batch.four_histories(places));
+        input.a.set_four(i, a, batch.lanes());
+        input.b.set_four(i, b, batch.lanes());
+        input.rest.set_four(i, rest, batch.lanes());
+        for (r, (rest, place)) in rest.into_iter().zip(places).enumerate() {
+            turned |= rest.rest_rotation != Vec3::zeros();
+            let (Reference { length, area }, bonded) = batch.reference(place);
             // A NaN area makes the stress NaN, and the contact takes the scalar path.
-            area: if bonded { area } else { f64::NAN },
-        };
-        columns.input::<IntactInput>().set(i, input);
+            let area = if bonded { area } else { f64::NAN };
+            input.reference.set(i + r, Reference { length, area });
+            if B::PERIODIC {
+                input.shift.set(i + r, batch.shift(place));
+            }
+        }
     }
     if turned {
         columns.apply(&Intact::<true> { beam: &beam, shear_coefficient });
     } else {
         columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
     }
-    for i in 0..count {
-        let IntactOutput { branch, force, torque_a, torque_b, stress } = columns.output::<IntactOutput>().get(i);
-        if stress < beam.strength {
-            let torques = [torque_a, torque_b];
-            let (energy, friction, state, virial) = (None, None, None, None);
-            batch.commit_result(i, &BatchResult { branch, force, torques, energy, friction, state, virial });
-        } else {
-            evaluate_one(mode, i, dt, batch);
+    let results = Results { columns: columns.output::<IntactOutput>(), strength: beam.strength };
+    commit_columns(mode, count, dt, batch, &results);
+}
+
+/// Results of all beams of a batch.
+struct Results<'a> {
+    columns: &'a <IntactOutput as Item>::Arrays,
+    /// Pa.
+    strength: f64,
+}
+
+impl ColumnResults<CohesiveBeam> for Results<'_> {
+    #[inline(always)]
+    fn need_scalar_path<B: Batch<CohesiveBeam>>(&self, i: usize, _batch: &B) -> bool {
+        // A stress of NaN, too.
+        let holds = self.columns.stress[i] < self.strength;
+        !holds
+    }
+
+    #[inline(always)]
+    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
+        self.columns.geometry.get_four(i, lanes)
+    }
+
+    #[inline(always)]
+    fn states(&self, _i: usize, _lanes: impl Lanes) -> Option<[CohesiveBeamState; 4]> {
+        None
+    }
+
+    #[inline(always)]
+    fn result(&self, i: usize) -> impl ColumnResult<CohesiveBeamState> {
+        let Self { columns, .. } = self;
+        let PreviousGeometry { normal, length } = columns.geometry.get(i);
+        BatchResult {
+            branch: BranchVector { length, normal },
+            force: columns.force.get(i),
+            torques: [columns.torque_a.get(i), columns.torque_b.get(i)],
+            energy: None,
+            friction: None,
+            state: None,
+            virial: None,
         }
     }
 }

@@ -3,59 +3,43 @@
 //! The damage of a bond whose κ grows contains an exponential, which is no formula for columns. In the plain thesis form a first
 //! formula computes the κ of batches that are about to grow; then [`predict_damage`] computes their damage one by one.
 //!
-//! Other contacts whose damage grows, and those that end, need branches. Their damage becomes NaN in the columns, and
-//! [`evaluate_one`] evaluates them again; so it does contacts that inherit the energy of a bond.
+//! Other contacts whose damage grows, and those that end, need branches. Their damage becomes NaN in the columns, and the scalar path
+//! evaluates them again; so it does contacts that inherit the energy of a bond, and those whose damage is reported.
 
 use super::{Cpm, CpmFormulation, CpmState, StressResponse};
-use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::{FiniteInput, Yade, YadeInput, write_yade_input};
 use crate::kinematics::{BranchVector, ImageShift, MotionMeasure, PointKinematics, torques};
-use crate::law::batch::{Batch, ColumnResult, DamagedContact, evaluate_batch, evaluate_one};
+use crate::law::batch::{Batch, ColumnResult, ColumnResults, commit_columns, evaluate_batch};
 use crate::law::{EnergySplit, Reference};
 use crate::math::Vec3;
 
 crate::columns! {
-    /// History without the damage strain, which only viscous damage uses.
-    struct History {
-        normal_strain: f64,
-        kappa: f64,
-        omega: f64,
-        plastic_normal_strain: f64,
-        shear_strain: Vec3,
-        plastic_shear_strain: Vec3,
-    }
-
     /// Response of a contact; a damage of NaN marks a contact that needs the scalar path.
     struct ColumnResponse {
-        branch: BranchVector,
-        /// Distance of the contact point from the center of A, m.
-        arm_a: f64,
+        /// Normal and length at the end of the step.
+        geometry: PreviousGeometry,
         /// On A, N.
         force: Vec3,
         /// On A and B about their centers, N·m.
         torque_a: Vec3,
         torque_b: Vec3,
         /// J.
-        stored_normal: f64,
-        stored_shear: f64,
         friction: f64,
         damage: f64,
         integration: f64,
-        history: History,
+        history: CpmState,
     }
 
     /// Input of [`PlainThesis`].
     struct ThesisInput {
         motion: FiniteInput,
-        /// m.
-        reference_length: f64,
-        /// m².
-        area: f64,
+        reference: Reference,
         /// 1 for a bond, else 0.
         bonded: f64,
-        history: History,
+        history: CpmState,
         /// Where the damage is known: κ at the end of the step, otherwise NaN.
         predicted_kappa: f64,
         /// Damage at that κ.
@@ -71,26 +55,7 @@ crate::columns! {
         length_old: f64,
         /// 1 for a bond, else 0.
         bonded: f64,
-        history: History,
-    }
-}
-
-impl From<&CpmState> for History {
-    #[inline(always)]
-    fn from(state: &CpmState) -> Self {
-        let CpmState { normal_strain, kappa, omega, plastic_normal_strain, shear_strain, plastic_shear_strain, .. } =
-            *state;
-        Self { normal_strain, kappa, omega, plastic_normal_strain, shear_strain, plastic_shear_strain }
-    }
-}
-
-impl From<History> for CpmState {
-    #[inline(always)]
-    fn from(history: History) -> Self {
-        let History { normal_strain, kappa, omega, plastic_normal_strain, shear_strain, plastic_shear_strain } =
-            history;
-        let damage_strain = 0.0;
-        Self { normal_strain, kappa, omega, plastic_normal_strain, damage_strain, shear_strain, plastic_shear_strain }
+        history: CpmState,
     }
 }
 
@@ -99,25 +64,13 @@ impl ColumnResponse {
     fn new(point: &PointKinematics, force: Vec3, stresses: &StressResponse) -> Self {
         let &PointKinematics { length, normal, arm_a, arm_b, .. } = point;
         let [torque_a, torque_b] = torques(&normal, &force, [arm_a, arm_b]);
-        let branch = BranchVector { length, normal };
-        let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = stresses.energy;
-        let mut history = History::from(&stresses.state);
+        let geometry = PreviousGeometry { normal, length };
+        let EnergySplit { friction, damage, integration, .. } = stresses.energy;
+        let mut history = stresses.state;
         if stresses.lost {
             history.omega = f64::NAN;
         }
-        Self {
-            branch,
-            arm_a,
-            force,
-            torque_a,
-            torque_b,
-            stored_normal,
-            stored_shear,
-            friction,
-            damage,
-            integration,
-            history,
-        }
+        Self { geometry, force, torque_a, torque_b, friction, damage, integration, history }
     }
 }
 
@@ -130,7 +83,8 @@ struct ContactResponse<'a> {
 impl ColumnResult<CpmState> for ContactResponse<'_> {
     #[inline(always)]
     fn branch(&self) -> BranchVector {
-        self.columns.branch.get(self.i)
+        let PreviousGeometry { normal, length } = self.columns.geometry.get(self.i);
+        BranchVector { length, normal }
     }
 
     #[inline(always)]
@@ -155,7 +109,7 @@ impl ColumnResult<CpmState> for ContactResponse<'_> {
 
     #[inline(always)]
     fn state(&self) -> Option<CpmState> {
-        Some(self.columns.history.get(self.i).into())
+        Some(self.columns.history.get(self.i))
     }
 
     #[inline(always)]
@@ -167,25 +121,38 @@ impl ColumnResult<CpmState> for ContactResponse<'_> {
     fn damage(&self) -> Option<f64> {
         Some(self.columns.damage.get(self.i))
     }
-
-    #[inline(always)]
-    fn damaged(&self) -> DamagedContact {
-        let stored = [self.columns.stored_normal.get(self.i), self.columns.stored_shear.get(self.i)];
-        DamagedContact { arm_a: self.columns.arm_a.get(self.i), stored }
-    }
 }
 
-/// Commit the first `count` contacts of a batch from the columns; those whose damage needs branches, and those that inherit the
-/// energy of a bond, on the scalar path.
-#[inline(always)]
-fn commit_columns<B: Batch<Cpm>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &Columns) {
-    let columns = columns.output::<ColumnResponse>();
-    for i in 0..count {
-        if columns.history.omega[i].is_nan() || batch.inherits(i) {
-            evaluate_one(mode, i, dt, batch);
-        } else {
-            batch.commit_result(i, &ContactResponse { columns, i });
+/// Responses of all contacts of a batch.
+struct Responses<'a>(&'a <ColumnResponse as Item>::Arrays);
+
+impl ColumnResults<Cpm> for Responses<'_> {
+    /// Its damage needs branches or is reported, or it inherits the energy of a bond.
+    #[inline(always)]
+    fn need_scalar_path<B: Batch<Cpm>>(&self, i: usize, batch: &B) -> bool {
+        let Self(columns) = self;
+        let omega = columns.history.omega[i];
+        if batch.inherits(i) {
+            return true;
         }
+        // The common case needs no more numbers.
+        let small = omega < batch.damage_threshold();
+        !small && (omega.is_nan() || batch.reports(i, &columns.history.get(i)))
+    }
+
+    #[inline(always)]
+    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
+        self.0.geometry.get_four(i, lanes)
+    }
+
+    #[inline(always)]
+    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[CpmState; 4]> {
+        Some(self.0.history.get_four(i, lanes))
+    }
+
+    #[inline(always)]
+    fn result(&self, i: usize) -> impl ColumnResult<CpmState> {
+        ContactResponse { columns: self.0, i }
     }
 }
 
@@ -193,8 +160,8 @@ impl ThesisInput {
     /// Constants of the contact, its geometry of the previous step, and whether it is a bond.
     #[inline(always)]
     fn constants(&self) -> (ContactGeometry, PreviousGeometry, bool) {
-        let Self { motion: FiniteInput { radius_a, radius_b, previous, .. }, reference_length, area, bonded, .. } =
-            *self;
+        let Self { motion: FiniteInput { a, b, previous, .. }, reference, bonded, .. } = *self;
+        let (Reference { length: reference_length, area }, radius_a, radius_b) = (reference, a.radius, b.radius);
         // The law reads no masses.
         let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
         (geometry, previous, bonded > 0.0)
@@ -226,7 +193,7 @@ impl PlainThesis<'_> {
         let ThesisInput { motion, history, predicted_kappa, predicted_damage, .. } = *input;
         let (geometry, previous, bonded) = input.constants();
         let k = motion.measure().point(&geometry, &previous, bonded);
-        let stresses = law.evaluate_thesis(&k, &history.into(), |kappa| {
+        let stresses = law.evaluate_thesis(&k, &history, |kappa| {
             if kappa <= law.parameters.limit_strain || law.parameters.never_damage {
                 0.0
             } else if kappa == predicted_kappa {
@@ -246,7 +213,7 @@ impl Formula for PlainThesis<'_> {
     #[inline(always)]
     fn apply(&self, input: ThesisInput) -> ColumnResponse {
         let (k, stresses) = self.evaluate(&input);
-        let force = (k.normal * stresses.normal_stress + stresses.shear_stress) * input.area;
+        let force = (k.normal * stresses.normal_stress + stresses.shear_stress) * input.reference.area;
         ColumnResponse::new(&k, force, &stresses)
     }
 }
@@ -277,10 +244,9 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
     #[inline(always)]
     fn apply(&self, input: YadeContact) -> ColumnResponse {
         let law = self.law;
-        let YadeContact { motion, area, history, .. } = input;
+        let YadeContact { motion, area, history: old, .. } = input;
         let (geometry, previous, bonded) = input.constants();
         let k = self.kinematics.measure(&motion, &ImageShift::default()).point(&geometry, &previous, bonded);
-        let old = CpmState::from(history);
         let stresses = law.evaluate_with_damage(&k, &old, |kappa| {
             if kappa == old.kappa {
                 old.omega
@@ -350,22 +316,25 @@ fn predict_damage(law: &Cpm, count: usize, columns: &mut Columns) {
 
 #[inline(always)]
 fn thesis_batch<B: Batch<Cpm>>(law: &Cpm, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-    for i in 0..count {
-        let input = columns.input::<ThesisInput>();
-        input.motion.set(i, FiniteInput::of_contact(batch, i));
-        let (Reference { length, area }, bonded) = batch.reference(i);
-        input.reference_length.set(i, length);
-        input.area.set(i, area);
-        input.bonded.set(i, f64::from(u8::from(bonded)));
-        input.history.set(i, batch.history(i).into());
-        input.predicted_kappa.set(i, f64::NAN);
+    let input = columns.input::<ThesisInput>();
+    FiniteInput::write(&mut input.motion, count, batch);
+    input.predicted_kappa = [f64::NAN; BATCH];
+    for i in (0..count).step_by(4) {
+        let places = places(i, count);
+        input.history.set_four(i, batch.four_histories(places), batch.lanes());
+        for (k, place) in (i..).zip(places) {
+            let (reference, bonded) = batch.reference(place);
+            input.reference.set(k, reference);
+            input.bonded.set(k, f64::from(u8::from(bonded)));
+        }
     }
     if damage_may_grow(law, &columns.input::<ThesisInput>().history.normal_strain) {
         columns.apply(&ThesisKappa(PlainThesis { law }));
         predict_damage(law, count, columns);
     }
     columns.apply(&PlainThesis { law });
-    commit_columns(MotionMeasure::Finite, count, dt, batch, columns);
+    let results = Responses(columns.output::<ColumnResponse>());
+    commit_columns(MotionMeasure::Finite, count, dt, batch, &results);
 }
 
 #[inline(always)]
@@ -383,8 +352,11 @@ fn yade_batch<const RATCHETING: bool, B: Batch<Cpm>>(
         input.area.set(i, geometry.area);
         input.length_old.set(i, previous.length);
         input.bonded.set(i, f64::from(u8::from(bonded)));
-        input.history.set(i, batch.history(i).into());
+    }
+    let input = columns.input::<YadeContact>();
+    for i in (0..count).step_by(4) {
+        input.history.set_four(i, batch.four_histories(places(i, count)), batch.lanes());
     }
     columns.apply(&YadePublic { law, kinematics: Yade::<RATCHETING> { dt } });
-    commit_columns(mode, count, dt, batch, columns);
+    commit_columns(mode, count, dt, batch, &Responses(columns.output::<ColumnResponse>()));
 }
