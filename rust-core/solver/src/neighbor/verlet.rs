@@ -31,6 +31,12 @@ impl VerletList {
         Self { skin, largest_cutoff, positions: positions.to_vec(), cell_matrix: cell.map(|c| c.matrix) }
     }
 
+    /// Largest component of the displacement of any particle since the rebuild, m; NaN if a position is not finite.
+    fn largest_component(&self, positions: &[Vec3]) -> f64 {
+        let pieces = positions.par_chunks(4096).zip(self.positions.par_chunks(4096));
+        pieces.map(|(now, then)| largest_difference(reals(now), reals(then))).reduce(|| 0.0, max_or_nan)
+    }
+
     /// Whether a pair within its cutoff distance may be missing from the candidates.
     ///
     /// Positions must not have been wrapped or reordered since the rebuild. Also true if the number of particles
@@ -51,6 +57,9 @@ impl VerletList {
         };
         let stretch = map.as_ref().map_or(1.0, smallest_stretch);
         let allowance = stretch * self.skin - (1.0 - stretch).max(0.0) * self.largest_cutoff;
+        if map.is_none() && 2.0 * 3.0_f64.sqrt() * self.largest_component(positions) < allowance {
+            return false;
+        }
         let displacement = |(now, then): (&Vec3, &Vec3)| map.as_ref().map_or_else(|| now - then, |f| now - f * then);
         let pairs = || positions.par_iter().zip(&self.positions).with_min_len(4096);
 
@@ -77,6 +86,32 @@ impl VerletList {
         let holds = 2.0 * largest < allowance;
         !holds
     }
+}
+
+/// The components of vectors, one after the other.
+fn reals(vectors: &[Vec3]) -> &[f64] {
+    bytemuck::cast_slice(vectors)
+}
+
+/// Numbers that are compared at a time.
+const LANES: usize = 8;
+
+/// Largest `|a − b|`, and NaN if a difference is not finite.
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    // Comparisons drop NaN; the sum keeps it.
+    let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0; LANES]);
+    let (eights, rest) = a.as_chunks::<LANES>();
+    let (others, other_rest) = b.as_chunks::<LANES>();
+    for (a, b) in eights.iter().zip(others) {
+        for lane in 0..LANES {
+            let difference = (a[lane] - b[lane]).abs();
+            largest[lane] = if difference > largest[lane] { difference } else { largest[lane] };
+            sum[lane] += difference;
+        }
+    }
+    let rest = rest.iter().zip(other_rest).map(|(a, b)| (a - b).abs()).fold(0.0, max_or_nan);
+    let largest = largest.into_iter().fold(rest, max_or_nan);
+    if sum.iter().all(|sum| sum.is_finite()) { largest } else { f64::NAN }
 }
 
 fn min_or_nan(a: f64, b: f64) -> f64 {
