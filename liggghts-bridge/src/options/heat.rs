@@ -171,7 +171,7 @@ fn check_heat(
         pairs: _, // check_model
         contact_ratio,
         temperature: _,           // its range
-        reference_temperature: _, // Heat::faults
+        reference_temperature: _, // its range
         steady,
         scheme,
         time_factor: _, // its range
@@ -213,7 +213,9 @@ fn check_heat(
     if let Some((key, message)) = ranges::first_violation(heat) {
         return refuse(&key, &message, "change it");
     }
-    place.without_fault("", heat.faults(materials).into_iter().next())?;
+    // Here, the heat content refers to this temperature, whether or not bonds expand, and restarts compare it.
+    let fault = heat.faults(materials).into_iter().find(|fault| fault.key != "reference_temperature");
+    place.without_fault("", fault)?;
     check_model(place, heat, network, beside.bond_law)?;
     check_contact(place, contact.as_ref(), beside.contacts)?;
     for (at, source) in sources.iter().enumerate() {

@@ -102,7 +102,7 @@ fn heat_that_does_not_work_is_rejected_with_line_and_remedy() {
         ("contact_ratio = 1.1", "here, heat flows along bonds"),
         ("contact = { resistance = 1 }", "without a contact law no atoms touch"),
         ("time_factor = -1", "line 5: `heat.time_factor = -1`: must be greater than 0; change it"),
-        ("reference_temperature = 290", "`heat.reference_temperature = 290`: has no effect: no material expands"),
+        ("reference_temperature = -1", "`heat.reference_temperature = -1`: must be at least 0"),
         ("contact = { resistance = -1 }", "`heat.contact.resistance = -1`: must be at least 0"),
         ("contact = { resistance = 1, constriction = true }", "needs exactly one of `resistance` and `constriction"),
         ("glow = 1", "unknown field `glow`"),
