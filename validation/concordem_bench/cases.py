@@ -48,9 +48,12 @@ def _cpm(packing, steps, threads):
             "YADE": lambda: programs.yade(packing, **one),
             "ours": lambda: programs.ours(packing, "cpm", **one),
             "ours, YADE's form": lambda: programs.ours(packing, "cpm-yade", kinematics="yade-ratcheting", **one),
+            "our engine in YADE, motion": lambda: programs.yade(packing, engine=["yade-ratcheting", "yade-public", True], **one),
         },
-        [Ratio("YADE / ours", ("YADE", "ours"), 12), Ratio("YADE / ours in YADE's form", ("YADE", "ours, YADE's form"), 8)],
+        [Ratio("YADE / ours", ("YADE", "ours"), 12), Ratio("YADE / ours in YADE's form", ("YADE", "ours, YADE's form"), 8),
+         Ratio("YADE / our engine inside YADE, motion=True", ("YADE", "our engine in YADE, motion"), 5)],
         [Check(("YADE", "ours, YADE's form"), "grip_force", 2e-6, YADE_FORM),
+         Check(("YADE", "our engine in YADE, motion"), "rms_displacement", 1e-9, "The same law and kinematics; rounding of sums."),
          Check(("YADE", "ours"), "grip_force", 0.05, CORRECTED)])
 
 
