@@ -69,7 +69,7 @@ pub trait Arrays: Pod {
     /// Write item `i`. To keep registers free, write items of more than some twenty components in parts, field by field.
     fn set(&mut self, i: usize, item: Self::Item);
 
-    /// Write items `i` to `i + 3`. Faster than four times [`Self::set`], which needs a store for every number: a processor stores
+    /// Write items `i` to `i + 3`, for an `i` that is a multiple of 4. Faster than four times [`Self::set`], which needs a store for every number: a processor stores
     /// once per cycle, whether one number or four.
     #[inline(always)]
     fn set_four(&mut self, i: usize, items: [&Self::Item; 4], lanes: impl Lanes)
@@ -79,24 +79,33 @@ pub trait Arrays: Pod {
         let [a, b, c, d] = items;
         let rows = [numbers(a), numbers(b), numbers(c), numbers(d)];
         let columns = bytemuck::cast_slice_mut::<Self, [f64; BATCH]>(core::slice::from_mut(self));
+        let i = group_of(i);
         for first in (0..columns.len()).step_by(4) {
             set_square(columns, first, i, &rows, lanes);
         }
     }
 
-    /// Items `i` to `i + 3`, as by [`Self::get`].
+    /// Items `i` to `i + 3`, as by [`Self::get`], for an `i` that is a multiple of 4.
     #[inline(always)]
     fn get_four(&self, i: usize, lanes: impl Lanes) -> [Self::Item; 4]
     where
         Self::Item: Pod,
     {
         let columns = bytemuck::cast_slice::<Self, [f64; BATCH]>(core::slice::from_ref(self));
+        let i = group_of(i);
         let mut items = [<Self::Item as bytemuck::Zeroable>::zeroed(); 4];
         for first in (0..columns.len()).step_by(4) {
             get_square(columns, first, i, &mut items, lanes);
         }
         items
     }
+}
+
+/// `i`, which is the first place of a group of four. The compiler then knows that the group lies in the columns.
+#[inline(always)]
+fn group_of(i: usize) -> usize {
+    debug_assert!(i.is_multiple_of(4) && i < BATCH);
+    i & (BATCH - 4)
 }
 
 /// Write the numbers `first` to `first + 3` of four rows, or to their end, to as many columns, at place `i`.
@@ -389,6 +398,8 @@ fn arrays_mut<I: Item>(memory: &mut [[f64; BATCH]; COMPONENTS]) -> &mut I::Array
 
 #[cfg(test)]
 mod tests {
+    use bytemuck::Zeroable as _;
+
     use super::*;
 
     columns! {
@@ -418,6 +429,49 @@ mod tests {
                 symmetric: input.part.symmetric * -1.0,
             }
         }
+    }
+
+    /// Four items at a time as one at a time: items of fewer numbers than a square of four has, of several squares, and of squares that
+    /// overlap. Other places keep their numbers.
+    #[test]
+    fn four_items_move_as_one_by_one() {
+        fn check<I: Item + PartialEq + std::fmt::Debug + Pod>() {
+            let item = |i: usize| {
+                let mut item = I::zeroed();
+                let numbers: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut item));
+                for (k, number) in numbers.iter_mut().enumerate() {
+                    *number = (100 * i + k + 1) as f64;
+                }
+                item
+            };
+            let (mut by_four, mut by_one) = (I::Arrays::zeroed(), I::Arrays::zeroed());
+            for first in (0..BATCH - 4).step_by(4) {
+                let items = [item(first), item(first + 1), item(first + 2), item(first + 3)];
+                by_four.set_four(first, [&items[0], &items[1], &items[2], &items[3]], Scalar);
+                for (r, item) in items.into_iter().enumerate() {
+                    by_one.set(first + r, item);
+                }
+                assert_eq!(by_four.get_four(first, Scalar), items);
+            }
+            assert_eq!(bytemuck::bytes_of(&by_four), bytemuck::bytes_of(&by_one));
+            assert_eq!(by_four.get_four(BATCH - 4, Scalar), [I::zeroed(); 4]);
+        }
+        check::<f64>();
+        check::<crate::geometry::Reference>();
+        check::<Vec3>();
+        check::<crate::geometry::PreviousGeometry>();
+        check::<Symmetric>();
+        check::<crate::wrench::Wrench>();
+        check::<crate::law::LinearBondState>();
+        check::<crate::law::CpmState>();
+        check::<crate::wrench::Wrenches>();
+    }
+
+    /// In place of contacts that do not exist, the last one.
+    #[test]
+    fn places_repeat_the_last_one() {
+        assert_eq!((places(0, 16), places(12, 16)), ([0, 1, 2, 3], [12, 13, 14, 15]));
+        assert_eq!((places(0, 1), places(4, 6)), ([0; 4], [4, 5, 5, 5]));
     }
 
     /// Every component comes back from its own array.

@@ -5,7 +5,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`math`], [`cell`], [`columns`](mod@columns), [`prefetch`] | vectors, periodic cell, struct-of-arrays storage |
+//! | [`math`], [`cell`], [`columns`](mod@columns), [`wrench`], [`prefetch`] | vectors, periodic cell, struct-of-arrays storage, forces with torques |
 //! | [`geometry`], [`pair`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
 //! | [`material`], [`heat`], [`quantity`], [`ranges`] | tables of materials and of heat conduction, with units and ranges |
 //! | [`kinematics`] | relative motion of the two sides in a step |
@@ -40,6 +40,7 @@ pub mod quantity;
 #[cfg(feature = "std")]
 pub mod ranges;
 pub mod wall;
+pub mod wrench;
 
 pub use cell::Cell;
 pub use constraint::Constraint;

@@ -2,10 +2,11 @@
 
 use concordem_contact::activate::{activate, length_of};
 use concordem_contact::geometry::{ContactGeometry, PreviousGeometry, Reference};
-use concordem_contact::kinematics::{ContactInput, ImageShift, Kinematics, Motion, MotionMeasure, torques};
+use concordem_contact::kinematics::{ContactInput, ImageShift, Kinematics, Motion, MotionMeasure};
 use concordem_contact::law::{ContactLaw, EnergySplit, Response, Status};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::pair::ContactFlags;
+use concordem_contact::wrench::torques;
 
 /// What a contact reads of a particle.
 #[derive(Debug, Clone, Copy)]

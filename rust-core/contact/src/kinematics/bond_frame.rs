@@ -12,11 +12,12 @@
 //! They are exact for rigid motions of any size and do not depend on the step, so all motion measures share them. Their
 //! derivatives, which make forces conservative, are [`EndRotations::end_moment`] and [`EndRotations::twist_axis`].
 
-use super::{ContactInput, Kinematics, MotionMeasure, PointKinematics, Transport, WallInput, torques};
+use super::{ContactInput, Kinematics, MotionMeasure, PointKinematics, Transport, WallInput};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Quat, Vec3, atan2, norm, rotate};
+use crate::wrench::torques;
 
 /// Motion of a bond with two ends.
 #[derive(Debug, Clone, Copy)]

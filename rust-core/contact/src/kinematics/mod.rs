@@ -182,13 +182,6 @@ impl Kinematics for PointKinematics {
     }
 }
 
-/// Torques on A and B about their centers, N·m: `a n × f` for a force `f` on A (N) and the arms `a` of A and B (m).
-#[inline(always)]
-pub fn torques(normal: &Vec3, force: &Vec3, arms: [f64; 2]) -> [Vec3; 2] {
-    let torque_per_arm = normal.cross(force);
-    arms.map(|arm| torque_per_arm * arm)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -156,6 +156,9 @@ pub trait MotionSource {
     /// Motions of A and B, and the image of B.
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);
 
+    /// Velocities of A and B (m/s), and their angular velocities (rad/s), in the step.
+    fn velocities(&self, i: usize) -> ([&Vec3; 2], [&Vec3; 2]);
+
     /// Positions (m) and orientations of A and B, and the displacement of B's image (m).
     fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3);
 
@@ -164,6 +167,12 @@ pub trait MotionSource {
 
     /// Part of [`Self::constants`]: unstrained geometry, and whether the contact is a bond.
     fn reference(&self, i: usize) -> (Reference, bool);
+
+    /// [`Self::reference`] of four contacts.
+    #[inline(always)]
+    fn four_references(&self, [i, j, k, l]: [usize; 4]) -> [(Reference, bool); 4] {
+        [self.reference(i), self.reference(j), self.reference(k), self.reference(l)]
+    }
 
     /// Part of [`Self::constants`]: geometry of the previous step.
     fn previous(&self, i: usize) -> &PreviousGeometry;

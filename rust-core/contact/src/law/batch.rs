@@ -7,7 +7,7 @@ use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::{
     BranchVector, Kinematics, MotionMeasure, MotionSink, PointKinematics, measure_contact, measure_each,
 };
-use crate::math::Vec3;
+use crate::wrench::Wrenches;
 
 /// Contacts of law `L` that are measured and evaluated together.
 ///
@@ -65,6 +65,8 @@ pub trait ColumnResults<L: ContactLaw> {
     fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4];
     /// Histories of contacts `i` to `i + 3` after the step; `None` if they did not change.
     fn states(&self, i: usize, lanes: impl Lanes) -> Option<[L::State; 4]>;
+    /// Forces and torques of contacts `i` to `i + 3`.
+    fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4];
     /// Result for contact `i`.
     fn result(&self, i: usize) -> impl ColumnResult<L::State>;
 }
@@ -105,10 +107,8 @@ pub(super) fn commit_columns<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(
 pub trait ColumnResult<S> {
     /// Line between the centers.
     fn branch(&self) -> BranchVector;
-    /// Force on A, N.
-    fn force(&self) -> Vec3;
-    /// Torques on A and B about their centers, N·m.
-    fn torques(&self) -> [Vec3; 2];
+    /// Forces and torques on A and B.
+    fn wrenches(&self) -> Wrenches;
     /// [`EnergySplit::viscous`](super::EnergySplit) and `integration`, J; `None` if both are zero.
     fn energy(&self) -> Option<[f64; 2]>;
     /// [`EnergySplit::friction`](super::EnergySplit), J; `None` if it is zero.
@@ -128,10 +128,8 @@ pub trait ColumnResult<S> {
 pub struct BatchResult<S> {
     /// Line between the centers.
     pub branch: BranchVector,
-    /// Force on A, N.
-    pub force: Vec3,
-    /// Torques on A and B about their centers, N·m.
-    pub torques: [Vec3; 2],
+    /// Forces and torques on A and B.
+    pub wrenches: Wrenches,
     /// [`EnergySplit::viscous`](super::EnergySplit) and `integration`, J; `None` if both are zero.
     pub energy: Option<[f64; 2]>,
     /// [`EnergySplit::friction`](super::EnergySplit), J; `None` if it is zero.
@@ -149,13 +147,8 @@ impl<S: Copy> ColumnResult<S> for BatchResult<S> {
     }
 
     #[inline(always)]
-    fn force(&self) -> Vec3 {
-        self.force
-    }
-
-    #[inline(always)]
-    fn torques(&self) -> [Vec3; 2] {
-        self.torques
+    fn wrenches(&self) -> Wrenches {
+        self.wrenches
     }
 
     #[inline(always)]

@@ -18,7 +18,7 @@
 
 use super::batch::Batch;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-use super::pressing::{self, Pressing, PressingHistory};
+use super::pressing::{self, Pressing};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};
 use crate::columns::Columns;
 use crate::kinematics::{MotionMeasure, PointKinematics};
@@ -302,18 +302,6 @@ impl Pressing for Frictional {
             status: Status::Lives,
             energy,
         }
-    }
-
-    #[inline(always)]
-    fn history_of(&self, state: &FrictionalState) -> PressingHistory {
-        let &FrictionalState { shear_displacement, normal_dashpot, shear_dashpot } = state;
-        PressingHistory { shear: shear_displacement, normal_dashpot, shear_dashpot }
-    }
-
-    #[inline(always)]
-    fn state_of(&self, history: &PressingHistory) -> FrictionalState {
-        let &PressingHistory { shear: shear_displacement, normal_dashpot, shear_dashpot } = history;
-        FrictionalState { shear_displacement, normal_dashpot, shear_dashpot }
     }
 }
 

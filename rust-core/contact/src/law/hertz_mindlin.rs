@@ -29,7 +29,7 @@
 
 use super::batch::Batch;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-use super::pressing::{self, Pressing, PressingHistory};
+use super::pressing::{self, Pressing};
 use super::restitution::{End, damping_of_restitution};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use crate::columns::Columns;
@@ -357,18 +357,6 @@ impl Pressing for HertzMindlin {
             status: Status::Lives,
             energy,
         }
-    }
-
-    #[inline(always)]
-    fn history_of(&self, state: &HertzMindlinState) -> PressingHistory {
-        let &HertzMindlinState { shear_force, normal_dashpot, shear_dashpot } = state;
-        PressingHistory { shear: shear_force, normal_dashpot, shear_dashpot }
-    }
-
-    #[inline(always)]
-    fn state_of(&self, history: &PressingHistory) -> HertzMindlinState {
-        let &PressingHistory { shear: shear_force, normal_dashpot, shear_dashpot } = history;
-        HertzMindlinState { shear_force, normal_dashpot, shear_dashpot }
     }
 }
 

@@ -25,10 +25,11 @@ use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
 use crate::geometry::PreviousGeometry;
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::FiniteInput;
-use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics, torques};
+use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Symmetric, Vec3, norm};
+use crate::wrench::{Wrenches, wrenches_of_four};
 #[cfg(feature = "std")]
 use {
     super::{
@@ -213,11 +214,7 @@ crate::columns! {
         holds: f64,
         /// Normal and length at the end of the step.
         geometry: PreviousGeometry,
-        /// Force on A, N.
-        force: Vec3,
-        /// Torque on A about its center, N·m.
-        torque_a: Vec3,
-        torque_b: Vec3,
+        wrenches: Wrenches,
         /// J.
         viscous: f64,
         /// J.
@@ -267,14 +264,11 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         let point = point.with_surface_displacement(surface_displacement(&point.normal), f64::NAN);
         let (response, fails) = self.bond.intact(&point, &history, viscosities, self.dt);
         let (normal, force, energy) = (point.normal, response.force, response.energy);
-        let [torque_a, torque_b] = torques(&normal, &force, [point.arm_a, point.arm_b]);
         let output = IntactOutput {
             // A NaN reference length marks a contact that is not a bond.
             holds: if fails | reference_length.is_nan() { 0.0 } else { 1.0 },
             geometry: PreviousGeometry { normal, length: point.length },
-            force,
-            torque_a,
-            torque_b,
+            wrenches: Wrenches::of(&normal, &force, [point.arm_a, point.arm_b]),
             viscous: energy.viscous,
             integration: energy.integration,
             history: response.state,
@@ -337,6 +331,11 @@ impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
     }
 
     #[inline(always)]
+    fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4] {
+        wrenches_of_four(&self.0.bond.wrenches, i, lanes)
+    }
+
+    #[inline(always)]
     fn result(&self, i: usize) -> impl ColumnResult<LinearBondState> {
         let Self(columns) = self;
         let bond = &columns.bond;
@@ -345,8 +344,7 @@ impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
             DEFORM.then(|| ParticleVirial { normal, pressure: columns.pressure.get(i), other: columns.other.get(i) });
         BatchResult {
             branch: BranchVector { length, normal },
-            force: bond.force.get(i),
-            torques: [bond.torque_a.get(i), bond.torque_b.get(i)],
+            wrenches: bond.wrenches.get(i),
             energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
             friction: None,
             state: Some(bond.history.get(i)),

@@ -3,54 +3,53 @@
 //! A law gives its response while the surfaces overlap as one function without branches, [`Pressing::pressing`], of which slip is a
 //! selection. [`ContactLaw::respond`] and the columns both call it, so their bits are the same. Contacts that open take the scalar path.
 
-use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
+use super::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_batch};
 use super::{ContactGeometry, ContactLaw, Reference, Response};
-use crate::columns::{Arrays, BATCH, Columns, Formula};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
+use crate::geometry::PreviousGeometry;
 use crate::kinematics::sphere_sphere::FiniteInput;
-use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics, torques};
+use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics};
 use crate::math::Vec3;
+use crate::wrench::{Wrenches, wrenches_of_four};
 
 crate::columns! {
-    /// History of a contact, in the units of its law.
-    pub(super) struct PressingHistory {
-        /// Elastic shear force or displacement.
-        pub shear: Vec3,
-        /// Normal dashpot force of the last step, N.
-        pub normal_dashpot: f64,
-        /// Shear dashpot force of the last step, N.
-        pub shear_dashpot: Vec3,
-    }
-
     /// Input of [`Evaluated`].
     struct PressingInput {
         motion: FiniteInput,
-        /// Reference length, m.
-        reference_length: f64,
+        reference: Reference,
         /// kg.
         mass_a: f64,
         mass_b: f64,
-        history: PressingHistory,
+        history: History,
     }
 
     /// Output of [`Evaluated`].
     struct PressingOutput {
         /// m; not negative if the contact opens.
         elongation: f64,
-        branch: BranchVector,
-        /// Force on A, N.
-        force: Vec3,
-        /// Torque on A about its center, N·m.
-        torque_a: Vec3,
-        torque_b: Vec3,
+        /// Normal and length at the end of the step.
+        geometry: PreviousGeometry,
+        wrenches: Wrenches,
         /// J.
         friction: f64,
         /// J.
         viscous: f64,
         /// J.
         integration: f64,
-        history: PressingHistory,
+        history: History,
     }
 }
+
+/// History of a contact under any law, as its numbers in their order.
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct History {
+    shear: Vec3,
+    normal_dashpot: f64,
+    shear_dashpot: Vec3,
+}
+
+crate::column_arrays! { History { shear: Vec3, normal_dashpot: f64, shear_dashpot: Vec3 } }
 
 /// A law of unbonded contacts with a spring and a dashpot along the normal, and both along the shear, which slip.
 pub(super) trait Pressing: ContactLaw<Kinematics = PointKinematics> {
@@ -62,12 +61,6 @@ pub(super) trait Pressing: ContactLaw<Kinematics = PointKinematics> {
 
     /// The law without that dashpot: itself, if it has none. The compiler then omits what the dashpot needs.
     fn without_shear_dashpot(&self) -> Self;
-
-    /// The history for the columns.
-    fn history_of(&self, state: &Self::State) -> PressingHistory;
-
-    /// The history from the columns.
-    fn state_of(&self, history: &PressingHistory) -> Self::State;
 }
 
 /// Measures and evaluates contacts with equal parameters in columns.
@@ -83,24 +76,21 @@ impl<L: Pressing, const SHEAR_DASHPOT: bool> Formula for Evaluated<'_, L, SHEAR_
     #[inline(always)]
     fn apply(&self, input: PressingInput) -> PressingOutput {
         let law = if SHEAR_DASHPOT { *self.law } else { self.law.without_shear_dashpot() };
-        let PressingInput { motion, reference_length, mass_a, mass_b, history } = input;
+        let PressingInput { motion, reference, mass_a, mass_b, history } = input;
         let FiniteInput { a, b, previous, .. } = motion;
-        // The laws do not use the area.
+        let Reference { length: reference_length, area } = reference;
         let (radius_a, radius_b) = (a.radius, b.radius);
-        let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a, mass_b };
         let point = motion.measure().point(&geometry, &previous, false);
-        let Response { force, state, energy, .. } = law.pressing(&point, &law.state_of(&history), self.dt);
-        let [torque_a, torque_b] = torques(&point.normal, &force, [point.arm_a, point.arm_b]);
+        let Response { force, state, energy, .. } = law.pressing(&point, bytemuck::cast_ref(&history), self.dt);
         PressingOutput {
             elongation: point.elongation,
-            branch: BranchVector { length: point.length, normal: point.normal },
-            force,
-            torque_a,
-            torque_b,
+            geometry: PreviousGeometry { normal: point.normal, length: point.length },
+            wrenches: Wrenches::of(&point.normal, &force, [point.arm_a, point.arm_b]),
             friction: energy.friction,
             viscous: energy.viscous,
             integration: energy.integration,
-            history: law.history_of(&state),
+            history: bytemuck::cast(state),
         }
     }
 }
@@ -126,35 +116,64 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
     let law = *batch.law(0).0;
     let input = columns.input::<PressingInput>();
     FiniteInput::write(&mut input.motion, count, batch);
-    for i in 0..count {
-        let (Reference { length, .. }, _) = batch.reference(i);
-        input.reference_length.set(i, length);
-        let [mass_a, mass_b] = batch.masses(i);
-        input.mass_a.set(i, mass_a);
-        input.mass_b.set(i, mass_b);
-        input.history.set(i, law.history_of(batch.history(i)));
+    for i in (0..count).step_by(4) {
+        let places = places(i, count);
+        let [a, b, c, d] = batch.four_histories(places);
+        let histories = [bytemuck::cast_ref(a), bytemuck::cast_ref(b), bytemuck::cast_ref(c), bytemuck::cast_ref(d)];
+        input.history.set_four(i, histories, batch.lanes());
+        for (k, place) in (i..).zip(places) {
+            input.reference.set(k, batch.reference(place).0);
+            let [mass_a, mass_b] = batch.masses(place);
+            input.mass_a.set(k, mass_a);
+            input.mass_b.set(k, mass_b);
+        }
     }
     if law.has_shear_dashpot() {
         columns.apply(&Evaluated::<L, true> { law: &law, dt });
     } else {
         columns.apply(&Evaluated::<L, false> { law: &law, dt });
     }
-    for i in 0..count {
-        let output = columns.output::<PressingOutput>();
-        let presses = output.elongation.get(i) < 0.0;
-        if !presses || batch.inherits(i) {
-            evaluate_one(mode, i, dt, batch);
-            continue;
-        }
-        let found = BatchResult {
-            branch: output.branch.get(i),
-            force: output.force.get(i),
-            torques: [output.torque_a.get(i), output.torque_b.get(i)],
-            energy: Some([output.viscous.get(i), output.integration.get(i)]),
-            friction: Some(output.friction.get(i)),
-            state: Some(law.state_of(&output.history.get(i))),
+    commit_columns(mode, count, dt, batch, &Results(columns.output::<PressingOutput>()));
+}
+
+/// Results of all contacts of a batch.
+struct Results<'a>(&'a <PressingOutput as Item>::Arrays);
+
+impl<L: Pressing> ColumnResults<L> for Results<'_> {
+    /// It opens, or inherits the energy of a bond.
+    #[inline(always)]
+    fn need_scalar_path<B: Batch<L>>(&self, i: usize, batch: &B) -> bool {
+        let presses = self.0.elongation[i] < 0.0;
+        !presses || batch.inherits(i)
+    }
+
+    #[inline(always)]
+    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
+        self.0.geometry.get_four(i, lanes)
+    }
+
+    #[inline(always)]
+    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[L::State; 4]> {
+        let [a, b, c, d] = self.0.history.get_four(i, lanes);
+        Some([bytemuck::cast(a), bytemuck::cast(b), bytemuck::cast(c), bytemuck::cast(d)])
+    }
+
+    #[inline(always)]
+    fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4] {
+        wrenches_of_four(&self.0.wrenches, i, lanes)
+    }
+
+    #[inline(always)]
+    fn result(&self, i: usize) -> impl ColumnResult<L::State> {
+        let Self(columns) = self;
+        let PreviousGeometry { normal, length } = columns.geometry.get(i);
+        BatchResult {
+            branch: BranchVector { length, normal },
+            wrenches: columns.wrenches.get(i),
+            energy: Some([columns.viscous[i], columns.integration[i]]),
+            friction: Some(columns.friction[i]),
+            state: Some(bytemuck::cast(columns.history.get(i))),
             virial: None,
-        };
-        batch.commit_result(i, &found);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Blocks of contacts that the solver can evaluate, whatever their law.
 
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
-use concordem_contact::math::Vec3;
+use concordem_contact::wrench::Wrench;
 use rayon::prelude::*;
 
 use super::record::{ContactForces, WallForces};
@@ -11,10 +11,8 @@ use crate::state::contacts::{ContactBlock, Contacts, Pair};
 
 /// Sums to which an evaluation adds forces and virials; all slices are by particle.
 pub struct ParticleSums<'a> {
-    /// Net contact force, N.
-    pub force: &'a mut [Vec3],
-    /// Net contact torque about the particle's center, N·m.
-    pub torque: &'a mut [Vec3],
+    /// Net contact force and torque.
+    pub net: &'a mut [Wrench],
     /// Particle virials; empty if the particles are rigid.
     pub virials: ParticleVirials<'a>,
 }
@@ -22,7 +20,7 @@ pub struct ParticleSums<'a> {
 impl ParticleSums<'_> {
     /// The same sums, borrowed for a shorter time.
     pub fn reborrow(&mut self) -> ParticleSums<'_> {
-        ParticleSums { force: self.force, torque: self.torque, virials: self.virials.reborrow() }
+        ParticleSums { net: self.net, virials: self.virials.reborrow() }
     }
 }
 
@@ -103,7 +101,7 @@ fn tiles<'a, L: LawLoops>(
     map: &'a mut TileMap,
     sums: ParticleSums<'a>,
 ) -> (&'a [L], Vec<Tile<'a, L>>) {
-    let ParticleSums { force, torque, mut virials } = sums;
+    let ParticleSums { net, mut virials } = sums;
     if !virials.virials.is_empty() {
         map.virial_halo.resize(map.halo.len(), ParticleVirial::default());
     }
@@ -117,7 +115,7 @@ fn tiles<'a, L: LawLoops>(
     let mut halo = &mut map.halo[..];
     let mut virial_halo = &mut map.virial_halo[..];
     let length = map.tile_length;
-    for (t, (force, torque)) in force.chunks_mut(length).zip(torque.chunks_mut(length)).enumerate() {
+    for (t, net) in net.chunks_mut(length).enumerate() {
         let contacts = (map.contact_start[t + 1] - map.contact_start[t]) as usize;
         let slots = (map.halo_start[t + 1] - map.halo_start[t]) as usize;
         tiles.push(Tile {
@@ -129,8 +127,7 @@ fn tiles<'a, L: LawLoops>(
             previous: previous.split_off_mut(..contacts).unwrap_or_default(),
             history: history.split_off_mut(..contacts).unwrap_or_default(),
             rest_length: rest_length.split_off(..contacts.min(rest_length.len())).unwrap_or_default(),
-            force,
-            torque,
+            net,
             halo: halo.split_off_mut(..slots).unwrap_or_default(),
             virials: virials.split_off(length),
             virial_halo: virial_halo.split_off_mut(..slots.min(virial_halo.len())).unwrap_or_default(),

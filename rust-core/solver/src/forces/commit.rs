@@ -2,12 +2,13 @@
 
 use concordem_contact::columns::Lanes;
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
-use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry, torques};
+use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry};
 use concordem_contact::law::{Batch, ColumnResult, ColumnResults, ContactLaw, EnergySplit, LawState, Response, Status};
 use concordem_contact::math::Vec3;
+use concordem_contact::wrench::Wrenches;
 
+use super::BondEvent;
 use super::tile::{LOCAL, PendingContact, TileEvaluator};
-use super::{BondEvent, Wrench};
 use crate::state::contacts::{ContactFlags, Pair};
 
 /// Force, torques, and virial of a contact on its two particles.
@@ -16,10 +17,8 @@ struct Action<'a> {
     length: f64,
     /// Unit normal from A to B.
     normal: &'a Vec3,
-    /// Force on A, N.
-    force: &'a Vec3,
-    /// Torques on A and B about their centers, N·m.
-    torques: &'a [Vec3; 2],
+    /// Forces and torques on A and B.
+    wrenches: &'a Wrenches,
     /// Contribution to the particle virials, if the particles deform.
     virial: Option<&'a ParticleVirial>,
 }
@@ -106,13 +105,11 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
                 totals.moment_squared += response.moment.norm_squared();
             }
         }
-        let [mut torque_a, mut torque_b] = torques(&normal, &force, [arm_a, arm_b]);
+        let mut wrenches = Wrenches::of(&normal, &force, [arm_a, arm_b]);
         if L::TRANSMITS_MOMENT {
-            torque_a += response.moment;
-            torque_b -= response.moment;
+            wrenches = wrenches.with_moment(&response.moment);
         }
-        let torques = &[torque_a, torque_b];
-        self.accumulate(i, slot, &Action { length: point.length, normal: &normal, force: &force, torques, virial });
+        self.accumulate(i, slot, &Action { length: point.length, normal: &normal, wrenches: &wrenches, virial });
     }
 
     /// Commit the result that a law computed in columns for contact `i` of the batch, which survives.
@@ -129,7 +126,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         let mut energy = self.totals.energy;
         self.add_energies(i, result, &mut energy);
         self.totals.energy = energy;
-        self.add_result(i, result);
+        self.add_result(i, result, &result.wrenches());
     }
 
     /// As [`Self::commit_batch_result`] for contacts `i` to `i + 3` of the batch.
@@ -149,8 +146,9 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             self.add_energies(i + r, &results.result(i + r), &mut energy);
         }
         self.totals.energy = energy;
-        for r in 0..4 {
-            self.add_result(i + r, &results.result(i + r));
+        let wrenches = results.wrenches(i, self.lanes);
+        for (i, wrenches) in (i..).zip(&wrenches) {
+            self.add_result(i, &results.result(i), wrenches);
         }
     }
 
@@ -173,20 +171,20 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
 
     /// Add the forces of contact `i` of the batch.
     #[inline(always)]
-    fn add_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R) {
+    fn add_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R, wrenches: &Wrenches) {
         let slot = self.pending[i].slot;
         let BranchVector { length, normal } = result.branch();
         let virial = result.virial();
         debug_assert!(!SAMPLE && virial.is_some() == self.deforms());
-        let (force, torques) = (&result.force(), &result.torques());
-        self.accumulate(i, slot, &Action { length, normal: &normal, force, torques, virial: virial.as_ref() });
+        self.accumulate(i, slot, &Action { length, normal: &normal, wrenches, virial: virial.as_ref() });
     }
 
     /// Add a contact to the totals and to its particles: directly if they lie in the tile, otherwise through its halo
     /// slot.
     #[inline(always)]
     fn accumulate(&mut self, i: usize, slot: u32, action: &Action<'_>) {
-        let &Action { length, normal, force, torques, virial } = action;
+        let &Action { length, normal, wrenches, virial } = action;
+        let force = &wrenches.a.force;
         let PendingContact { contact, pair, counted, .. } = self.pending[i];
         let totals = &mut self.totals;
         totals.active += u64::from(counted);
@@ -223,13 +221,11 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
                 self.tile.virial_halo[slot as usize] = *virial;
             }
         }
-        self.tile.force[a] += force;
-        self.tile.torque[a] += torques[0];
+        self.tile.net[a] += &wrenches.a;
         if slot == LOCAL {
-            self.tile.force[b] -= force;
-            self.tile.torque[b] += torques[1];
+            self.tile.net[b] += &wrenches.b;
         } else {
-            self.tile.halo[slot as usize] = Wrench { force: -force, torque: torques[1] };
+            self.tile.halo[slot as usize] = wrenches.b;
         }
     }
 }

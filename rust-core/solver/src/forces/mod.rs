@@ -28,7 +28,7 @@ pub use block::{EvaluatedContacts, ParticleSums};
 pub use context::{ExpansionRates, Softened, StepContext, motion_of};
 pub use laws::LawLoops;
 pub use tile::{Tile, evaluate_tile, evaluate_tile_in_blocks};
-pub use tile_map::{TileMap, Wrench};
+pub use tile_map::TileMap;
 pub use totals::{BegunContact, BondEvent, Totals};
 
 /// Particles per tile. The solver of a subdomain has a single tile instead

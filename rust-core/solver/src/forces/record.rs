@@ -9,6 +9,7 @@ use concordem_contact::kinematics::deformable::ParticleVirials;
 use concordem_contact::kinematics::{ContactInput, ImageShift, Motion};
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::{Quat, Vec3};
+use concordem_contact::wrench::Wrench;
 use concordem_operator::{ContactSet, LoadSet, OperatorError};
 
 use super::{LawLoops, ParticleSums, StepContext, motion_of};
@@ -302,9 +303,8 @@ pub(super) fn record_walls<L: LawLoops>(
     // The evaluation decides which points of a surface act and which contact inherits which history. It changes
     // contacts and walls, so it works on copies.
     let (mut block, mut walls) = (block.clone(), walls.to_vec());
-    let n = context.particles.len();
-    let (mut force, mut torque) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-    let sums = ParticleSums { force: &mut force, torque: &mut torque, virials: ParticleVirials::default() };
+    let mut net = vec![Wrench::default(); context.particles.len()];
+    let sums = ParticleSums { net: &mut net, virials: ParticleVirials::default() };
     L::evaluate_walls(&mut block, context, &mut walls, sums, Some(out));
     out.vertices = walls.iter().map(|wall| wall.mesh().map_or_else(Vec::new, |mesh| mesh.force.clone())).collect();
 }

@@ -14,9 +14,10 @@ use concordem_contact::law::{
 };
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
+use concordem_contact::wrench::Wrench;
 
 use super::tile_map::is_local;
-use super::{BegunContact, StepContext, Totals, Wrench, motion_of};
+use super::{BegunContact, StepContext, Totals, motion_of};
 use crate::lanes::{LanesFnOnce, dispatch};
 use crate::state::contacts::{ContactFlags, Pair};
 
@@ -33,8 +34,7 @@ pub struct Tile<'a, L: ContactLaw> {
     pub(super) history: &'a mut [L::State],
     /// Empty if bonds do not expand.
     pub(super) rest_length: &'a [f64],
-    pub(super) force: &'a mut [Vec3],
-    pub(super) torque: &'a mut [Vec3],
+    pub(super) net: &'a mut [Wrench],
     pub(super) halo: &'a mut [Wrench],
     pub(super) virials: ParticleVirials<'a>,
     pub(super) virial_halo: &'a mut [ParticleVirial],
@@ -115,7 +115,9 @@ fn run<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const 
     rows: &[L],
     tile: Tile<'_, L>,
 ) -> Totals {
-    let count = tile.pair.len();
+    // In registers, which the evaluator is not.
+    let (pairs, poses, base, length) = (tile.pair, context.poses, tile.base, tile.length);
+    let count = pairs.len();
     let (totals, pending) = (Totals::default(), [PendingContact::default(); SIZE]);
     let mut evaluator =
         TileEvaluator::<L, T, PERIODIC, SAMPLE, DEFORM, SIZE> { context, rows, tile, totals, pending, lanes };
@@ -124,9 +126,11 @@ fn run<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const 
     while k < count {
         let mut pending = 0;
         while k < count && pending < SIZE {
-            evaluator.prefetch(k + 2 * BATCH);
-            let pair = evaluator.tile.pair[k];
-            let slot = if is_local(pair.b, evaluator.tile.base, evaluator.tile.length) {
+            if let Some(pair) = pairs.get(k + 2 * BATCH) {
+                prefetch_row(poses, pair.b as usize);
+                evaluator.prefetch(mode, pair.b as usize);
+            }
+            let slot = if is_local(pairs[k].b, base, length) {
                 LOCAL
             } else {
                 next_slot += 1;
@@ -138,7 +142,7 @@ fn run<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const 
             if carried || evaluator.activate(k) {
                 let counted = !flags.has(ContactFlags::NOT_OWNED);
                 evaluator.pending[pending] =
-                    PendingContact { contact: k as u32, slot, pair, begins: !carried, counted };
+                    PendingContact { contact: k as u32, slot, pair: pairs[k], begins: !carried, counted };
                 pending += 1;
             } else if slot != LOCAL {
                 evaluator.clear_slot(slot);
@@ -215,15 +219,12 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         }
     }
 
-    /// Prefetch the data of B that contact `k` will read. A needs no prefetch, because it follows the order of the
-    /// contacts.
+    /// Prefetch what a contact will read of its particle `b` besides the pose. A needs no prefetch, because it follows the order of
+    /// the contacts.
     #[inline(always)]
-    fn prefetch(&self, k: usize) {
-        let Some(pair) = self.tile.pair.get(k) else { return };
-        let (b, particles) = (pair.b as usize, self.context.particles);
-        prefetch_row(self.context.poses, b);
-        if !PERIODIC && !L::Kinematics::ONE_MODE && self.context.mode != MotionMeasure::Finite {
-            prefetch_row(&particles.position, b);
+    fn prefetch(&self, mode: MotionMeasure, b: usize) {
+        let particles = self.context.particles;
+        if !PERIODIC && !L::Kinematics::ONE_MODE && mode != MotionMeasure::Finite {
             prefetch_row(&particles.velocity, b);
             prefetch_row(&particles.angular_velocity, b);
         }
@@ -327,6 +328,13 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         let k = contact as usize;
         let particles = self.context.particles;
         ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
+    }
+
+    #[inline(always)]
+    fn velocities(&self, i: usize) -> ([&Vec3; 2], [&Vec3; 2]) {
+        let (Pair { a, b }, particles) = (self.pending[i].pair, self.context.particles);
+        let (velocity, spin) = (&particles.velocity, &particles.angular_velocity);
+        ([&velocity[a as usize], &velocity[b as usize]], [&spin[a as usize], &spin[b as usize]])
     }
 
     #[inline(always)]

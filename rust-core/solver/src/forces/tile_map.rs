@@ -1,19 +1,10 @@
 //! Division of a block of contacts into tiles, and the halo between them.
 
 use concordem_contact::kinematics::deformable::ParticleVirial;
-use concordem_contact::math::Vec3;
 use concordem_contact::prefetch::prefetch_row;
+use concordem_contact::wrench::Wrench;
 
 use crate::state::contacts::Contacts;
-
-/// Force and torque.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Wrench {
-    /// Force, N.
-    pub force: Vec3,
-    /// Torque about the particle's center, N·m.
-    pub torque: Vec3,
-}
 
 /// Division of one block of contacts into tiles, and the halo slots of each tile. Scratch: rebuilt whenever the list of
 /// contacts changes.
@@ -38,50 +29,63 @@ pub struct TileMap {
 impl TileMap {
     /// Map of a block sorted by A, for tiles of `tile_length` particles.
     pub fn new(block: &dyn Contacts, particle_count: usize, tile_length: usize) -> Self {
+        let mut map = Self::default();
+        map.rebuild(block, particle_count, tile_length);
+        map
+    }
+
+    /// As [`Self::new`], in the memory of this map.
+    pub fn rebuild(&mut self, block: &dyn Contacts, particle_count: usize, tile_length: usize) {
+        let Self { contact_start, halo_start, target_start, slots, halo, .. } = self;
+        self.tile_length = tile_length;
+        contact_start.clear();
+        halo_start.clear();
+        target_start.clear();
+        target_start.resize(particle_count + 1, 0);
         let tiles = particle_count.div_ceil(tile_length).max(1);
         if tiles == 1 {
             // All contacts lie in the tile, so there is no halo.
-            return Self {
-                tile_length,
-                contact_start: vec![0, block.len() as u32],
-                halo_start: vec![0, 0],
-                target_start: vec![0; particle_count + 1],
-                ..Self::default()
-            };
+            contact_start.extend([0, block.len() as u32]);
+            halo_start.extend([0, 0]);
+            slots.clear();
+            halo.clear();
+            return;
         }
-        let mut contact_start = Vec::with_capacity(tiles + 1);
-        let mut halo_start = Vec::with_capacity(tiles + 1);
-        let mut target_count = vec![0u32; particle_count + 1];
-        let mut targets = Vec::new();
-        let (mut k, pairs) = (0, block.pairs());
+        let (mut targets, mut of_tile) = (Vec::new(), Vec::new());
+        let pairs = block.pairs();
+        let mut first = 0;
         for tile in 0..tiles {
-            contact_start.push(k as u32);
+            contact_start.push(first as u32);
             halo_start.push(targets.len() as u32);
-            let end = (tile + 1) * tile_length;
-            while let Some(pair) = pairs.get(k) {
-                if pair.a as usize >= end {
-                    break;
-                }
-                if !is_local(pair.b, tile * tile_length, tile_length) {
-                    targets.push(pair.b);
-                    target_count[pair.b as usize + 1] += 1;
-                }
-                k += 1;
+            let base = tile * tile_length;
+            let count = pairs[first..].partition_point(|pair| (pair.a as usize) < base + tile_length);
+            let contacts = &pairs[first..first + count];
+            // Without a branch, which no processor would predict.
+            of_tile.resize(count, 0);
+            let mut outside = 0;
+            for pair in contacts {
+                of_tile[outside] = pair.b;
+                outside += usize::from(!is_local(pair.b, base, tile_length));
             }
+            targets.extend_from_slice(&of_tile[..outside]);
+            first += count;
         }
-        contact_start.push(k as u32);
+        contact_start.push(first as u32);
         halo_start.push(targets.len() as u32);
+        for &target in &targets {
+            target_start[target as usize + 1] += 1;
+        }
         for p in 0..particle_count {
-            target_count[p + 1] += target_count[p];
+            target_start[p + 1] += target_start[p];
         }
-        let target_start = target_count.clone();
-        let mut slots = vec![0u32; targets.len()];
+        let mut next = target_start.clone();
+        slots.resize(targets.len(), 0);
         for (slot, &target) in targets.iter().enumerate() {
-            slots[target_count[target as usize] as usize] = slot as u32;
-            target_count[target as usize] += 1;
+            slots[next[target as usize] as usize] = slot as u32;
+            next[target as usize] += 1;
         }
-        let halo = vec![Wrench::default(); targets.len()];
-        Self { tile_length, contact_start, halo_start, target_start, slots, halo, virial_halo: Vec::new() }
+        // Each evaluation writes all slots.
+        halo.resize(targets.len(), Wrench::default());
     }
 
     /// Forces and torques of other tiles on particle `p`, in fixed order.

@@ -433,16 +433,16 @@ impl WallEvaluator<'_> {
                 self.totals.moment_squared += moment.norm_squared();
             }
         }
-        sums.force[a] += force;
+        sums.net[a].force += force;
         if let Some(sum) = sums.virials.virials.get_mut(a) {
             *sum += virial.parts();
             if self.context.particles.constraint[a].any(self.context.reacting) {
                 sums.virials.reaction_sums[a].add(virial);
             }
         }
-        sums.torque[a] += arm.cross(force);
+        sums.net[a].torque += arm.cross(force);
         if L::TRANSMITS_MOMENT {
-            sums.torque[a] += moment;
+            sums.net[a].torque += moment;
         }
         wall.force -= force;
         // The point lies on an image of the wall; move it back to the wall itself.

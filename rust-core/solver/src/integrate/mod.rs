@@ -16,6 +16,7 @@ mod kick;
 mod particle;
 
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::wrench::Wrench;
 use rayon::prelude::*;
 
 pub use clumps::advance_clumps;
@@ -107,14 +108,19 @@ impl KickSums {
     }
 }
 
-/// Add the forces and torques in the halos to the net ones of each particle, in fixed order.
-pub fn gather(force: &mut [Vec3], torque: &mut [Vec3], maps: &[&TileMap]) {
-    force.par_chunks_mut(TILE).zip(torque.par_chunks_mut(TILE)).enumerate().for_each(|(chunk, (force, torque))| {
+/// Sum the forces and torques of each particle: those of its own tile, then those in the halos, in fixed order.
+pub fn gather(of_tiles: &[Wrench], maps: &[&TileMap], force: &mut [Vec3], torque: &mut [Vec3]) {
+    let sums = force.par_chunks_mut(TILE).zip(torque.par_chunks_mut(TILE)).zip(of_tiles.par_chunks(TILE));
+    sums.enumerate().for_each(|(chunk, ((force, torque), of_tile))| {
+        for ((force, torque), wrench) in force.iter_mut().zip(torque.iter_mut()).zip(of_tile) {
+            *force = wrench.force;
+            *torque = wrench.torque;
+        }
         for map in maps {
-            for (i, (f, t)) in force.iter_mut().zip(torque.iter_mut()).enumerate() {
+            for (i, (force, torque)) in force.iter_mut().zip(torque.iter_mut()).enumerate() {
                 for wrench in map.incoming(chunk * TILE + i) {
-                    *f += wrench.force;
-                    *t += wrench.torque;
+                    *force += wrench.force;
+                    *torque += wrench.torque;
                 }
             }
         }

@@ -1,7 +1,8 @@
 //! Evaluation of all contact forces at the present positions and strains.
 
 use concordem_contact::kinematics::deformable::{Deformable, ParticleVirials};
-use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::math::Mat3;
+use concordem_contact::wrench::Wrench;
 
 use super::Solver;
 use super::stages::Stopwatch;
@@ -19,8 +20,8 @@ impl Solver {
     /// Returns `Σ f⊗image` (N) over contacts across the periodic border.
     pub(super) fn evaluate(&mut self, state: &mut State, sample: bool, report: &mut StepReport) -> Mat3 {
         let mut watch = Stopwatch::start();
-        self.force.fill(Vec3::zeros());
-        self.torque.fill(Vec3::zeros());
+        self.net.clear();
+        self.net.resize(state.particles.len(), Wrench::default());
         self.pass.clear();
         report.evaluations += 1;
         let deformable = self.model.deformable.as_ref();
@@ -28,7 +29,7 @@ impl Solver {
             &mut self.pass;
         let virials =
             if deformable.is_some() { ParticleVirials { virials, reaction_sums } } else { ParticleVirials::default() };
-        let mut sums = ParticleSums { force: &mut self.force, torque: &mut self.torque, virials };
+        let mut sums = ParticleSums { net: &mut self.net, virials };
         let reacting = deformable.map_or(Constraint::FREE, Deformable::reacting);
         let context = StepContext {
             particles: &state.particles,
@@ -70,7 +71,7 @@ impl Solver {
         }
         watch.lap(&mut self.stages.contacts);
         let maps = maps(&self.bond_maps, &self.contact_map, state);
-        integrate::gather(&mut self.force, &mut self.torque, &maps);
+        integrate::gather(&self.net, &maps, &mut self.force, &mut self.torque);
         // Without iterations, [`DeformationPass::finish`] adds the halo.
         if deformation::iteration(deformable).is_some() {
             self.pass.gather(&maps, &state.particles, reacting);

@@ -9,6 +9,7 @@ mod stages;
 
 use concordem_contact::kinematics::{MotionMeasure, Pose};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::wrench::Wrench;
 
 use crate::collision;
 use crate::deformation::{self, DeformationPass};
@@ -45,6 +46,9 @@ pub struct Solver {
     wall_vertices: Vec<Vec<Vec3>>,
     /// Smallest radius, m.
     smallest: f64,
+    /// Forces and torques of the contacts of a particle's own tile.
+    net: Vec<Wrench>,
+    /// Those of all contacts.
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
     poses: Vec<Pose>,
@@ -110,6 +114,7 @@ impl Solver {
             wall_positions: Vec::new(),
             wall_vertices: Vec::new(),
             smallest: 0.0,
+            net: Vec::new(),
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             poses: Vec::new(),
@@ -176,7 +181,7 @@ impl Solver {
     pub fn scratch_bytes(&self) -> usize {
         self.bond_maps.iter().map(TileMap::bytes).sum::<usize>()
             + self.contact_map.bytes()
-            + (48 + size_of::<Pose>()) * self.force.len()
+            + (48 + size_of::<Wrench>() + size_of::<Pose>()) * self.force.len()
             + self.pass.bytes()
             + self.heat.as_ref().map_or(0, HeatPass::bytes)
     }

@@ -63,7 +63,7 @@ impl Solver {
         let freed = self.remove_broken_bonds(state);
         for ((block, map), before) in state.bonds.iter().zip(&mut self.bond_maps).zip(before) {
             if block.len() != before {
-                *map = TileMap::new(block.contacts(), n, self.tile);
+                map.rebuild(block.contacts(), n, self.tile);
             }
         }
         let State { bonds, contacts: Some(block), particles, cell, .. } = state else { return };
@@ -100,7 +100,7 @@ impl Solver {
         if !few {
             block.sort();
         }
-        self.contact_map = TileMap::new(block, n, self.tile);
+        self.contact_map.rebuild(block, n, self.tile);
     }
 
     /// Move broken bonds from their blocks to [`State::broken`]. Returns them, sorted.
@@ -109,9 +109,10 @@ impl Solver {
         let State { bonds, contacts, particles, broken, .. } = state;
         for (index, block) in bonds.iter_mut().enumerate() {
             let block = block.contacts_mut();
-            let is_broken = |(k, flags): (usize, &ContactFlags)| flags.has(ContactFlags::BROKEN).then_some(k);
-            let gone: Vec<usize> = block.flags().iter().enumerate().filter_map(is_broken).collect();
+            let is_broken = |(k, flags): (u32, &ContactFlags)| flags.has(ContactFlags::BROKEN).then_some(k);
+            let gone: Vec<u32> = (0..).zip(block.flags()).filter_map(is_broken).collect();
             for &k in &gone {
+                let k = k as usize;
                 let view = block.view(k);
                 let (pair, image) = (view.pair, view.flags.image);
                 // The host of a subdomain keeps its own list for all subdomains.
@@ -125,9 +126,7 @@ impl Solver {
                     freed.push(((pair, image), reference, view.previous));
                 }
             }
-            if !gone.is_empty() {
-                block.retain_where(&|flags| !flags.has(ContactFlags::BROKEN));
-            }
+            block.remove(&gone);
         }
         if let (Some(pass), Some(model), Some(heat)) = (&mut self.heat, &self.model.heat, &state.heat) {
             pass.crack(model, &state.particles, heat, &state.broken);
@@ -190,7 +189,7 @@ impl Solver {
             block.push(pair, flags, Reference::default(), geometry);
         }
         block.sort();
-        self.contact_map = TileMap::new(block, particles.len(), self.tile);
+        self.contact_map.rebuild(block, particles.len(), self.tile);
         Ok(())
     }
 

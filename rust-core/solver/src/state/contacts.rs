@@ -106,8 +106,14 @@ impl<L: ContactLaw> ContactBlock<L> {
         }
     }
 
-    /// Keep the contacts for which `keep` holds. Moves the rest in place, because usually few of many are removed.
+    /// Keep the contacts for which `keep` holds.
     pub fn retain(&mut self, keep: impl Fn(&ContactFlags) -> bool) {
+        let removed: Vec<u32> = (0..self.len() as u32).filter(|&k| !keep(&self.flags[k as usize])).collect();
+        self.remove(&removed);
+    }
+
+    /// Remove contacts, given in ascending order. Moves the rest in place, because usually few of many are removed.
+    pub fn remove(&mut self, removed: &[u32]) {
         fn close<T: Copy>(values: &mut Vec<T>, removed: &[u32]) {
             let count = values.len();
             let mut to = removed[0] as usize;
@@ -119,17 +125,16 @@ impl<L: ContactLaw> ContactBlock<L> {
             }
             values.truncate(to);
         }
-        let removed: Vec<u32> = (0..self.len() as u32).filter(|&k| !keep(&self.flags[k as usize])).collect();
         if removed.is_empty() {
             return;
         }
-        close(&mut self.pair, &removed);
-        close(&mut self.flags, &removed);
-        close(&mut self.reference, &removed);
-        close(&mut self.previous, &removed);
-        close(&mut self.history, &removed);
+        close(&mut self.pair, removed);
+        close(&mut self.flags, removed);
+        close(&mut self.reference, removed);
+        close(&mut self.previous, removed);
+        close(&mut self.history, removed);
         if !self.rest_length.is_empty() {
-            close(&mut self.rest_length, &removed);
+            close(&mut self.rest_length, removed);
         }
     }
 
@@ -226,6 +231,8 @@ pub trait Contacts: Send + Sync {
     fn reserve(&mut self, count: usize);
     /// Replace particles and flags of every contact by those of `relink`; remove the contacts for which it returns none.
     fn relink(&mut self, relink: &dyn Fn(Pair, ContactFlags) -> Option<(Pair, ContactFlags)>);
+    /// Remove contacts, given in ascending order.
+    fn remove(&mut self, removed: &[u32]);
     /// Keep only the contacts for whose flags `keep` holds.
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
     /// Keep the contacts of the pairs, with their images, for which `keep` holds.
@@ -426,6 +433,9 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
             }
         }
         self.retain(|flags| flags.padding == 0);
+    }
+    fn remove(&mut self, removed: &[u32]) {
+        Self::remove(self, removed);
     }
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool) {
         self.retain(keep);

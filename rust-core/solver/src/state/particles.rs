@@ -107,13 +107,14 @@ impl Particles {
     /// otherwise the rotation of the step.
     pub fn poses(&self, oriented: bool, poses: &mut Vec<Pose>) {
         let rotation = if oriented { &self.orientation } else { &self.rotation_increment };
-        self.position
-            .par_iter()
-            .zip(rotation)
-            .zip(&self.radius)
-            .with_min_len(1024)
-            .map(|((&position, &rotation), &radius)| Pose { position, rotation, radius })
-            .collect_into_vec(poses);
+        poses.resize(self.len(), Pose { position: Vec3::zeros(), rotation: Quat::identity(), radius: 0.0 });
+        let given = self.position.par_iter().zip(rotation).zip(&self.radius);
+        poses.par_iter_mut().zip(given).with_min_len(1024).for_each(|(pose, ((position, rotation), radius))| {
+            // Field by field: a whole pose would be built on the stack and read back before its parts have arrived there.
+            pose.position = *position;
+            pose.rotation = *rotation;
+            pose.radius = *radius;
+        });
     }
 
     /// Displacement from the position of particle `p` to its position without the moves back by whole cells, m.

@@ -24,7 +24,7 @@ mod yade;
 pub use super::motion::{ImageShift, Motion};
 pub use crate::geometry::initial_geometry;
 pub use finite::{FiniteInput, FiniteMeasure, finite_batch};
-pub use yade::{Yade, YadeInput, YadeMeasure, write_yade_input, yade_batch};
+pub use yade::{Yade, YadeInput, YadeMeasure, yade_batch};
 
 use super::{ContactInput, MotionMeasure, PointKinematics, Transport};
 use crate::math::norm;

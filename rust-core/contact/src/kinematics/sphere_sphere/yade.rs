@@ -1,8 +1,8 @@
 //! YADE's measure: `Ig2_Sphere_Sphere_ScGeom` and `ScGeom::precompute`.
 
 use super::super::{ContactInput, ImageShift, Motion, MotionSink, MotionSource, PointKinematics, Transport};
-use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
-use crate::geometry::{ContactGeometry, PreviousGeometry};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, places};
+use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::math::Vec3;
 use crate::math::yade_order::{cross, dot, norm};
 
@@ -15,14 +15,14 @@ crate::columns! {
         velocity_b: Vec3,
         angular_velocity_a: Vec3,
         angular_velocity_b: Vec3,
-        /// Normal of the previous step.
-        pub normal_old: Vec3,
+        /// Geometry of the previous step.
+        pub previous: PreviousGeometry,
         /// Radius of A, m.
         pub radius_a: f64,
         /// Radius of B, m.
         pub radius_b: f64,
-        /// Center distance of the unstrained contact, m.
-        pub reference_length: f64,
+        /// Unstrained geometry.
+        pub reference: Reference,
     }
 
     /// Output of YADE's measure.
@@ -50,10 +50,38 @@ impl YadeInput {
             velocity_b: b.velocity,
             angular_velocity_a: a.angular_velocity,
             angular_velocity_b: b.angular_velocity,
-            normal_old: previous.normal,
+            previous: *previous,
             radius_a: geometry.radius_a,
             radius_b: geometry.radius_b,
-            reference_length: geometry.reference_length,
+            reference: Reference { length: geometry.reference_length, area: geometry.area },
+        }
+    }
+
+    /// Write the inputs of the first `count` contacts of a batch to columns.
+    #[inline(always)]
+    pub fn write<S: MotionSource>(arrays: &mut <Self as Item>::Arrays, count: usize, source: &S) {
+        for i in (0..count).step_by(4) {
+            let (places, lanes) = (places(i, count), source.lanes());
+            let [[a, b, c, d], on_b] = source.four_poses(places);
+            arrays.position_a.set_four(i, [&a.position, &b.position, &c.position, &d.position], lanes);
+            for (k, pose) in (i..).zip([a, b, c, d]) {
+                arrays.radius_a.set(k, pose.radius);
+            }
+            let [a, b, c, d] = on_b;
+            arrays.position_b.set_four(i, [&a.position, &b.position, &c.position, &d.position], lanes);
+            for (k, pose) in (i..).zip([a, b, c, d]) {
+                arrays.radius_b.set(k, pose.radius);
+            }
+            let [i0, i1, i2, i3] = places;
+            let [a, b, c, d] =
+                [source.velocities(i0), source.velocities(i1), source.velocities(i2), source.velocities(i3)];
+            arrays.velocity_a.set_four(i, [a.0[0], b.0[0], c.0[0], d.0[0]], lanes);
+            arrays.velocity_b.set_four(i, [a.0[1], b.0[1], c.0[1], d.0[1]], lanes);
+            arrays.angular_velocity_a.set_four(i, [a.1[0], b.1[0], c.1[0], d.1[0]], lanes);
+            arrays.angular_velocity_b.set_four(i, [a.1[1], b.1[1], c.1[1], d.1[1]], lanes);
+            arrays.previous.set_four(i, source.four_previous(places), lanes);
+            let [a, b, c, d] = source.four_references(places);
+            arrays.reference.set_four(i, [&a.0, &b.0, &c.0, &d.0], lanes);
         }
     }
 }
@@ -74,7 +102,7 @@ impl<const RATCHETING: bool> Yade<RATCHETING> {
     pub fn measure(&self, input: &YadeInput, image: &ImageShift) -> YadeMeasure {
         let YadeInput { position_a, position_b, velocity_a, velocity_b, .. } = *input;
         let YadeInput { angular_velocity_a, angular_velocity_b, radius_a, radius_b, .. } = *input;
-        let YadeInput { reference_length, normal_old, .. } = *input;
+        let (reference_length, normal_old) = (input.reference.length, input.previous.normal);
         let (shift, shift_velocity) = (image.displacement, image.velocity);
         let l = position_b + shift - position_a;
         let length = norm(&l);
@@ -154,29 +182,6 @@ impl<const RATCHETING: bool> Formula for Yade<RATCHETING> {
     }
 }
 
-/// Write the input of contact `i` of a batch field by field, which keeps registers free. Returns the constants of the
-/// contact, its geometry of the previous step, and whether it is a bond.
-#[inline(always)]
-pub fn write_yade_input<S: MotionSource>(
-    arrays: &mut <YadeInput as Item>::Arrays,
-    i: usize,
-    source: &S,
-) -> (ContactGeometry, PreviousGeometry, bool) {
-    let ([a, b], _) = source.motions(i);
-    let (geometry, previous, bonded) = source.constants(i);
-    arrays.position_a.set(i, a.position);
-    arrays.position_b.set(i, b.position);
-    arrays.velocity_a.set(i, a.velocity);
-    arrays.velocity_b.set(i, b.velocity);
-    arrays.angular_velocity_a.set(i, a.angular_velocity);
-    arrays.angular_velocity_b.set(i, b.angular_velocity);
-    arrays.normal_old.set(i, previous.normal);
-    arrays.radius_a.set(i, geometry.radius_a);
-    arrays.radius_b.set(i, geometry.radius_b);
-    arrays.reference_length.set(i, geometry.reference_length);
-    (geometry, previous, bonded)
-}
-
 /// Measure the first `count` contacts of a batch without periodic images in YADE's form, and evaluate each. The bits
 /// are those of [`measure`](super::measure). `dt` is the time step, s.
 #[inline(always)]
@@ -187,9 +192,7 @@ pub fn yade_batch<const RATCHETING: bool, B: MotionSink<PointKinematics>>(
     columns: &mut Columns,
 ) {
     let count = count.min(BATCH);
-    for i in 0..count {
-        write_yade_input(columns.input::<YadeInput>(), i, batch);
-    }
+    YadeInput::write(columns.input::<YadeInput>(), count, batch);
     columns.apply(&Yade::<RATCHETING> { dt });
     for i in 0..count {
         let measure: YadeMeasure = columns.output::<YadeMeasure>().get(i);

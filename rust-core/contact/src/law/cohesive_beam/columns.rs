@@ -3,9 +3,10 @@
 use super::{BeamModel, BeamResponse, BendingTerm, CohesiveBeam, CohesiveBeamState, beam_response};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
-use crate::kinematics::{BranchVector, MotionMeasure, Pose, RestFrame, torques};
+use crate::kinematics::{BranchVector, MotionMeasure, Pose, RestFrame};
 use crate::law::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_each};
 use crate::math::Vec3;
+use crate::wrench::{Wrenches, wrenches_of_four};
 
 /// Evaluates slender or Timoshenko beams with equal parameters and small end rotations in columns; see
 /// [`respond_batch`].
@@ -32,11 +33,7 @@ crate::columns! {
     struct IntactOutput {
         /// Normal and length at the end of the step.
         geometry: PreviousGeometry,
-        /// Force on A, N.
-        force: Vec3,
-        /// Torque on A about its center, N·m.
-        torque_a: Vec3,
-        torque_b: Vec3,
+        wrenches: Wrenches,
         /// Rankine stress, Pa; NaN if the contact needs the scalar path.
         stress: f64,
     }
@@ -59,11 +56,11 @@ impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
         let BeamResponse { forces, axial, .. } = beam_response(&k, reference_length, &branch, &rotations);
         let (n, force, m) = (branch.normal, forces.force, forces.moment());
         let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending(&n));
-        let [torque_a, torque_b] = torques(&n, &force, [0.5 * branch.length; 2]);
+        let wrenches = Wrenches::of(&n, &force, [0.5 * branch.length; 2]).with_moment(&m);
         // A zero direction marks the first evaluation of the bond, which needs the scalar path.
         let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
         let geometry = PreviousGeometry { normal: n, length: branch.length };
-        IntactOutput { geometry, force, torque_a: torque_a + m, torque_b: torque_b - m, stress }
+        IntactOutput { geometry, wrenches, stress }
     }
 }
 
@@ -148,13 +145,17 @@ impl ColumnResults<CohesiveBeam> for Results<'_> {
     }
 
     #[inline(always)]
+    fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4] {
+        wrenches_of_four(&self.columns.wrenches, i, lanes)
+    }
+
+    #[inline(always)]
     fn result(&self, i: usize) -> impl ColumnResult<CohesiveBeamState> {
         let Self { columns, .. } = self;
         let PreviousGeometry { normal, length } = columns.geometry.get(i);
         BatchResult {
             branch: BranchVector { length, normal },
-            force: columns.force.get(i),
-            torques: [columns.torque_a.get(i), columns.torque_b.get(i)],
+            wrenches: columns.wrenches.get(i),
             energy: None,
             friction: None,
             state: None,

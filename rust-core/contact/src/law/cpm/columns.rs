@@ -10,22 +10,19 @@ use super::{Cpm, CpmFormulation, CpmState, StressResponse};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::kinematics::deformable::ParticleVirial;
-use crate::kinematics::sphere_sphere::{FiniteInput, Yade, YadeInput, write_yade_input};
-use crate::kinematics::{BranchVector, ImageShift, MotionMeasure, PointKinematics, torques};
+use crate::kinematics::sphere_sphere::{FiniteInput, Yade, YadeInput};
+use crate::kinematics::{BranchVector, ImageShift, MotionMeasure, PointKinematics};
 use crate::law::batch::{Batch, ColumnResult, ColumnResults, commit_columns, evaluate_batch};
 use crate::law::{EnergySplit, Reference};
 use crate::math::Vec3;
+use crate::wrench::{Wrenches, wrenches_of_four};
 
 crate::columns! {
     /// Response of a contact; a damage of NaN marks a contact that needs the scalar path.
     struct ColumnResponse {
         /// Normal and length at the end of the step.
         geometry: PreviousGeometry,
-        /// On A, N.
-        force: Vec3,
-        /// On A and B about their centers, N·m.
-        torque_a: Vec3,
-        torque_b: Vec3,
+        wrenches: Wrenches,
         /// J.
         friction: f64,
         damage: f64,
@@ -49,10 +46,6 @@ crate::columns! {
     /// Input of [`YadePublic`].
     struct YadeContact {
         motion: YadeInput,
-        /// m².
-        area: f64,
-        /// Length at the end of the previous step, m.
-        length_old: f64,
         /// 1 for a bond, else 0.
         bonded: f64,
         history: CpmState,
@@ -63,14 +56,14 @@ impl ColumnResponse {
     #[inline(always)]
     fn new(point: &PointKinematics, force: Vec3, stresses: &StressResponse) -> Self {
         let &PointKinematics { length, normal, arm_a, arm_b, .. } = point;
-        let [torque_a, torque_b] = torques(&normal, &force, [arm_a, arm_b]);
+        let wrenches = Wrenches::of(&normal, &force, [arm_a, arm_b]);
         let geometry = PreviousGeometry { normal, length };
         let EnergySplit { friction, damage, integration, .. } = stresses.energy;
         let mut history = stresses.state;
         if stresses.lost {
             history.omega = f64::NAN;
         }
-        Self { geometry, force, torque_a, torque_b, friction, damage, integration, history }
+        Self { geometry, wrenches, friction, damage, integration, history }
     }
 }
 
@@ -88,13 +81,8 @@ impl ColumnResult<CpmState> for ContactResponse<'_> {
     }
 
     #[inline(always)]
-    fn force(&self) -> Vec3 {
-        self.columns.force.get(self.i)
-    }
-
-    #[inline(always)]
-    fn torques(&self) -> [Vec3; 2] {
-        [self.columns.torque_a.get(self.i), self.columns.torque_b.get(self.i)]
+    fn wrenches(&self) -> Wrenches {
+        self.columns.wrenches.get(self.i)
     }
 
     #[inline(always)]
@@ -151,6 +139,11 @@ impl ColumnResults<Cpm> for Responses<'_> {
     }
 
     #[inline(always)]
+    fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4] {
+        wrenches_of_four(&self.0.wrenches, i, lanes)
+    }
+
+    #[inline(always)]
     fn result(&self, i: usize) -> impl ColumnResult<CpmState> {
         ContactResponse { columns: self.0, i }
     }
@@ -172,11 +165,11 @@ impl YadeContact {
     /// Constants of the contact, its geometry of the previous step, and whether it is a bond.
     #[inline(always)]
     fn constants(&self) -> (ContactGeometry, PreviousGeometry, bool) {
-        let Self { motion, area, length_old: length, bonded, .. } = *self;
-        let YadeInput { normal_old: normal, radius_a, radius_b, reference_length, .. } = motion;
+        let Self { motion: YadeInput { previous, radius_a, radius_b, reference, .. }, bonded, .. } = *self;
+        let Reference { length: reference_length, area } = reference;
         // The law reads no masses.
         let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
-        (geometry, PreviousGeometry { normal, length }, bonded > 0.0)
+        (geometry, previous, bonded > 0.0)
     }
 }
 
@@ -244,8 +237,9 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
     #[inline(always)]
     fn apply(&self, input: YadeContact) -> ColumnResponse {
         let law = self.law;
-        let YadeContact { motion, area, history: old, .. } = input;
+        let YadeContact { motion, history: old, .. } = input;
         let (geometry, previous, bonded) = input.constants();
+        let area = geometry.area;
         let k = self.kinematics.measure(&motion, &ImageShift::default()).point(&geometry, &previous, bonded);
         let stresses = law.evaluate_with_damage(&k, &old, |kappa| {
             if kappa == old.kappa {
@@ -322,9 +316,10 @@ fn thesis_batch<B: Batch<Cpm>>(law: &Cpm, count: usize, dt: f64, batch: &mut B, 
     for i in (0..count).step_by(4) {
         let places = places(i, count);
         input.history.set_four(i, batch.four_histories(places), batch.lanes());
-        for (k, place) in (i..).zip(places) {
-            let (reference, bonded) = batch.reference(place);
-            input.reference.set(k, reference);
+        let [a, b, c, d] = batch.four_references(places);
+        input.reference.set_four(i, [&a.0, &b.0, &c.0, &d.0], batch.lanes());
+        let bonded = [a.1, b.1, c.1, d.1];
+        for (k, bonded) in (i..).zip(bonded) {
             input.bonded.set(k, f64::from(u8::from(bonded)));
         }
     }
@@ -346,14 +341,11 @@ fn yade_batch<const RATCHETING: bool, B: Batch<Cpm>>(
     columns: &mut Columns,
 ) {
     let mode = if RATCHETING { MotionMeasure::YadeRatcheting } else { MotionMeasure::Yade };
-    for i in 0..count {
-        let input = columns.input::<YadeContact>();
-        let (geometry, previous, bonded) = write_yade_input(&mut input.motion, i, batch);
-        input.area.set(i, geometry.area);
-        input.length_old.set(i, previous.length);
-        input.bonded.set(i, f64::from(u8::from(bonded)));
-    }
     let input = columns.input::<YadeContact>();
+    YadeInput::write(&mut input.motion, count, batch);
+    for i in 0..count {
+        input.bonded.set(i, f64::from(u8::from(batch.reference(i).1)));
+    }
     for i in (0..count).step_by(4) {
         input.history.set_four(i, batch.four_histories(places(i, count)), batch.lanes());
     }
