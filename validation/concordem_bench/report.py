@@ -89,5 +89,5 @@ def plot(record, path):
             axes.plot(ratio["goal"], y, "|", color="tab:red", markersize=14)
     axes.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)], fontsize=8)
     axes.set_xlabel("ratio of times: bar median, line range of rounds, red goal")
-    figure.tight_layout()
-    figure.savefig(path, dpi=120)
+    # Long labels widen the picture.
+    figure.savefig(path, dpi=120, bbox_inches="tight")
