@@ -5,15 +5,16 @@ Both run the same spheres and bonds and check a breakage criterion at every step
 processor, our own solver is also timed (rust-core/app/examples/speed: whole steps, with neighbor search and damping).
 
 Prints the median of several rounds. Rounds alternate between the styles, so that a busy machine slows them equally. On one
-processor the time is CPU time (LAMMPS' "CPU use"); on several it is wall time, because MPICH waits actively. --json FILE writes the
-figures.
-  liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--json FILE]
+processor the time is CPU time (LAMMPS' "CPU use"); on several it is wall time, because MPICH waits actively. --shuffled: ids in random
+order, as in data files of many programs; LAMMPS sorts its atoms in space. --json FILE writes the figures.
+  liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--shuffled] [--json FILE]
 """
 import argparse
 import itertools
 import json
 import math
 import os
+import random
 import re
 import statistics
 import subprocess
@@ -67,8 +68,11 @@ STYLES = {
 }
 
 
-def packing(path, edge, neighbors, periodic):
+def packing(path, edge, neighbors, periodic, shuffled=False):
     """Write a cubic lattice with 3 (face) or 9 (face and edge) bonds per sphere to `path`; return the number of bonds."""
+    ids = list(range(1, edge**3 + 1))
+    if shuffled:
+        random.Random(1).shuffle(ids)
     steps = [s for s in itertools.product((-1, 0, 1), repeat=3) if s > (0, 0, 0) and sum(map(abs, s)) <= (1 if neighbors == 3 else 2)]
     assert len(steps) == neighbors
     bonds = []
@@ -77,7 +81,7 @@ def packing(path, edge, neighbors, periodic):
             if not periodic and not all(0 <= v < edge for v in (x + a, y + b, z + c)):
                 continue
             other = (x + a) % edge + ((y + b) % edge) * edge + ((z + c) % edge) * edge**2
-            bonds.append((x + y * edge + z * edge**2 + 1, other + 1))
+            bonds.append((ids[x + y * edge + z * edge**2], ids[other]))
     with open(path, "w") as out:
         out.write(f"packing\n\n{edge**3} atoms\n1 atom types\n{len(bonds)} bonds\n1 bond types\n20 extra bond per atom\n"
                   "30 extra special per atom\n\n")
@@ -88,11 +92,11 @@ def packing(path, edge, neighbors, periodic):
         out.write("\nAtoms\n\n")
         for k in range(edge**3):
             x, y, z = (k % edge, k // edge % edge, k // edge**2)
-            out.write(f"{k + 1} 1 1 {2 * RADIUS} 2500 {x * SPACING:.17g} {y * SPACING:.17g} {z * SPACING:.17g}\n")
+            out.write(f"{ids[k]} 1 1 {2 * RADIUS} 2500 {x * SPACING:.17g} {y * SPACING:.17g} {z * SPACING:.17g}\n")
         out.write("\nVelocities\n\n")
         for k in range(edge**3):
             v = [((k * a) % 1009 / 1009 - 0.5) * 0.02 for a in (7919, 104729, 1299709)]
-            out.write(f"{k + 1} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g} 0 0 0\n")
+            out.write(f"{ids[k]} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g} 0 0 0\n")
         out.write("\nBonds\n\n")
         for k, (a, b) in enumerate(bonds):
             out.write(f"{k + 1} 1 {a} {b}\n")
@@ -115,9 +119,11 @@ def own(folder, law, edge, neighbors):
     return found["ns_per_bond_step_median"] * found["bonds"] * 1e-9, found["bonds"]
 
 
-def run(folder, style, data, boundary, processors):
+def run(folder, style, data, boundary, processors, shuffled=False):
     with open(os.path.join(folder, "in"), "w") as out:
         head = HEAD.format(data=data, boundary=boundary) + INTEGRATORS[style.startswith("bpm")] + STYLES[style]
+        if shuffled:
+            head = head.replace("sort 0 0", f"sort 1000 {1.2 * SPACING}")
         out.write(head + f"thermo {STEPS}\nrun 20\nrun {STEPS}\n")
     printed = subprocess.run(
         [os.path.join(VENV, "mpirun"), "-np", str(processors), os.path.join(VENV, "lmp"), "-in", "in", "-log", "none"],
@@ -140,18 +146,19 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--edge", type=int, default=22)
     parser.add_argument("--processors", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--shuffled", action="store_true")
     parser.add_argument("--json")
     arguments = parser.parse_args()
     figures = []
     with tempfile.TemporaryDirectory() as folder:
         for boundary, neighbors in itertools.product(("f f f", "p p p"), (3, 9)):
-            bonds = packing(os.path.join(folder, "data"), arguments.edge, neighbors, boundary[0] == "p")
+            bonds = packing(os.path.join(folder, "data"), arguments.edge, neighbors, boundary[0] == "p", arguments.shuffled)
             for processors in arguments.processors:
                 ours = OWN if processors == 1 and boundary == "f f f" else {}
                 found = {style: [] for style in (*STYLES, *ours)}
                 for _ in range(arguments.rounds):
                     for style in STYLES:
-                        found[style].append(run(folder, style, "data", boundary, processors))
+                        found[style].append(run(folder, style, "data", boundary, processors, arguments.shuffled))
                     for name, law in ours.items():
                         step, count = own(folder, law, arguments.edge, neighbors)
                         assert count == bonds, f"{count} bonds, LAMMPS has {bonds}"

@@ -1,6 +1,7 @@
 //! Data that the network stores per atom in the host's arrays, and its transfer to and from the solver's state.
 
 use concordem_contact::math::{Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
+use concordem_contact::prefetch::{AHEAD, prefetch_row};
 use concordem_solver::state::Deformation;
 
 use super::{Network, NetworkError};
@@ -130,6 +131,13 @@ impl Network {
         self.read_temperatures(atoms);
         let particles = &mut self.state.particles;
         for (p, &i) in self.atom.iter().enumerate() {
+            if let Some(&next) = self.atom.get(p + AHEAD) {
+                let next = next as usize;
+                for rows in [atoms.position, atoms.velocity, atoms.angular_velocity] {
+                    prefetch_row(rows, 3 * next);
+                }
+                prefetch_row(atoms.memory, width * next + oriented);
+            }
             let i = i as usize;
             particles.position[p] = vector(atoms.position, i);
             if still {
@@ -213,6 +221,12 @@ impl Network {
         let Layout { others, virials, width, .. } = self.layout;
         let deforms = self.model.deformable.is_some();
         for (p, &i) in self.atom.iter().enumerate() {
+            if let Some(&next) = self.atom.get(p + AHEAD) {
+                let next = next as usize;
+                prefetch_row(atoms.force, 3 * next);
+                prefetch_row(atoms.torque, 3 * next);
+                prefetch_row(atoms.memory, width * next);
+            }
             let i = i as usize;
             if i >= atoms.owned {
                 continue;

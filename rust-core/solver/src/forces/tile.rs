@@ -17,7 +17,7 @@ use concordem_contact::prefetch::prefetch_row;
 use concordem_contact::wrench::Wrench;
 
 use super::tile_map::is_local;
-use super::{BegunContact, StepContext, Totals, motion_of};
+use super::{BegunContact, StepContext, TILE, Totals, motion_of};
 use crate::lanes::{LanesFnOnce, dispatch};
 use crate::state::contacts::{ContactFlags, Pair};
 
@@ -128,6 +128,10 @@ fn run<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const 
         while k < count && pending < SIZE {
             if let Some(pair) = pairs.get(k + 2 * BATCH) {
                 prefetch_row(poses, pair.b as usize);
+                // A tile of usual size stays in the cache.
+                if length > TILE {
+                    prefetch_row(evaluator.tile.net, (pair.b as usize).wrapping_sub(base));
+                }
                 evaluator.prefetch(mode, pair.b as usize);
             }
             let slot = if is_local(pairs[k].b, base, length) {
