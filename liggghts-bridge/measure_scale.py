@@ -6,10 +6,11 @@ The parts are cubes of 20 atoms along an edge (72,000 bonds) in a periodic box. 
 and 25 steps, counted by the monitoring component of Open MPI; memory is the difference between the largest resident memories with and
 without bonds. A break costs what valgrind counts: instructions of runs in which bonds break, minus those of runs in which none does.
 Nothing is timed, so a busy machine does not matter.
-  liggghts-bridge/measure_scale.py          measures, writes validation/results/liggghts-scale.json, prints the tables of
+  liggghts-bridge/measure_scale.py          measures, writes validation/results/liggghts-scale.json, prints the blocks for
                                             docs/book/reference/liggghts.md
   liggghts-bridge/measure_scale.py --breaks measures only the cost of breaks
-  liggghts-bridge/measure_scale.py --docs   prints the tables from that file
+  liggghts-bridge/measure_scale.py --docs   prints the blocks from that file
+  liggghts-bridge/measure_scale.py --check  fails if the blocks in docs/book/reference/liggghts.md are not up to date
 """
 import argparse
 import json
@@ -192,57 +193,86 @@ NODE = {"processes": 128, "memory": 400e9, "network": 25e9, "latency": 2e-6}
 TRAFFIC = 272
 
 
-def model(timed, bonds_in_all, m):
-    """A step on full nodes, m³ atoms per process: processes, nodes, seconds of a step, and the parts."""
+def model(timed, bonds_in_all, m, breaking=0.0):
+    """A step on full nodes, m³ atoms per process: processes, nodes, seconds of a step, and the parts.
+
+    `breaking`: bond evaluations per bond that a step in which bonds break takes more, of memory traffic, too.
+    """
     bonds, computing, ghosts, sent, packed = speed.step_of(timed, "cpm", m)
     processes = math.ceil(bonds_in_all / bonds)
     memory = bonds * TRAFFIC / (NODE["memory"] / NODE["processes"])
     wire = sent / (NODE["network"] / NODE["processes"])
     latency = (12 + 2 * math.log2(processes)) * NODE["latency"]
-    work = max(computing, memory) * (1 + 15 / 9 / m)
+    work = max(computing, memory) * (1 + breaking + 15 / 9 / m)
     step = work + wire + latency + ghosts * packed
     return {"processes": processes, "nodes": math.ceil(processes / NODE["processes"]), "bonds": bonds, "alone": computing,
             "work": work, "communication": step - work, "step": step, "efficiency": computing / step}
 
 
-def tables(result):
+def largest_breaking(result, law):
+    """Bond evaluations per bond that a step in which bonds break takes more, at most."""
+    found = next(f for f in result["fracture"]["laws"] if f["law"] == law)
+    return max(run["more_per_bond"] for run in found["runs"]) / found["instructions_per_bond_step_timed"]
+
+
+def counted_processes(result):
+    """Lines of the docs about what a process sends and holds."""
     lines = ["| Processes | Bonds | Ghosts each | Sent per step, each | Messages | Memory of a bond, at most | Memory of a process, at most |",
              "|---|---|---|---|---|---|---|"]
     for f in result["processes"]:
         lines.append(f"| {f['processes']} | {f['bonds']:,} | {f['ghosts']:,.0f} | {f['bytes_per_step'] / 1e6:.3f} MB | "
                      f"{f['messages_per_step']:.0f} | {f['bytes_per_bond']:.0f} bytes | {f['memory'] / 1e6:.0f} MB |")
-    with open(speed.RESULTS) as file:
-        timed = json.load(file)
-    lines += ["", "| Bonds in all | m | Processes, nodes | Step of a process alone | On full nodes | Communication | Efficiency |",
-              "|---|---|---|---|---|---|---|"]
+    return lines
+
+
+def full_nodes(result, timed):
+    """Lines of the docs about full nodes."""
+    lines = ["| Bonds in all | m | Processes, nodes | Step of a process alone | On full nodes | Communication | Efficiency without, with breaks |",
+             "|---|---|---|---|---|---|---|"]
     for bonds in (1e9, 1e10):
         for m in (100, 46, 22):
             f = model(timed, bonds, m)
+            breaking = model(timed, bonds, m, largest_breaking(result, "cpm"))
             lines.append(f"| 10{'⁹' if bonds == 1e9 else '¹⁰'} | {m} | {f['processes']:,}, {f['nodes']:,} | {f['alone'] * 1e3:.1f} ms | "
-                         f"{f['work'] * 1e3:.1f} ms | {f['communication'] * 1e3:.2f} ms | {f['efficiency'] * 100:.0f} % |")
+                         f"{f['work'] * 1e3:.1f} ms | {f['communication'] * 1e3:.2f} ms | "
+                         f"{f['efficiency'] * 100:.0f}, {breaking['efficiency'] * 100:.0f} % |")
+    return lines
+
+
+def cost_of_breaks(result, timed):
+    """Lines of the docs about steps in which bonds break."""
     fracture = result["fracture"]
     with_breaks, without = fracture["sent_with_breaks"], fracture["sent_without"]
-    lines += ["", f"Sent per step and process while bonds break: {with_breaks['bytes_per_step'] / 1e6:.4f} MB in "
-              f"{with_breaks['messages_per_step']:.1f} messages; without breaks: {without['bytes_per_step'] / 1e6:.4f} MB in "
-              f"{without['messages_per_step']:.1f}.", "",
-              "| Law | Instructions per bond and step | More per bond in a step with breaks (breaks in such a step) | Efficiency of a step without, with breaks: m = 100 | m = 22 |",
-              "|---|---|---|---|---|"]
+    lines = [f"Sent per step and process while bonds break: {with_breaks['bytes_per_step'] / 1e6:.4f} MB in "
+             f"{with_breaks['messages_per_step']:.1f} messages; without breaks: {without['bytes_per_step'] / 1e6:.4f} MB in "
+             f"{without['messages_per_step']:.1f}.", "",
+             "| Law | Instructions per bond and step | More per bond in a step with breaks (breaks in such a step) | Efficiency of a step without, with breaks: m = 100 | m = 22 |",
+             "|---|---|---|---|---|"]
     for f in fracture["laws"]:
-        each = f["instructions_per_bond_step_timed"]
-        more = [run["more_per_bond"] for run in f["runs"]]
-        shown = ", ".join(f"{x:.0f} ({run['breaks'] / run['steps_with_breaks']:.0f})" for x, run in zip(more, f["runs"]))
-        efficiencies = [", ".join(f"{speed.sending(timed, f['law'], m, 2e-6, 10e9, w)[1] * 100:.0f}" for w in (0.0, max(more) / each)) + " %"
+        shown = ", ".join(f"{run['more_per_bond']:.0f} ({run['breaks'] / run['steps_with_breaks']:.0f})" for run in f["runs"])
+        most = largest_breaking(result, f["law"])
+        efficiencies = [", ".join(f"{speed.sending(timed, f['law'], m, 2e-6, 10e9, w)[1] * 100:.0f}" for w in (0.0, most)) + " %"
                         for m in (100, 22)]
-        lines.append(f"| {f['law']} | {each:.0f} | {shown} | {' | '.join(efficiencies)} |")
-    return "\n".join(lines)
+        lines.append(f"| {f['law']} | {f['instructions_per_bond_step_timed']:.0f} | {shown} | {' | '.join(efficiencies)} |")
+    return lines
+
+
+def blocks(result):
+    """Blocks of the docs, each between comment lines that name it."""
+    with open(speed.RESULTS) as file:
+        timed = json.load(file)
+    parts = (("processes", counted_processes(result)), ("full nodes", full_nodes(result, timed)),
+             ("breaks", cost_of_breaks(result, timed)))
+    return ["\n".join([f"<!-- measure_scale.py: {name} -->", *lines, "<!-- end -->"]) for name, lines in parts]
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--breaks", action="store_true")
+    parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
-    if not arguments.docs:
+    if not arguments.docs and not arguments.check:
         if arguments.breaks:
             with open(RESULTS) as file:
                 result = json.load(file) | {"fracture": breaks()}
@@ -252,7 +282,15 @@ def main():
             json.dump(result, out, indent=1)
             out.write("\n")
     with open(RESULTS) as file:
-        print(tables(json.load(file)))
+        wanted = blocks(json.load(file))
+    if arguments.check:
+        with open(speed.DOCS) as file:
+            docs = file.read()
+        for block in wanted:
+            if block not in docs:
+                raise SystemExit(f"measure_scale.py: docs/book/reference/liggghts.md does not match {RESULTS}; it should contain\n{block}")
+    else:
+        print("\n\n".join(wanted))
 
 
 if __name__ == "__main__":

@@ -50,8 +50,11 @@ fn the_script_of_the_documentation_runs() {
 }
 
 #[test]
-fn the_documented_speeds_match_the_results_file() {
-    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("compare_speed.py");
-    let output = std::process::Command::new("python3").arg(program).arg("--check").output().expect("python3 is needed");
-    assert!(output.status.success(), "{}", harness::text(&output));
+fn the_documented_figures_match_the_results_files() {
+    for name in ["compare_speed.py", "measure_scale.py"] {
+        let program = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        let output =
+            std::process::Command::new("python3").arg(program).arg("--check").output().expect("python3 is needed");
+        assert!(output.status.success(), "{}", harness::text(&output));
+    }
 }
