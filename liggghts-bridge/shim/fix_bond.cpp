@@ -3,10 +3,13 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "fix_bond.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "atom.h"
 #include "comm.h"
@@ -18,6 +21,7 @@
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "pair_gran.h"
+#include "pair_hybrid.h"
 #include "update.h"
 
 #include "pair_contact.h"
@@ -147,20 +151,26 @@ void FixConcordemBond::mark_pairs(NeighList *list, std::vector<unsigned char> &m
   own_pairs(list, marks.data(), marks.size(), first);
 }
 
-// LIGGGHTS' own models know nothing of our bonds and contacts, and would add their forces to ours. Our models leave them out.
+// LIGGGHTS' own models know nothing of our bonds and contacts, and would add their forces to ours, alone or in pair_style hybrid. Our
+// models leave them out.
 void FixConcordemBond::check_pair_style()
 {
-  PairGran *pair = dynamic_cast<PairGran *>(force->pair);
-  if (!pair || !pair->list || concordem_is_our_model(pair)) return;
-  int64_t first[2];
-  if (own_pairs(pair->list, NULL, 0, first) == 0) return;
-  const std::string group_name = group->names[igroup];
-  sprintf(text_,
-          "atoms %lld and %lld: both pair_style gran and this fix compute the forces between them. Use a model of ConcorDEM, which leaves "
-          "out these pairs: `pair_style gran model concordem/hertz ...` instead of `model hertz ...`. Or take them out of the neighbor "
-          "lists: `neigh_modify exclude group %s %s`",
-          static_cast<long long>(first[0]), static_cast<long long>(first[1]), group_name.c_str(), group_name.c_str());
-  fail_on_this_processor();
+  std::vector<Pair *> styles(1, force->pair);
+  const PairHybrid *hybrid = dynamic_cast<const PairHybrid *>(force->pair);
+  if (hybrid) styles.assign(hybrid->styles, hybrid->styles + hybrid->nstyles);
+  for (size_t k = 0; k < styles.size(); k++) {
+    PairGran *pair = dynamic_cast<PairGran *>(styles[k]);
+    int64_t first[2];
+    if (!pair || !pair->list || concordem_is_our_model(pair) || own_pairs(pair->list, NULL, 0, first) == 0) continue;
+    const std::string style = hybrid ? std::string("the sub-style gran of pair_style ") + force->pair_style : "pair_style gran";
+    const std::string group_name = group->names[igroup];
+    snprintf(text_, sizeof(text_),
+             "atoms %lld and %lld: both %s and this fix compute the forces between them. Use a model of ConcorDEM, which leaves out these "
+             "pairs: `gran model concordem/hertz ...` instead of `gran model hertz ...`. Or take them out of the neighbor lists: "
+             "`neigh_modify exclude group %s %s`",
+             static_cast<long long>(first[0]), static_cast<long long>(first[1]), style.c_str(), group_name.c_str(), group_name.c_str());
+    fail_on_this_processor();
+  }
 }
 
 /* ------------------------------------------------------------------------- functions of the base class specific to LIGGGHTS */

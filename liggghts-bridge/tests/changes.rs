@@ -410,7 +410,7 @@ fn pair_styles_of_liggghts_do_not_act_on_pairs_of_the_fix() {
             Host::Liggghts,
             folder,
             &own,
-            "`pair_style gran model concordem/hertz ...` instead of `model hertz ...`",
+            "both pair_style gran and this fix compute the forces between them. Use a model of ConcorDEM",
         );
         // The recipe: the pairs of the fix are not in the neighbor lists, or our model leaves them out. Only the impactor interacts
         // through the pair style, as long as no bond breaks.
@@ -442,6 +442,64 @@ fn pair_styles_of_liggghts_do_not_act_on_pairs_of_the_fix() {
     assert!(nearest(&taken.1.last().unwrap().1) > 0.0085, "{}", nearest(&taken.1.last().unwrap().1));
     let two = outcome(&weak("concordem/hertz tangential history"), 2);
     assert_eq!(two.0, taken.0);
+}
+
+/// The same in `pair_style hybrid`: spheres 1 and 2 of type 1 are bonded and overlap, and so do the free spheres 3 and 4 of type 2.
+#[test]
+fn granular_sub_styles_of_hybrids_do_not_act_on_pairs_of_the_fix() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let atoms = [0.0, 0.0098, 0.05, 0.0598].map(|x| Atom { kind: if x < 0.03 { 1 } else { 2 }, ..at(x) });
+    data_file_for(Host::Liggghts, &folder.join("pairs.data"), &atoms, &[], Vec3::repeat(-0.03), Vec3::repeat(0.13));
+    let properties = PROPERTIES
+        .replace("1e8", "1e8 1e8")
+        .replace("0.2", "0.2 0.2")
+        .replace("1 0.5", "2 0.5 0.5 0.5 0.5")
+        .replace("1 0.4", "2 0.4 0.4 0.4 0.4");
+    let head = head_for(Host::Liggghts, "pairs.data", "f f f", 1e-3, 1e-7) + &properties + "group ours type 1\n";
+    let end = format!(
+        "fix bonds ours concordem/bond {LINEAR} bond distance 1.2\nfix motion all nve/sphere\n{}run 100\n",
+        dump_for(Host::Liggghts, "out.dump", 100)
+    );
+    let moved = |styles: &str, processors: usize| {
+        run_in(Host::Liggghts, folder, &format!("{head}{styles}{end}"), processors);
+        frames(&folder.join("out.dump")).pop().unwrap().1
+    };
+    let granular = "gran model hertz tangential history";
+    for (styles, wanted) in [
+        (
+            format!("pair_style hybrid {granular}\npair_coeff * * gran\n"),
+            "the sub-style gran of pair_style hybrid and this fix",
+        ),
+        (
+            format!("pair_style hybrid/overlay {granular} soft 0.01\npair_coeff * * gran\npair_coeff * * soft 0.0\n"),
+            "the sub-style gran of pair_style hybrid/overlay and this fix",
+        ),
+    ] {
+        refused(Host::Liggghts, folder, &format!("{head}{styles}{end}"), &format!("atoms 1 and 2: both {wanted}"));
+    }
+    let alone = moved(&format!("pair_style {}\npair_coeff * *\n", granular.replace("hertz", "concordem/hertz")), 1);
+    assert!(
+        alone[0].velocity.norm() == 0.0 && alone[2].velocity.x < 0.0,
+        "only the free pair is pressed apart: {alone:?}"
+    );
+    for processors in [1, 2] {
+        // The remedies, and the style on other pairs only.
+        for styles in [
+            format!("pair_style hybrid {}\npair_coeff * * gran\n", granular.replace("hertz", "concordem/hertz")),
+            format!(
+                "neigh_modify exclude group ours ours\npair_style hybrid/overlay {granular} soft 0.01\npair_coeff * * gran\n\
+                 pair_coeff * * soft 0.0\n"
+            ),
+            format!("pair_style hybrid {granular} soft 0.01\npair_coeff 2 2 gran\npair_coeff 1 * soft 0.0\n"),
+        ] {
+            let found = moved(&styles, processors);
+            for (a, b) in found.iter().zip(&alone) {
+                // LIGGGHTS' own formulas round differently.
+                assert!((a.position - b.position).norm() < 1e-16, "{processors}: {a:?} {b:?}\n{styles}");
+            }
+        }
+    }
 }
 
 /// The recipe of the reference page: a bonded cube falls on a mesh wall, whose histories the pair style stores.
