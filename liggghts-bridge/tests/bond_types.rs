@@ -61,3 +61,58 @@ fn parameters_belong_to_bond_types() {
         assert!(!output.status.success() && printed.contains(wanted), "`{wanted}` is not in\n{printed}");
     }
 }
+
+/// A bond keeps its parameters. A command that changes its type between runs or during a run must not be ignored; without parameters by
+/// type, types have no effect.
+#[test]
+fn a_changed_type_of_a_bond_is_rejected() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |x: f64, v: f64| {
+        let mut atom = Atom::resting(Vec3::new(x, 0.0, 0.0), 0.005);
+        atom.velocity.x = v;
+        atom
+    };
+    // A chain across the border between two processors.
+    let atoms = [at(-0.015, 0.1), at(-0.005, -0.1), at(0.005, 0.1), at(0.015, -0.1)];
+    let data = folder.path().join("chain.data");
+    data_file_for(Host::Lammps, &data, &atoms, &[[1, 2], [2, 3], [3, 4]], Vec3::repeat(-0.1), Vec3::repeat(0.1));
+    let head = head_for(Host::Lammps, "chain.data extra/bond/types 1", "f f f", 5e-4, DT)
+        + "pair_style zero 0.0105\npair_coeff * *\nspecial_bonds lj 0 1 1 coul 1 1 1\nbond_style concordem/cohesive_beam\n";
+    let of = |young: &str| format!("young {young} poisson 0.2 radius_ratio 0.6 tensile_strength 1e12\n");
+    let by_type = format!("bond_coeff 1 {}bond_coeff 2 {}", of("1e9"), of("5e9"));
+    let alike = format!("bond_coeff * {}", of("1e9"));
+    let rest = "fix integrate all nve/sphere\nvariable a equal vx[1]\nvariable d equal vx[4]\n\
+                thermo_style custom step f_concordem_bonds v_a v_d\nthermo 10\nthermo_modify format float %20.15g\n";
+    let run = |coefficients: &str, between: &str, processors: usize| {
+        let script = format!("{head}{coefficients}{rest}run 20\n{between}run 20\n");
+        (attempt_in(Host::Lammps, folder.path(), &script, processors), script)
+    };
+    let rows = |coefficients: &str, between: &str, processors: usize| {
+        let (output, script) = run(coefficients, between, processors);
+        assert!(output.status.success(), "{}\n{script}", text(&output));
+        thermo(&text(&output))
+    };
+    for processors in [1, 2] {
+        for atoms in ["2*3", "1*2"] {
+            let change = format!("set atom {atoms} bond 2\n");
+            let (output, script) = run(&by_type, &change, processors);
+            let wanted = format!(
+                "the type of the bond of atoms {} changed from 1 to 2, but a bond keeps its parameters",
+                atoms.replace('*', " and ")
+            );
+            assert!(!output.status.success() && text(&output).contains(&wanted), "{}\n{script}", text(&output));
+            // Back again before the next run, nothing has changed.
+            let back = format!("{change}set atom {atoms} bond 1\n");
+            assert_eq!(rows(&by_type, &back, processors), rows(&by_type, "", processors));
+            assert_eq!(rows(&alike, &change, processors), rows(&alike, "", processors));
+        }
+        // The remedies.
+        let remade =
+            "group two id 2 3\ndelete_bonds two bond 1 remove special\nrun 0\ncreate_bonds single/bond 2 2 3\n";
+        let remade = rows(&by_type, remade, processors);
+        assert_eq!(remade.last().unwrap()[1], 3.0);
+        assert_ne!(remade.last().unwrap()[2..], rows(&by_type, "", processors).last().unwrap()[2..]);
+        let first = format!("{by_type}set atom 2*3 bond 2\n");
+        assert_eq!(rows(&first, "", processors).last().unwrap()[1], 3.0);
+    }
+}

@@ -35,15 +35,19 @@ impl Network {
     pub fn make_given(&mut self, bonds: &[[Tag; 3]]) {
         self.fresh.reserve_exact(bonds.len());
         for &[a, b, bond_type] in bonds {
-            let row = if self.options.bond_types.is_empty() {
-                0
-            } else {
-                let kind = (bond_type - 1) as u16;
-                // A type without parameters does not exist: the bond style requires them for all.
-                self.bond_coefficients.get(kind, kind).unwrap_or_default()
-            };
+            let row = self.row_of_type(bond_type);
             self.fresh.push(Fresh { tags: [a.min(b), a.max(b)], length: 0.0, row });
         }
+    }
+
+    /// Row of the pair coefficients of a bond type; 0 if parameters do not belong to bond types. Each type has its own row.
+    pub(super) fn row_of_type(&self, bond_type: Tag) -> u16 {
+        if self.options.bond_types.is_empty() {
+            return 0;
+        }
+        let kind = (bond_type - 1) as u16;
+        // A type without parameters does not exist: the bond style requires them for all.
+        self.bond_coefficients.get(kind, kind).unwrap_or_default()
     }
 
     /// Queue bonds between all unbonded pairs of the group that are closer than the user's factor times the sum of their radii. Call

@@ -87,6 +87,21 @@ pub enum NetworkError {
         /// Atom.
         b: Tag,
     },
+    /// Another command changed the type of a bond.
+    #[error(
+        "the type of the bond of atoms {a} and {b} changed from {before} to {now}, but a bond keeps its parameters; change types before the \
+         first run with bonds, or remove the bond (`delete_bonds ... remove`), `run 0`, and create another one of the new type"
+    )]
+    OtherType {
+        /// Atom.
+        a: Tag,
+        /// Atom.
+        b: Tag,
+        /// Its type when it was created.
+        before: Tag,
+        /// Its type now.
+        now: Tag,
+    },
     /// A force is not finite.
     #[error(
         "at step {step} the force on atom {tag} is not finite; reduce the time step, and check that no two atoms coincide"

@@ -2,12 +2,12 @@
 //! must not compute forces that the network computes.
 
 use concordem_contact::law::ContactLawName;
-use concordem_solver::state::contacts::Pair;
+use concordem_solver::state::contacts::{ContactView, Pair};
 
-use super::Network;
 use super::create::Fresh;
 use super::exchange::adjacency;
 use super::rebuild::ABSENT;
+use super::{Network, NetworkError};
 use crate::atoms::{Atoms, Tag};
 use crate::records::{Kind, Record};
 
@@ -21,9 +21,10 @@ pub struct NeighborLists<'a> {
     pub weights: [f64; 4],
 }
 
-/// One end of a bond as a number, such that sums over different sets of ends differ (the finalizer of splitmix64).
-fn scrambled([tag, partner]: [Tag; 2]) -> u64 {
+/// One end of a bond with coefficients `row` as a number, such that sums over different sets of ends differ (the finalizer of splitmix64).
+fn scrambled([tag, partner]: [Tag; 2], row: u16) -> u64 {
     let mut z = (tag as u64).rotate_left(32).wrapping_add(partner as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z ^= u64::from(row).wrapping_mul(0xd6e8_feb8_6659_fd93);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
@@ -38,24 +39,33 @@ impl Network {
 
     /// Remove bonds that are no longer in the host's lists, and remember those that are new. Particles must be placed. `before`: ids of
     /// the particles that the blocks refer to, `number`: their present numbers; `arriving` and `fresh` are sorted.
+    ///
+    /// # Errors
+    /// The type of a bond has changed, and with it the parameters.
     pub(super) fn follow_lists(
         &mut self,
         before: &[Tag],
         number: &[u32],
         arriving: &mut Vec<Record>,
         fresh: &mut Vec<Fresh>,
-    ) {
-        let Some(of_atoms) = self.listed.take() else { return };
+    ) -> Result<(), NetworkError> {
+        let Some(of_atoms) = self.listed.take() else { return Ok(()) };
+        // If parameters do not belong to bond types, types have no effect, and rows follow from the atoms.
+        let by_type = !self.options.bond_types.is_empty();
+        let row_by_type = |row: u16| if by_type { row } else { 0 };
         let (tags, owned) = (&self.tags, &self.owned);
         let owns = |tag: Tag| tags.binary_search(&tag).is_ok_and(|p| owned[p]);
         let owns_old = |p: u32| number[p as usize] != ABSENT && owned[number[p as usize] as usize];
-        let bonds = self.state.bonds[0].contacts_mut();
+        let bonds = self.state.bonds[0].contacts();
         // Usually nothing has changed. Sums decide that without sorting.
-        let mut difference = of_atoms.iter().fold(0, |sum: u64, &[a, b, _]| sum.wrapping_add(scrambled([a, b])));
-        for pair in bonds.pairs() {
+        let mut difference = of_atoms
+            .iter()
+            .fold(0, |sum: u64, &[a, b, bond_type]| sum.wrapping_add(scrambled([a, b], self.row_of_type(bond_type))));
+        for k in 0..bonds.len() {
+            let ContactView { pair, flags, .. } = bonds.view(k);
             let [a, b] = [pair.a, pair.b].map(|p| before[p as usize]);
             for (end, _) in [([a, b], pair.a), ([b, a], pair.b)].iter().filter(|(_, p)| owns_old(*p)) {
-                difference = difference.wrapping_sub(scrambled(*end));
+                difference = difference.wrapping_sub(scrambled(*end, row_by_type(flags.row)));
             }
         }
         // An arriving bond may be held already, because its other atom is here.
@@ -63,18 +73,38 @@ impl Network {
             pairs.binary_search_by_key(&tags, |pair| [pair.a, pair.b].map(|p| before[p as usize])).is_ok()
         };
         let new_here = arriving.iter().filter(|record| record.kind == Kind::Bond && !held(bonds.pairs(), record.tags));
-        for [a, b] in new_here.map(|record| record.tags).chain(fresh.iter().map(|bond| bond.tags)) {
+        let new_here = new_here.map(|record| (record.tags, record.row));
+        for ([a, b], row) in new_here.chain(fresh.iter().map(|bond| (bond.tags, bond.row))) {
             for end in [[a, b], [b, a]].into_iter().filter(|end| owns(end[0])) {
-                difference = difference.wrapping_sub(scrambled(end));
+                difference = difference.wrapping_sub(scrambled(end, row_by_type(row)));
             }
         }
         if difference == 0 {
-            return;
+            return Ok(());
         }
         let mut listed: Vec<[Tag; 3]> = of_atoms.iter().map(|&[a, b, kind]| [a.min(b), a.max(b), kind]).collect();
         listed.sort_unstable();
         listed.dedup();
+        if by_type {
+            // A bond may be listed with two types, one at each end.
+            let types_of = |tags: [Tag; 2]| {
+                let first = listed.partition_point(|l| [l[0], l[1]] < tags);
+                listed[first..].iter().take_while(move |l| [l[0], l[1]] == tags).map(|l| l[2])
+            };
+            let of_held = (0..bonds.len()).map(|k| bonds.view(k));
+            let of_held = of_held.map(|bond| ([bond.pair.a, bond.pair.b].map(|p| before[p as usize]), bond.flags.row));
+            let of_arriving = arriving.iter().filter(|record| record.kind == Kind::Bond);
+            let of_arriving = of_arriving.map(|record| (record.tags, record.row));
+            for ([a, b], row) in of_held.chain(of_arriving).chain(fresh.iter().map(|bond| (bond.tags, bond.row))) {
+                if let Some(now) = types_of([a, b]).find(|&now| self.row_of_type(now) != row) {
+                    let mut types = 1..=self.options.bond_types.len() as Tag;
+                    let before = types.find(|&bond_type| self.row_of_type(bond_type) == row).unwrap_or_default();
+                    return Err(NetworkError::OtherType { a, b, before, now });
+                }
+            }
+        }
         let is_listed = |tags: [Tag; 2]| listed.binary_search_by_key(&tags, |l| [l[0], l[1]]).is_ok();
+        let bonds = self.state.bonds[0].contacts_mut();
         bonds.retain_pairs(&|pair, _| {
             let is_owned = [pair.a, pair.b].into_iter().any(owns_old);
             !is_owned || is_listed([pair.a, pair.b].map(|p| before[p as usize]))
@@ -89,6 +119,7 @@ impl Network {
                 && fresh.binary_search_by_key(&tags, |bond| bond.tags).is_err()
         };
         self.added = listed.iter().filter(|l| is_new(l)).copied().collect();
+        Ok(())
     }
 
     /// Queue the bonds that another command added to the host's lists for the next rebuild. Returns their number.

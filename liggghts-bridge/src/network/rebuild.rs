@@ -66,7 +66,7 @@ impl Network {
         self.adjacency = None;
         self.particle_of.clear();
         self.generation += 1;
-        self.follow_lists(&before, &number, &mut arriving, &mut fresh);
+        self.follow_lists(&before, &number, &mut arriving, &mut fresh)?;
         let largest = self.state.particles.radius.iter().copied().fold(0.0, f64::max);
         let smallest = self.state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
         // Same range as the host's lists.
