@@ -148,7 +148,11 @@ void FixConcordemBond::pre_force(int)
 // New bonds start unstrained with the present reference.
 void FixConcordemBond::make_added()
 {
-  if (lists_ && concordem_network_make_added(network_) > 0) rebuild();
+  if (!lists_ || !made_) return;
+  const bool adds = concordem_network_make_added(network_) > 0;
+  // The first bonds of the run, on any processor. Only a rebuild finds them in the lists.
+  if (mean_radius_ == 0.0 && (setup_ || neighbor->ago == 0)) find_mean_radius();
+  if (adds) rebuild();
 }
 
 void FixConcordemBond::setup_pre_reverse(int eflag, int vflag)

@@ -206,7 +206,7 @@ void FixBondBase::make_bonds()
   if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
   if (facts_.creation == 2) concordem_make_listed(network_, atom, groupbit, world);
   if (lists_) queue_bonds_of_lists();
-  mean_radius_ = concordem_mean_radius(network_, atom, groupbit, world);
+  find_mean_radius();
   if (creates) {
     rebuild();
     check_heat_network();
@@ -223,6 +223,12 @@ void FixBondBase::make_bonds()
     warn(lists_ ? "has no bonds: the atoms' bond lists are empty" :
          creates ? "created no bonds; check the distance factor and the group" :
                    "has no bonds: `bond none` creates none, and there are none from a restart file");
+}
+
+// Sections with `radius_ratio` refer to the atoms of the first bonds. It stays 0 as long as there are none.
+void FixBondBase::find_mean_radius()
+{
+  mean_radius_ = concordem_mean_radius(network_, atom, groupbit, world);
 }
 
 void FixBondBase::find_forces(bool setup, bool energies, bool virial_wanted)

@@ -52,7 +52,7 @@ class FixBondBase : public Fix {
   bool lists_ = false;     // bonds come from the atoms' bond lists (LAMMPS)
   bool made_ = false;      // the bonds of the script have been created
   double reach_ = 0.0;     // distance up to which ghosts are needed, m
-  double mean_radius_ = 0.0;                 // of the bonded atoms when bonds were created, m
+  double mean_radius_ = 0.0;                 // of the atoms of the first bonds, m; 0 before
   double edge_[3] = {-1.0, -1.0, -1.0};      // periodic edges at the last setup, m; 0 where not periodic, -1 before
   double virial_[6] = {0.0};                 // our part of the last virial, J
   bigint virial_at_ = -1;                    // its step
@@ -89,6 +89,7 @@ class FixBondBase : public Fix {
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
+  void find_mean_radius();   // of the atoms with a queued bond; collective
   void find_forces(bool setup, bool energies, bool virial);
   void update_sums();
 

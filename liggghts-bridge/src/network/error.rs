@@ -102,6 +102,17 @@ pub enum NetworkError {
         /// Its type now.
         now: Tag,
     },
+    /// A section that refers to the mean radius of the bonded atoms, which is unknown.
+    #[error(
+        "internal error of fix concordem/bond, please report it: the bond of atoms {a} and {b} has no section, because the mean radius of \
+         the bonded atoms is 0; until then, give `radius` instead of `radius_ratio`"
+    )]
+    NoMeanRadius {
+        /// Atom.
+        a: Tag,
+        /// Atom.
+        b: Tag,
+    },
     /// A force is not finite.
     #[error(
         "at step {step} the force on atom {tag} is not finite; reduce the time step, and check that no two atoms coincide"

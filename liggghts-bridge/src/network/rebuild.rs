@@ -262,10 +262,13 @@ impl Network {
             let image = image_of(&(particles.position[b] - particles.position[a]), edge);
             let shift = cell.map_or_else(Vec3::zeros, |cell: Cell| cell.shift(image));
             let previous = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-            let mut reference = Reference {
-                length: if bond.length > 0.0 { bond.length } else { previous.length },
-                area: block.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius),
-            };
+            let area = block.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius);
+            if mean_radius == 0.0 && area == 0.0 {
+                let [a, b] = bond.tags;
+                return Err(NetworkError::NoMeanRadius { a, b });
+            }
+            let mut reference =
+                Reference { length: if bond.length > 0.0 { bond.length } else { previous.length }, area };
             if let (Some(thermal), Some(heat)) = (&self.thermal, heat) {
                 placed.lengths.push((bond.tags, reference.length));
                 placed.pairs.push((pair.a, pair.b, previous.normal * previous.length));

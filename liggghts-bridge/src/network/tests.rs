@@ -64,7 +64,10 @@ impl Arrays {
 }
 
 fn empty() -> Network {
-    let words = "linear_bond normal_stiffness 1e6 shear_stiffness 5e5 bond distance 1.2";
+    of("linear_bond normal_stiffness 1e6 shear_stiffness 5e5 bond distance 1.2")
+}
+
+fn of(words: &str) -> Network {
     let words: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
     Network::new(Options::parse(&words, 1).unwrap()).unwrap()
 }
@@ -162,4 +165,22 @@ fn bonds_follow_their_atoms_through_rebuilds() {
     let mut less = Arrays::new(&first, &[2, 3], &[4], ids, false);
     let error = rebuild(&mut first, &mut less).unwrap_err().to_string();
     assert!(error.contains("bond of atoms 8 and 9"), "{error}");
+}
+
+/// Without a mean radius, beams with `radius_ratio` would have no section, carry nothing, and never break.
+#[test]
+fn sections_need_the_mean_radius_only_with_a_ratio() {
+    let made = |section: &str, mean_radius: f64| {
+        let mut network = of(&format!("cohesive_beam young 1e9 poisson 0.2 {section} bond distance 1.2"));
+        let mut arrays = Arrays::new(&network, &[0, 1], &[], |k| 1 + k as Tag, false);
+        network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius).unwrap();
+        network.make_near().unwrap();
+        let done = network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius);
+        done.map(|()| network.state.bonds[0].contacts().view(0).reference.area)
+    };
+    // π r², the same products.
+    let area = std::f64::consts::PI * (0.003 * 0.003);
+    assert_eq!((made("radius 0.003", 0.0).unwrap(), made("radius_ratio 0.5", 0.006).unwrap()), (area, area));
+    let error = made("radius_ratio 0.5", 0.0).unwrap_err().to_string();
+    assert!(error.contains("bond of atoms 1 and 2 has no section"), "{error}");
 }
