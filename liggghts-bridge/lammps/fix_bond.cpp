@@ -126,6 +126,7 @@ void FixConcordemBond::setup_pre_force(int)
   make_added();
   check_heat_step();
   if (creation_is_due()) make_bonds();
+  check_resumed();
   check_pair_style();
   show_temperatures();
 }

@@ -91,6 +91,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
   rebuild();
   check_heat_step();
   if (creation_is_due()) make_bonds();
+  check_resumed();
   check_pair_style();
   show_temperatures();
   find_forces_and_virial(true, vflag);

@@ -33,6 +33,8 @@ const char *const ATOM_STYLES = "use `atom_style bpm/sphere` or `atom_style sphe
 const char *const ATOM_STYLES = "use `atom_style sphere` (or granular)";
 #endif
 
+const char *const EMPTY_LISTS = "has no bonds: the atoms' bond lists are empty";
+
 }
 
 FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
@@ -220,9 +222,21 @@ void FixBondBase::make_bonds()
   if (creates) print(total);
   if (lost) warn("creates new bonds; those of fix " + lost_ + " in the restart file are lost. To keep them, give this fix the same id");
   if (total == 0.0 && law_ != "none")
-    warn(lists_ ? "has no bonds: the atoms' bond lists are empty" :
+    warn(lists_ ? EMPTY_LISTS :
          creates ? "created no bonds; check the distance factor and the group" :
                    "has no bonds: `bond none` creates none, and there are none from a restart file");
+}
+
+// Bonds are created only once, by the run that wrote the file; that they are missing must not go unnoticed.
+void FixBondBase::check_resumed()
+{
+  if (resumed_.empty()) return;
+  double mine[CONCORDEM_SUMS], all[2];
+  concordem_network_sums(network_, mine);
+  MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);   // bonds, and those that broke
+  if (comm->me == 0 && all[0] + all[1] == 0.0 && law_ != "none")
+    warn(lists_ ? EMPTY_LISTS : "has no bonds: " + resumed_ + " has none, and bonds are created only once");
+  resumed_.clear();
 }
 
 // Sections with `radius_ratio` refer to the atoms of the first bonds. It stays 0 as long as there are none.
@@ -353,6 +367,7 @@ void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &fi
     fail(file + " refers to " + kelvin + " K, this script to another temperature; add `reference_temperature = " + kelvin + "` to [heat]");
   }
   made_ = head.made;
+  if (made_) resumed_ = file;
   mean_radius_ = head.mean_radius;
   for (int axis = 0; axis < 3; axis++) edge_[axis] = head.edge[axis];
   virial_at_ = head.virial_at;

@@ -89,6 +89,7 @@ class FixBondBase : public Fix {
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
+  void check_resumed();      // warn if a continued run has no bonds; collective
   void find_mean_radius();   // of the atoms with a queued bond; collective
   void find_forces(bool setup, bool energies, bool virial);
   void update_sums();
@@ -103,6 +104,7 @@ class FixBondBase : public Fix {
  private:
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
+  std::string resumed_;           // file that the bonds come from, until the first setup after it was read
   std::string state_;             // data file that the script continues from, empty if there is none
   ConcordemRestartHead head_of_data_;        // while a data file is written, as the next two
   std::vector<double> records_of_data_;
