@@ -3,7 +3,10 @@
 import ctypes
 import struct
 
-from concordem.yade._memory import Finder, known_pointer, memory, usable_size
+import pytest
+
+from concordem import YadeError
+from concordem.yade._memory import Finder, image_of, known_pointer, memory, usable_size
 
 libc = ctypes.CDLL(None)
 libc.malloc.restype, libc.malloc.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
@@ -29,6 +32,33 @@ def test_the_size_of_a_block_is_known():
     ctypes.memset(address, 0xFF, 120)
     assert usable_size(address + 64) == 0
     libc.free(address)
+
+
+def test_an_object_is_read_to_the_end_of_its_block():
+    one, two, made = neighbors(56)
+    ctypes.memset(one, 1, 56)
+    ctypes.memset(two, 2, 56)
+    assert image_of(one, 1024) == b"\1" * 56 and image_of(one, 24) == b"\1" * 24
+    # An address within a block, as that of an object whose size another allocator keeps elsewhere: all that was asked for.
+    block = libc.malloc(120)
+    ctypes.memset(block, 0xFF, 120)
+    assert usable_size(block + 64) == 0 and len(image_of(block + 64, 1024)) == 1024
+    for address in (*made, block):
+        libc.free(address)
+
+
+def test_without_a_size_a_second_place_is_an_error():
+    """Numbers that stand in the object and once more behind it, for an allocator that tells no size."""
+    block = libc.malloc(120)
+    ctypes.memset(block, 0xFF, 120)
+    finder = Finder("Interaction")
+    for number in (3, 70001):
+        for address in (block + 72, block + 104):
+            ctypes.memmove(address, struct.pack("<i", number), 4)
+        finder.observe("id1", block + 64, struct.pack("<i", number))
+    with pytest.raises(YadeError, match="found at 2 offsets instead of one"):
+        finder.offset("id1")
+    libc.free(block)
 
 
 def test_a_field_is_not_found_in_the_next_object():

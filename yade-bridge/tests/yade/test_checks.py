@@ -70,6 +70,41 @@ def test_the_layout_is_found_in_a_used_heap():
         assert _layout.probe(_scene.host().names) == layout
 
 
+def test_reads_end_with_the_object():
+    """The scene and its containers are read to the end of their blocks of the heap, and what is found lies in them."""
+    from concordem.yade import _memory, _probe
+
+    sizes = {}
+
+    class Recorder(_memory.Memory):
+        def read(self, address, size):
+            sizes[address] = max(size, sizes.get(address, 0))
+            return super().read(address, size)
+
+    before = _memory.memory
+    try:
+        _memory.memory = _probe.memory = Recorder()
+        O.switchScene()
+        layout = _probe.find_layout(_scene.host().names)
+        scene = _memory.address_of(O._sceneObj)
+        bodies, contacts = (before.pointer(scene + layout[name]) for name in ("Scene.bodies", "Scene.interactions"))
+        for address, field in (
+            (scene, layout["Scene.bodies"] + 8),
+            (scene, layout["Scene.interactions"] + 8),
+            (scene, layout["Scene.engines"] + 16),
+            # Two pointers to the vectors of forces and of torques.
+            (scene, layout["Scene.forces"] + 32),
+            (bodies, layout["bodies.vector"] + 16),
+            (contacts, layout["interactions.vector"] + 16),
+        ):
+            size = _memory.usable_size(address)
+            assert 0 < field <= size and sizes[address] <= size, (field, sizes[address], size)
+    finally:
+        _memory.memory = _probe.memory = before
+        O.resetThisScene()
+        O.switchScene()
+
+
 @on_two_threads
 def test_other_threads_do_not_read_a_running_scene():
     scene()

@@ -13,7 +13,7 @@ import struct
 from typing import Any
 
 from .._errors import YadeError
-from ._memory import address_of, memory
+from ._memory import address_of, image_of
 from ._probe import Layout, find_layout
 
 #: Versions that were tested.
@@ -60,4 +60,4 @@ def _real_bytes(yade: Any) -> int:
     """8 if YADE stores reals as doubles."""
     state = yade.wrapper.State()
     state.mass = 1.25
-    return 8 if struct.pack("<d", 1.25) in memory.read(address_of(state), 512) else 0
+    return 8 if struct.pack("<d", 1.25) in image_of(address_of(state), 512) else 0

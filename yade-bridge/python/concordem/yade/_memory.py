@@ -53,6 +53,15 @@ class Memory:
 memory = Memory()
 
 
+def image_of(address: int, span: int) -> bytes:
+    """The object at `address`: at most `span` bytes, and none behind its block of the heap.
+
+    With an allocator that does not tell the size, all `span` bytes: reads cannot crash, and a number that is found once more behind the object
+    is an error (:meth:`Finder.offset`). Nothing may be written without a size.
+    """
+    return memory.read(address, min(span, usable_size(address) or span))
+
+
 def address_of(instance: Any) -> int:
     """Address of the C++ object behind a Python object of YADE (boost::python, held by a shared pointer)."""
     holder = memory.pointer(id(instance) + 40)
@@ -106,7 +115,7 @@ class Finder:
 
     def observe(self, name: str, address: int, data: bytes, step: int = 4) -> None:
         """Record that the field `name` of the object at `address` contains the bytes `data`; search every `step` bytes."""
-        image = memory.read(address, min(self._span, usable_size(address) or self._span))
+        image = image_of(address, self._span)
         places = self._places.get(name)
         candidates = range(0, len(image) - len(data) + 1, step) if places is None else sorted(places)
         self._places[name] = {k for k in candidates if image[k : k + len(data)] == data}
@@ -145,7 +154,7 @@ def flag_offset(what: str, name: str, instance: Any, set_flag: Callable[[bool], 
     images = []
     for value in (False, True, False, True):
         set_flag(value)
-        images.append(memory.read(address, min(span, usable_size(address) or span)))
+        images.append(image_of(address, span))
     length = min(map(len, images))
     places = [k for k in range(length) if tuple(image[k] for image in images) == (0, 1, 0, 1)]
     if len(places) != 1:

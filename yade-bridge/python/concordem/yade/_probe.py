@@ -7,7 +7,7 @@ import struct
 from typing import Any
 
 from .._errors import YadeError
-from ._memory import Finder, address_of, flag_offset, memory, pack_int, pack_mask, pack_matrix, pack_real, usable_size
+from ._memory import Finder, address_of, flag_offset, image_of, memory, pack_int, pack_mask, pack_matrix, pack_real, usable_size
 
 #: Offsets of fields, bytes, by "Class.field"; addresses of method tables by "Class.vtable".
 Layout = dict[str, int]
@@ -30,6 +30,8 @@ FIELDS: dict[str, tuple[str, ...]] = {
     ),
     "CpmState": ("normDmg", "stress", "damageTensor"),
 }
+#: A scene is smaller, bytes.
+_SCENE = 8192
 _PLACES = [(0, 0, 0), (1.9, 0.11, 0.05), (0.93, 1.71, 0.02), (0.95, 0.6, 1.53), (2.87, 1.63, 0.31)]
 _VELOCITIES = [(3, -2, 1), (-4, 1, 2), (2, 5, -3), (-1, -3, 7), (6, 2, -5)]
 
@@ -280,7 +282,7 @@ def find_cell_distance(yade: Any, contact: Any) -> int:
     # Read-only in this version: write three ints into memory until Python reads them. No scene contains `spare`, and only
     # offsets with three zeros are tried.
     at = address_of(spare)
-    image = memory.read(at, 256)
+    image = memory.read(at, min(256, usable_size(at)))
     for place in range(8, min(len(image), 160) - 12, 4):
         if image[place : place + 12] != b"\0" * 12:
             continue
@@ -297,7 +299,7 @@ def find_containers(yade: Any, layout: Layout, real: set[int]) -> None:
     """Find the containers of bodies and interactions in a scene. `real`: addresses of real interactions."""
     omega = yade.O
     scene = address_of(omega._sceneObj)
-    image = memory.read(scene, 8192)
+    image = image_of(scene, _SCENE)
     bodies = [address_of(body) for body in omega.bodies]
     for name, proxy, expected in (("bodies", omega.bodies, bodies), ("interactions", omega.interactions, None)):
         # Both the Python object and the scene hold the address of the container.
@@ -308,7 +310,7 @@ def find_containers(yade: Any, layout: Layout, real: set[int]) -> None:
             container = struct.unpack_from("<Q", image, place)[0]
             if container not in containers:
                 continue
-            inside = memory.read(container, 512)
+            inside = image_of(container, 512)
             for k in range(0, len(inside) - 16, 8):
                 begin, end = struct.unpack_from("<2Q", inside, k)
                 if end - begin != 16 * len(proxy):
@@ -331,7 +333,7 @@ def find_engines(yade: Any, layout: Layout) -> None:
     """Find the list of engines in a scene, and the flag `dead` of an engine."""
     omega = yade.O
     scene = address_of(omega._sceneObj)
-    image = memory.read(scene, 8192)
+    image = image_of(scene, _SCENE)
     engines = omega.engines
     expected = [address_of(engine) for engine in engines]
     places = []
@@ -355,7 +357,7 @@ def find_forces(yade: Any, layout: Layout) -> None:
     """Find the forces in a scene. There is one vector per thread; the first thread is the calling one."""
     omega = yade.O
     scene = address_of(omega._sceneObj)
-    image = memory.read(scene, 8192)
+    image = image_of(scene, _SCENE)
     omega.forces.reset(True)
     force, torque = yade.Vector3(1.25, -2.5, 3.75), yade.Vector3(-8.5, 16.25, 0.125)
     omega.forces.addF(1, force)
