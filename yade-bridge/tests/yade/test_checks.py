@@ -428,33 +428,49 @@ def test_the_plugin_of_the_package_comes_after_ones_own():
 
 
 def test_stress_and_states_are_those_of_yade():
-    """Right after the take-over, and after steps in which bonds break, slip, and touch again. Rounding alone differs: sums in another
-    order, which a breaking specimen amplifies (measured 1e-15 at once, 4e-9 of the stress of a particle after 27,498 losses)."""
-    options = dict(rate=12.0, law=dict(omegaThreshold=0.95))
-    for steps in (0, 1, 60, 200):
+    """Right after the take-over, also of a scene that has lost bonds, and after steps in which bonds break, slip, and touch again.
+
+    Rounding alone differs. At the take-over, the solver measures strains of 1e-6 again, from lengths with 16 digits: 4e-12 of the largest
+    stress of a particle (measured). One step later, from the same strains, sums in another order: 4e-16. A breaking specimen amplifies that:
+    6e-12 after 60 steps, 3e-10 after 200 steps and 1,528 losses. Every tolerance is 20 to 40 times as large, or, for a single step, that of
+    the strains."""
+
+    def one_thread():
+        for e in O.engines:
+            e.ompThreads = 1
+
+    options = dict(rate=12.0, law=dict(omegaThreshold=0.95), before=one_thread)
+    for before, steps, tolerance in ((5, 0, 1e-10), (5, 1, 1e-12), (150, 1, 1e-12), (5, 60, 2e-10), (5, 200, 1e-8)):
         scene(**options)
         O.engines = O.engines + [CpmStateUpdater(iterPeriod=1)]
-        O.run(5 + steps, True)
+        O.run(before + steps, True)
         theirs = array(getStress(VOLUME))
         states = [(b.state.normDmg, b.state.numBrokenCohesive) for b in O.bodies]
         tensors = np.array([array(b.state.stress) for b in O.bodies])
         scene(**options)
         O.engines = O.engines + [CpmStateUpdater(iterPeriod=1)]
-        O.run(5, True)
+        O.run(before, True)
+        had = sum(b.state.numBrokenCohesive for b in O.bodies)
         e = bridge.take_over(update_states=1)
         for _ in range(steps):
             O.step()
         ours = e.stress(VOLUME).T
         error = abs(ours - theirs).max() / abs(theirs).max()
-        print("stress after %d steps: %.1e, %d broken" % (steps, error, e.broken))
-        # With two threads YADE's own sums differ from run to run.
-        assert error < 1e-9
-        if steps:
-            damage, lost = zip(*[(b.state.normDmg, b.state.numBrokenCohesive) for b in O.bodies])
-            assert abs(np.array(damage) - [s[0] for s in states]).max() < 1e-9 and list(lost) == [s[1] for s in states]
-            found = np.array([array(b.state.stress) for b in O.bodies])
-            assert abs(found - tensors).max() < 1e-7 * abs(tensors).max()
-            assert steps < 200 or (sum(lost) > 100 and sum(lost) > 2 * e.broken, "contacts that opened count, too")
+        if not steps:
+            e.update_states()
+        damage, lost = zip(*[(b.state.normDmg, b.state.numBrokenCohesive) for b in O.bodies])
+        off = abs(np.array(damage) - [s[0] for s in states]).max()
+        found = np.array([array(b.state.stress) for b in O.bodies])
+        worst = abs(found - tensors).max() / abs(tensors).max()
+        print(
+            "after %d and %d steps: stress %.1e, of particles %.1e, normDmg %.1e, %d lost before, %d now, %d bonds broken"
+            % (before, steps, error, worst, off, had, sum(lost), e.broken)
+        )
+        assert error < tolerance and worst < tolerance and off < tolerance
+        assert list(lost) == [s[1] for s in states]
+        assert had > 500 if before > 100 else had == 0
+    # Of the last case. Contacts that open without a bond count, too, at both bodies, as bonds do.
+    assert e.broken > 50 and sum(lost) > 4 * e.broken
 
 
 def test_states_of_two_materials():
