@@ -93,4 +93,8 @@ done
 started=$SECONDS
 python3 examples.py native || failed=1
 echo "the examples took $((SECONDS - started)) s"
+# Our own examples, in this version of YADE.
+started=$SECONDS
+python3 run_examples.py /mnt/own-examples || failed=1
+echo "our own examples took $((SECONDS - started)) s"
 exit $failed

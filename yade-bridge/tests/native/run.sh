@@ -18,10 +18,11 @@ trap 'rm -rf --one-file-system "$work"' EXIT
 mkdir -p "$work/repo/yade-bridge/tests" "$work/repo/tests/golden" "$work/lib"
 cp -r "$target/python" "$work/site"
 cp -r "$here" "$work/repo/yade-bridge/tests/native"
-cp yade-bridge/tests/yade/{harness,specimen,own_run,examples,example_driver}.py "$work/repo/yade-bridge/tests/native/"
+cp yade-bridge/tests/yade/{harness,specimen,own_run,examples,example_driver,run_examples}.py "$work/repo/yade-bridge/tests/native/"
 cp yade-bridge/tests/yade/test_*.py "$work/repo/yade-bridge/tests/native/"
 # The chroot has no documentation, which contains YADE's examples.
 cp -r "${YADE_EXAMPLES:-/usr/share/doc/yade/examples/concrete}" "$work/examples"
+cp -r yade-bridge/examples "$work/own-examples"
 cp -r tests/golden/yade "$work/repo/tests/golden/yade"
 # The wheel is built on Debian 12 and needs its HDF5 (package libhdf5-103-1); Debian 13 has another version.
 cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$work/lib/"
