@@ -11,12 +11,10 @@ set -euo pipefail
 
 suite=trixie
 root=${XDG_CACHE_HOME:-$HOME/.cache}/concordem/debian-13
-# Libraries that YADE's headers include, and the compiler of YADE's build.
-packages=(
-  yade g++ libboost-dev libboost-log-dev libboost-python-dev libboost-serialization-dev libboost-thread-dev
-  libboost-iostreams-dev libboost-filesystem-dev libboost-regex-dev libboost-date-time-dev libboost-chrono-dev libeigen3-dev
-  libopenmpi-dev libmpfr-dev libmpc-dev python3-dev python3-numpy
-)
+# YADE, and what the book tells users to install for the build of the plugin: the compiler and the libraries that YADE's headers include.
+page=$(dirname "$0")/../../../docs/book/reference/yade.md
+packages=(yade $(sed -n '/^sudo apt install g++/,/[^\\]$/ { s/^sudo apt install//; s/#.*//; s/\\$//; p }' "$page"))
+[ ${#packages[@]} -gt 5 ] || { echo "$page has no line with: sudo apt install g++" >&2; exit 1; }
 if [ -n "${BARE:-}" ]; then
   suite=$BARE
   root=${root%/*}/bare-$BARE
