@@ -7,7 +7,6 @@ mod clumps;
 mod host;
 mod motion;
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -17,7 +16,7 @@ use concordem::output::{checkpoint, hash};
 use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
 use concordem_yade::assembly::{
-    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, cell_of, motion_measure,
+    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, cell_of, motion_measure,
 };
 use concordem_yade::own_thread;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -127,12 +126,12 @@ impl Hosted {
     /// Spheres with bonds and contacts of the concrete law, with their histories.
     ///
     /// `bodies`: arrays id, position, velocity, orientation (x, y, z, w), angular_velocity, radius, mass, inertia, material,
-    /// constraint. `contacts`: pair (rows of bodies), image, bonded, length (reference), area, normal, distance, history.
-    /// `laws`: (material, material, parameters). `clumps`: see [`clumps::of_arrays`]. `lost`: number of bonds and contacts that each body has
-    /// already lost.
+    /// constraint, lost (number of bonds and contacts that each body has already lost). `contacts`: pair (rows of bodies), image, bonded,
+    /// length (reference), area, normal, distance, history, radii, reference_overlap, stored, see [`Contacts`].
+    /// `laws`: (material, material, parameters). `clumps`: see [`clumps::of_arrays`].
     #[staticmethod]
     #[pyo3(signature = (
-        bodies, contacts, laws, materials, dt, kinematics, damping=0.0, gravity=None, cell=None, threads=None, clumps=None, lost=None
+        bodies, contacts, laws, materials, dt, kinematics, damping=0.0, gravity=None, cell=None, threads=None, clumps=None
     ))]
     fn concrete(
         bodies: &Bound<'_, PyDict>,
@@ -146,7 +145,6 @@ impl Hosted {
         cell: Option<(Tensor, Tensor, Tensor)>,
         threads: Option<usize>,
         clumps: Option<&Bound<'_, PyDict>>,
-        lost: Option<Indices<'_>>,
     ) -> PyResult<Self> {
         let position: Vectors<'_> = get(bodies, "position")?;
         let (velocity, angular_velocity): (Vectors<'_>, Vectors<'_>) =
@@ -155,7 +153,7 @@ impl Hosted {
         let (radius, mass): (Scalars<'_>, Scalars<'_>) = (get(bodies, "radius")?, get(bodies, "mass")?);
         let inertia: Scalars<'_> = get(bodies, "inertia")?;
         let (id, material): (Indices<'_>, Indices<'_>) = (get(bodies, "id")?, get(bodies, "material")?);
-        let constraint: Indices<'_> = get(bodies, "constraint")?;
+        let (constraint, lost): (Indices<'_>, Indices<'_>) = (get(bodies, "constraint")?, get(bodies, "lost")?);
         let columns = Bodies {
             id: id.get()?,
             position: position.get()?,
@@ -167,19 +165,23 @@ impl Hosted {
             inertia: inertia.get()?,
             material: material.get()?,
             constraint: constraint.get()?,
+            lost: lost.get()?,
         };
         let pair: Pairs<'_> = get(contacts, "pair")?;
         let (image, bonded): (Images<'_>, Flags<'_>) = (get(contacts, "image")?, get(contacts, "bonded")?);
         let (length, area): (Scalars<'_>, Scalars<'_>) = (get(contacts, "length")?, get(contacts, "area")?);
         let (normal, distance): (Vectors<'_>, Scalars<'_>) = (get(contacts, "normal")?, get(contacts, "distance")?);
-        let history: Rows<'_> = get(contacts, "history")?;
-        let (rows, width) = history.shape();
-        if rows > 0 && width != size_of::<CpmState>() / 8 {
-            return Err(PyValueError::new_err(format!(
-                "`history` has {width} columns, but must have {}",
-                size_of::<CpmState>() / 8
-            )));
+        let (history, stored): (Rows<'_>, Rows<'_>) = (get(contacts, "history")?, get(contacts, "stored")?);
+        for (name, table, wanted) in
+            [("history", &history, size_of::<CpmState>() / 8), ("stored", &stored, STORED.len())]
+        {
+            let (rows, width) = table.shape();
+            if rows > 0 && width != wanted {
+                return Err(PyValueError::new_err(format!("`{name}` has {width} columns, but must have {wanted}")));
+            }
         }
+        let radii: Scalars<'_> = get(contacts, "radii")?;
+        let reference_overlap: Scalars<'_> = get(contacts, "reference_overlap")?;
         let given = Contacts {
             pair: pair.get()?,
             image: image.get()?,
@@ -189,6 +191,9 @@ impl Hosted {
             normal: normal.get()?,
             distance: distance.get()?,
             history: history.get()?,
+            radii: radii.get()?,
+            reference_overlap: reference_overlap.get()?,
+            stored: stored.get()?,
         };
         let origin = Origin::Concrete {
             kinematics: motion_measure(kinematics).map_err(PyValueError::new_err)?,
@@ -199,16 +204,7 @@ impl Hosted {
         };
         let cell = cell.map(|cell| cell_from(cell, dt));
         let clumps = clumps.map(clumps::of_arrays).transpose()?.unwrap_or_default();
-        let mut made =
-            Assembly::concrete(&columns, &given, &clumps, origin, cell, dt).map_err(PyValueError::new_err)?;
-        if let Some(lost) = lost {
-            let lost = lost.get()?;
-            same_length("lost", lost.len(), columns.id.len())?;
-            let of: HashMap<u32, u32> = columns.id.iter().copied().zip(lost.iter().copied()).collect();
-            for (id, count) in made.state.particles.id.iter().zip(&mut made.openings) {
-                *count = of.get(id).copied().unwrap_or(0);
-            }
-        }
+        let made = Assembly::concrete(&columns, &given, &clumps, origin, cell, dt).map_err(PyValueError::new_err)?;
         Self::new(made, threads)
     }
 

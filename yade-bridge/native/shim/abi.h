@@ -329,6 +329,7 @@ struct ConcordemBodyArrays {
   const double *inertia;
   const uint32_t *material;
   const uint32_t *constraint;
+  const uint32_t *lost;
 };
 
 /// Columns of `count` contacts, see `Contacts` in `src/assembly/concrete.rs`.
@@ -342,6 +343,9 @@ struct ConcordemContactArrays {
   const double *normal;
   const double *distance;
   const double *history;
+  const double *radii;
+  const double *referenceOverlap;
+  const double *stored;
 };
 
 /// Parameters of concrete between materials `a` and `b`, as in YADE's material and law.
@@ -739,7 +743,8 @@ static_assert(offsetof(ConcordemBodyArrays, mass) == 56 && sizeof(ConcordemBodyA
 static_assert(offsetof(ConcordemBodyArrays, inertia) == 64 && sizeof(ConcordemBodyArrays::inertia) == 8, "ConcordemBodyArrays::inertia");
 static_assert(offsetof(ConcordemBodyArrays, material) == 72 && sizeof(ConcordemBodyArrays::material) == 8, "ConcordemBodyArrays::material");
 static_assert(offsetof(ConcordemBodyArrays, constraint) == 80 && sizeof(ConcordemBodyArrays::constraint) == 8, "ConcordemBodyArrays::constraint");
-static_assert(sizeof(ConcordemBodyArrays) == 88 && alignof(ConcordemBodyArrays) == 8, "ConcordemBodyArrays");
+static_assert(offsetof(ConcordemBodyArrays, lost) == 88 && sizeof(ConcordemBodyArrays::lost) == 8, "ConcordemBodyArrays::lost");
+static_assert(sizeof(ConcordemBodyArrays) == 96 && alignof(ConcordemBodyArrays) == 8, "ConcordemBodyArrays");
 static_assert(offsetof(ConcordemContactArrays, count) == 0 && sizeof(ConcordemContactArrays::count) == 8, "ConcordemContactArrays::count");
 static_assert(offsetof(ConcordemContactArrays, pair) == 8 && sizeof(ConcordemContactArrays::pair) == 8, "ConcordemContactArrays::pair");
 static_assert(offsetof(ConcordemContactArrays, image) == 16 && sizeof(ConcordemContactArrays::image) == 8, "ConcordemContactArrays::image");
@@ -749,7 +754,10 @@ static_assert(offsetof(ConcordemContactArrays, area) == 40 && sizeof(ConcordemCo
 static_assert(offsetof(ConcordemContactArrays, normal) == 48 && sizeof(ConcordemContactArrays::normal) == 8, "ConcordemContactArrays::normal");
 static_assert(offsetof(ConcordemContactArrays, distance) == 56 && sizeof(ConcordemContactArrays::distance) == 8, "ConcordemContactArrays::distance");
 static_assert(offsetof(ConcordemContactArrays, history) == 64 && sizeof(ConcordemContactArrays::history) == 8, "ConcordemContactArrays::history");
-static_assert(sizeof(ConcordemContactArrays) == 72 && alignof(ConcordemContactArrays) == 8, "ConcordemContactArrays");
+static_assert(offsetof(ConcordemContactArrays, radii) == 72 && sizeof(ConcordemContactArrays::radii) == 8, "ConcordemContactArrays::radii");
+static_assert(offsetof(ConcordemContactArrays, referenceOverlap) == 80 && sizeof(ConcordemContactArrays::referenceOverlap) == 8, "ConcordemContactArrays::referenceOverlap");
+static_assert(offsetof(ConcordemContactArrays, stored) == 88 && sizeof(ConcordemContactArrays::stored) == 8, "ConcordemContactArrays::stored");
+static_assert(sizeof(ConcordemContactArrays) == 96 && alignof(ConcordemContactArrays) == 8, "ConcordemContactArrays");
 static_assert(offsetof(ConcordemPairCoefficients, a) == 0 && sizeof(ConcordemPairCoefficients::a) == 4, "ConcordemPairCoefficients::a");
 static_assert(offsetof(ConcordemPairCoefficients, b) == 4 && sizeof(ConcordemPairCoefficients::b) == 4, "ConcordemPairCoefficients::b");
 static_assert(offsetof(ConcordemPairCoefficients, young) == 8 && sizeof(ConcordemPairCoefficients::young) == 8, "ConcordemPairCoefficients::young");
@@ -800,4 +808,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xd1f1fe6f3b0ad0ef)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x8780638a33aeacfc)

@@ -38,7 +38,7 @@ namespace {
 
 	/* Columns of bodies for the library. */
 	struct BodyColumns {
-		vector<uint32_t> id, material, constraint;
+		vector<uint32_t> id, material, constraint, lost;
 		vector<Real>     position, velocity, orientation, angularVelocity, radius, mass, inertia;
 
 		void add(const Body& body, const Sphere& sphere, uint32_t number)
@@ -52,11 +52,13 @@ namespace {
 			for (Real q : { s.ori.x(), s.ori.y(), s.ori.z(), s.ori.w() })
 				orientation.push_back(q);
 			radius.push_back(sphere.radius), mass.push_back(s.mass), inertia.push_back(s.inertia[0]);
+			const auto* concrete = dynamic_cast<const CpmState*>(&s);
+			lost.push_back(concrete ? std::max(0, concrete->numBrokenCohesive) : 0);
 		}
 		ConcordemBodyArrays view() const
 		{
 			return { id.size(), id.data(), position.data(), velocity.data(), orientation.data(), angularVelocity.data(), radius.data(), mass.data(),
-				 inertia.data(), material.data(), constraint.data() };
+				 inertia.data(), material.data(), constraint.data(), lost.data() };
 		}
 	};
 
@@ -155,11 +157,11 @@ void BondedEngine_Rust::verify(bool deep)
 	if (!deep) return;
 	for (size_t k = 0; k < seen.size(); k++) {
 		if (!isPresent(this, k, seen[k]->id)) return; // the next step reports it
-		const string which = "body " + std::to_string(seen[k]->id);
 		if (scenario.empty() && seen[k]->material.get() != materials[k])
-			refuse(which + " has another material than at the take-over; the engine keeps the old one: set it back");
-		if (!isBall(seen[k]) || static_cast<const Sphere&>(*seen[k]->shape).radius != radii[k])
-			refuse("the radius of " + which + " differs from that at the take-over (growParticles?); the engine keeps the old one: change radii before the take-over");
+			inPython([&](const boost::python::object& rules) { rules.attr("refuse_material")(seen[k]->id, title); });
+		const Real radius = isBall(seen[k]) ? static_cast<const Sphere&>(*seen[k]->shape).radius : 0;
+		if (radius != radii[k])
+			inPython([&](const boost::python::object& rules) { rules.attr("refuse_radius")(seen[k]->id, radii[k], radius, title); });
 	}
 	if (!settings.empty())
 		inPython([&](const boost::python::object& rules) { rules.attr("check_settings")(settings, listOf(enginesOf(*scene)), watchedMaterials(), title); });
@@ -296,9 +298,11 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	const Law2_ScGeom_CpmPhys_Cpm*    law = nullptr;
 	const Ig2_Sphere_Sphere_ScGeom*   ig2 = nullptr;
 	const Ip2_CpmMat_CpmMat_CpmPhys*  ip2 = nullptr;
+	int                               loops = 0;
 	for (const auto& engine : scene->engines) {
 		const auto* loop = dynamic_cast<const InteractionLoop*>(engine.get());
-		if (!loop) continue;
+		if (!loop || loop->dead) continue;
+		loops++;
 		for (const auto& f : loop->lawDispatcher->functors)
 			if (const auto* found = dynamic_cast<const Law2_ScGeom_CpmPhys_Cpm*>(f.get())) law = found;
 		for (const auto& f : loop->geomDispatcher->functors)
@@ -306,15 +310,14 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		for (const auto& f : loop->physDispatcher->functors)
 			if (const auto* found = dynamic_cast<const Ip2_CpmMat_CpmMat_CpmPhys*>(f.get())) ip2 = found;
 	}
+	if (loops > 1) refuse("O.engines has " + std::to_string(loops) + " active engines InteractionLoop; keep exactly one");
 	if (!law || !ig2 || !ip2)
 		refuse("InteractionLoop needs Ig2_Sphere_Sphere_ScGeom, Ip2_CpmMat_CpmMat_CpmPhys, and a law of CpmPhys; add them, or set `scenario`");
-	if (ip2->cohesiveThresholdIter < 0) refuse("cohesiveThresholdIter is negative, so YADE would create bonds forever; set it to the iteration after which contacts are unbonded");
-	if (scene->iter < ip2->cohesiveThresholdIter) {
-		if (now) refuse("YADE creates bonds until iteration " + std::to_string(ip2->cohesiveThresholdIter) + " (cohesiveThresholdIter); take over after it");
-		return false;
-	}
-	if (ig2->interactionDetectionFactor != 1 && ig2->interactionDetectionFactor != -1)
-		refuse("Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is not 1, so new contacts would start at a distance; set it to 1 after the bonds have been created");
+	if (!now && scene->iter < ip2->cohesiveThresholdIter) return false;
+	inPython([&](const boost::python::object& rules) {
+		rules.attr("check_creation")(ip2->cohesiveThresholdIter, scene->iter);
+		rules.attr("check_distance")(ig2->interactionDetectionFactor);
+	});
 	checkEngines(true);
 
 	vector<const CpmMat*>          materials;
@@ -357,7 +360,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	vector<uint32_t> pair;
 	vector<int8_t>   image;
 	vector<uint8_t>  bonded;
-	vector<Real>     length, area, normal, distance, history;
+	vector<Real>     length, area, normal, distance, history, radiusSum, overlap, stored;
 	for (const auto& I : *scene->interactions) {
 		if (!I->isReal()) continue;
 		const int one = row[I->id1], two = row[I->id2];
@@ -366,20 +369,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		const auto * phys = dynamic_cast<const CpmPhys*>(I->phys.get());
 		const auto * geom = dynamic_cast<const ScGeom*>(I->geom.get());
 		if (!phys || !geom) refuse(which + " must have CpmPhys and ScGeom");
-		if (!std::isfinite(phys->refLength)) refuse(which + " has not been evaluated by its law; take one step first");
-		const ConcordemPairCoefficients& r     = between(one, two);
-		const auto          check = [&](const char* name, Real found, Real wanted) {
-			if (std::abs(found - wanted) > 1e-12 * std::abs(wanted)) {
-				std::ostringstream text;
-				text << which << " has " << name << " = " << found << ", but its materials give " << wanted
-				     << "; contacts with changed parameters cannot be taken over";
-				refuse(text.str());
-			}
-		};
-		check("E", phys->E, r.young), check("G", phys->G, r.young * r.shearRatio);
-		check("tanFrictionAngle", phys->tanFrictionAngle, std::tan(r.frictionAngle)), check("undamagedCohesion", phys->undamagedCohesion, r.cohesion);
-		check("epsCrackOnset", phys->epsCrackOnset, r.crackOnset), check("epsFracture", phys->epsFracture, r.crackOnset * r.ductility);
-		check("refR1 + refR2", geom->refR1 + geom->refR2, columns.radius[one] + columns.radius[two]);
+		const ConcordemPairCoefficients& r = between(one, two);
 		for (int k = 0; k < 3; k++) {
 			if (std::abs(I->cellDist[k]) > 127) refuse(which + " spans more than 127 periodic cells, which is the maximum");
 			image.push_back(I->cellDist[k]);
@@ -390,9 +380,14 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		for (Real x : { phys->epsN - r.prestress / r.young, phys->kappaD, phys->omega, phys->epsNPl, 0.0 })
 			history.push_back(x);
 		put(history, phys->epsT), put(history, phys->epsTPl);
+		radiusSum.push_back(geom->refR1 + geom->refR2), overlap.push_back(phys->refPD);
+		// The library compares them with the materials; their order is that of STORED.
+		for (Real x : { phys->E, phys->G, phys->tanFrictionAngle, phys->undamagedCohesion, phys->epsCrackOnset, phys->epsFracture })
+			stored.push_back(x);
 	}
 	const ConcordemBodyArrays   bodies   = columns.view();
-	const ConcordemContactArrays contacts = { length.size(), pair.data(), image.data(), bonded.data(), length.data(), area.data(), normal.data(), distance.data(), history.data() };
+	const ConcordemContactArrays contacts = { length.size(), pair.data(), image.data(), bonded.data(), length.data(), area.data(), normal.data(), distance.data(), history.data(),
+		                                radiusSum.data(), overlap.data(), stored.data() };
 	ConcordemCellArrays           cell;
 	const string            measure = !kinematics.empty() ? kinematics : ig2->avoidGranularRatcheting ? "yade-ratcheting" : "yade";
 	Reason                  reason;

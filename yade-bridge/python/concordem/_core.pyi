@@ -389,7 +389,6 @@ class Hosted:
         cell: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
         threads: int | None = None,
         clumps: Mapping[str, Any] | None = None,
-        lost: ArrayLike | None = None,
     ) -> Hosted: ...
     @staticmethod
     def of_scenario(

@@ -135,10 +135,10 @@ def test_states_are_written_in_place_of_yades_updater():
     O.engines = O.engines[:3] + [BondedEngine_Rust(updateStates=20)] + O.engines[3:] + [CpmStateUpdater(iterPeriod=10)]
     run(200)
     assert O.engines[-1].dead and max(b.state.normDmg for b in O.bodies) > 0
-    # Allowed only at take-over: a reactivated CpmStateUpdater would write wrong values. The engine checks every 256 steps.
+    # Allowed only at take-over: a reactivated CpmStateUpdater would write wrong values.
     O.engines[-1].dead = False
     with raises(RuntimeError, "CpmStateUpdater"):
-        run(256)
+        run(1)
 
 
 def test_stress_and_states_are_those_of_yade():
@@ -150,33 +150,39 @@ def test_stress_and_states_are_those_of_yade():
     def numbers(matrix):
         return [matrix[i, j] for i in range(3) for j in range(3)]
 
-    for steps in (0, 1, 100):
+    for before, steps, tolerance in ((20, 0, 1e-10), (20, 1, 1e-12), (120, 1, 1e-12), (20, 100, 2e-9)):
         concrete(before=one_thread, **options)
         O.engines = O.engines + [CpmStateUpdater(iterPeriod=1)]
-        run(20 + steps)
+        run(before + steps)
         theirs = numbers(utils.getStress(volume).transpose())
         states = [(b.state.normDmg, b.state.numBrokenCohesive) for b in O.bodies]
         tensors = [numbers(b.state.stress) for b in O.bodies]
         concrete(before=one_thread, **options)
         O.engines = O.engines + [CpmStateUpdater(iterPeriod=1)]
-        run(20)
+        run(before)
+        had = sum(b.state.numBrokenCohesive for b in O.bodies)
         e = BondedEngine_Rust(updateStates=1)
         O.engines = O.engines[:3] + [e] + O.engines[3:]
         e.takeOver()
         run(steps)
         scale = max(map(abs, theirs))
         error = max(abs(a - b) for a, b in zip(numbers(e.stress(volume)), theirs)) / scale
-        print("stress after %d steps: %.1e, %d broken" % (steps, error, e.broken))
-        assert error < 1e-9
+        assert error < tolerance
         # getStress adds the stress of the bonds.
         assert max(abs(a - b) for a, b in zip(numbers(utils.getStress(volume).transpose()), theirs)) < 1e-9 * scale
         if steps:
             damage = [(b.state.normDmg, b.state.numBrokenCohesive) for b in O.bodies]
-            assert max(abs(a[0] - b[0]) for a, b in zip(damage, states)) < 1e-8
-            assert [d[1] for d in damage] == [d[1] for d in states]
+            off = max(abs(a[0] - b[0]) for a, b in zip(damage, states))
             worst = max(abs(a - b) for m, n in zip([numbers(b.state.stress) for b in O.bodies], tensors) for a, b in zip(m, n))
-            assert worst < 1e-6 * max(abs(x) for m in tensors for x in m)
-    assert sum(d[1] for d in damage) > 100
+            worst /= max(abs(x) for m in tensors for x in m)
+            lost = sum(d[1] for d in damage)
+            print(
+                "after %d and %d steps: stress %.1e, of particles %.1e, normDmg %.1e, %d lost before, %d now, %d bonds broken"
+                % (before, steps, error, worst, off, had, lost, e.broken)
+            )
+            assert off < tolerance and worst < tolerance
+            assert [d[1] for d in damage] == [d[1] for d in states]
+            assert lost > 500 if before + steps > 100 else lost < 10
 
 
 def test_states_of_two_materials():
@@ -261,7 +267,15 @@ def test_changes_after_the_take_over_are_refused():
     def change_material():
         O.materials[0].young *= 2
 
-    for change, text in ((change_law, "epsSoft was 1.0"), (change_material, "young"), (lambda: utils.growParticles(1.01), "the radius of body")):
+    def give_material():
+        O.bodies[3].material = CpmMat(**MATERIAL)
+
+    for change, text in (
+        (change_law, "epsSoft was 1.0"),
+        (change_material, "young"),
+        (give_material, "body 3 has another material than at the take-over; BondedEngine_Rust keeps the old one: set it back"),
+        (lambda: utils.growParticles(1.01), "the radius of body 0 was"),
+    ):
         engine()
         run(2)
         change()

@@ -286,7 +286,7 @@ def test_history_survives_saving():
         before = digest()
         kappa = sum(i.phys.kappaD for i in O.interactions)
         O.save(path)
-        assert digest() == before and next(iter(O.interactions)).phys.kappaD == next(iter(O.interactions)).phys.kappaD
+        assert digest() == before and sum(i.phys.kappaD for i in O.interactions) == kappa
         O.saveTmp()
         O.reset()
         O.load(path)
@@ -310,6 +310,7 @@ def test_history_survives_saving():
     run(800)
     O.save(path)
     O.load(path)
+    assert len(O.interactions) > 0
     assert all(i.phys.kappaD == 0 for i in O.interactions), "YADE's defect is still there: docs/book/reference/yade.md says so"
 
 

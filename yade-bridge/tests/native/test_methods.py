@@ -24,13 +24,17 @@ def steps(count):
         O.step()
 
 
-def taken_over(native):
-    """The breaking specimen with one of the two engines."""
+def taken_over(native, after=1, update_states=0):
+    """The breaking specimen with one of the two engines, taken over after so many steps of YADE."""
     concrete(rate=40.0, law=dict(omegaThreshold=0.99))
-    O.step()
+    steps(after)
+    return taken_over_now(native, update_states)
+
+
+def taken_over_now(native, update_states=0):
     if not native:
-        return bridge.take_over()
-    e = BondedEngine_Rust()
+        return bridge.take_over(update_states=update_states)
+    e = BondedEngine_Rust(updateStates=update_states)
     O.engines = O.engines[:3] + [e] + O.engines[3:]
     e.takeOver()
     return O.engines[3]
@@ -72,6 +76,33 @@ def test_contacts_and_forces():
         assert (one[k] == two[k]).all()
 
 
+def lost():
+    return [b.state.numBrokenCohesive for b in O.bodies]
+
+
+def test_losses_before_the_take_over_count():
+    """A take-over after bonds have broken: both engines go on with YADE's counts and damage, and give them back."""
+    found = []
+    for native in (None, False, True):
+        concrete(rate=40.0, law=dict(omegaThreshold=0.99))
+        O.engines = O.engines + [CpmStateUpdater(iterPeriod=1)]
+        steps(120)
+        before = lost()
+        engine = None if native is None else taken_over_now(native, update_states=1)
+        steps(20)
+        after, damage = lost(), [b.state.normDmg for b in O.bodies]
+        if engine is not None:
+            broken = engine.broken
+            engine.give_back()
+            assert lost() == after and broken < sum(after) / 2
+        found.append((before, after, damage))
+    assert found[0][0] == found[1][0] == found[2][0] and sum(found[0][0]) > 500
+    yades, free, native = (one[1] for one in found)
+    assert yades == free == native and sum(yades) > sum(found[0][0])
+    # Sums in another order, 20 steps after the take-over: as in test_bonds.py.
+    assert abs(np.array(found[1][2]) - found[0][2]).max() < 1e-8 and found[1][2] == found[2][2]
+
+
 def test_bonds_are_given_back():
     """YADE goes on from the same interactions, with the same motion."""
     found = []
@@ -81,10 +112,10 @@ def test_bonds_are_given_back():
         broken = engine.broken
         counts = engine.give_back()
         assert counts["made"] == counts["written"] == len(O.interactions) > 5000 and broken > 50
-        lost = [b.state.numBrokenCohesive for b in O.bodies]
+        given = lost()
         after = attributes()
         steps(20)
-        found.append((after, lost, motion(), counts))
+        found.append((after, given, motion(), counts))
         assert O.engines[1].avoidSelfInteractionMask == 0 and all(b.groupMask == 1 for b in O.bodies)
     assert O.engines[3].dead and O.engines[3].bondCount == 0
     one, two = found
@@ -206,6 +237,71 @@ def test_files_for_paraview():
         found.append(texts)
     assert found[0] == found[1] and len(found[0]) == 2
     assert glob.glob(os.path.join(WORK, "native-intrs.*.vtp"))
+
+
+def test_both_engines_refuse_the_same_scenes():
+    """With the same words: contacts that a script has changed, functors, materials."""
+
+    def change(name, factor):
+        def do():
+            phys = next(iter(O.interactions)).phys
+            setattr(phys, name, getattr(phys, name) * factor)
+
+        return do
+
+    def factor():
+        O.engines[2].geomDispatcher.functors[0].interactionDetectionFactor = 1.5
+
+    def forever():
+        O.engines[2].physDispatcher.functors[0].cohesiveThresholdIter = -1
+
+    def later():
+        O.engines[2].physDispatcher.functors[0].cohesiveThresholdIter = 100
+
+    def two_loops():
+        O.engines = O.engines[:3] + [InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_CpmMat_CpmMat_CpmPhys()], [Law2_ScGeom_CpmPhys_Cpm()])] + O.engines[3:]
+
+    def damage_laws():
+        O.bodies[5].material = CpmMat(**MATERIAL, damLaw=0)
+
+    for do, text in (
+        *((change(name, 1 + 1e-6), f" has {name} = ") for name in ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture")),
+        (change("refLength", 1 + 1e-6), "do not change only one of them"),
+        (change("refPD", 1 + 1e-6), "do not change only one of them"),
+        (change("refLength", np.nan), "has not been evaluated by its law"),
+        (lambda: setattr(O.bodies[5].shape, "radius", 1.001 * O.bodies[5].shape.radius), "do not change radii after bonding"),
+        (factor, "so new contacts would start at a distance; set it to 1 after the bonds have been created"),
+        (forever, "cohesiveThresholdIter"),
+        (later, "YADE creates bonds until iteration 100 (cohesiveThresholdIter)"),
+        (two_loops, "O.engines has 2 active engines InteractionLoop; keep exactly one"),
+        (damage_laws, "different damLaw"),
+        (lambda: O.interactions.clear(), "there are no bonds to take over; let YADE create them first"),
+    ):
+        for native in (False, True):
+            concrete()
+            steps(2)
+            do()
+            count = len(O.interactions)
+            with raises((YadeError, RuntimeError), text):
+                taken_over_now(native)
+            assert len(O.interactions) == count
+
+
+def test_a_dead_loop_gives_no_settings():
+    """A dead InteractionLoop behind the one that acts has another law; both engines read the active one."""
+    for native in (False, True):
+        concrete()
+        steps(2)
+        other = InteractionLoop(
+            [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=2)],
+            [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=-1)],
+            [Law2_ScGeom_CpmPhys_Cpm(omegaThreshold=0.1)],
+        )
+        other.dead = True
+        O.engines = O.engines + [other]
+        engine = taken_over_now(native)
+        steps(1)
+        assert (engine.bondCount if native else engine.bond_count) == 6595
 
 
 def test_refusals():

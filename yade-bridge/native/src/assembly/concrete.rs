@@ -36,6 +36,8 @@ pub struct Bodies<'a> {
     pub material: &'a [u32],
     /// Bit masks of prescribed degrees of freedom, see [`Constraint`].
     pub constraint: &'a [u32],
+    /// Number of bonds and contacts that each body has already lost in the host (`CpmState::numBrokenCohesive`).
+    pub lost: &'a [u32],
 }
 
 /// Columns of the host's concrete contacts with their histories.
@@ -57,6 +59,34 @@ pub struct Contacts<'a> {
     pub distance: &'a [f64],
     /// Histories ([`CpmState`]), contiguous.
     pub history: &'a [f64],
+    /// Sums of the two radii that the contacts store (`refR1 + refR2`), m.
+    pub radii: &'a [f64],
+    /// Overlaps at the reference lengths (`refPD`), m.
+    pub reference_overlap: &'a [f64],
+    /// Parameters that the contacts store, contiguous: [`STORED`].
+    pub stored: &'a [f64],
+}
+
+/// Parameters in [`Contacts::stored`], named as in YADE's `CpmPhys`. YADE sets them once, and scripts can change them.
+pub const STORED: [&str; 6] = ["E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture"];
+
+/// The values of [`STORED`] between two materials.
+fn stored_of(parameters: &CpmParameters) -> [f64; STORED.len()] {
+    [
+        parameters.normal_modulus,
+        parameters.normal_modulus * parameters.shear_ratio,
+        parameters.friction_angle.tan(),
+        parameters.cohesion,
+        parameters.limit_strain,
+        parameters.limit_strain * parameters.relative_ductility,
+    ]
+}
+
+/// Whether two numbers of the host differ by more than the rounding of a few operations.
+fn differ(found: f64, wanted: f64) -> bool {
+    let close = (found - wanted).abs() <= 1e-12 * wanted.abs();
+    // An infinite strength equals itself.
+    !close && found.to_bits() != wanted.to_bits()
 }
 
 /// A rigid clump of the host.
@@ -175,6 +205,7 @@ impl Bodies<'_> {
             ("id", self.id.len()),
             ("material", self.material.len()),
             ("constraint", self.constraint.len()),
+            ("lost", self.lost.len()),
         ] {
             same_length(name, found, n)?;
         }
@@ -216,6 +247,22 @@ fn laws_of(pairs: &[PairParameters], materials: usize) -> Result<(Vec<Cpm>, Pair
     Ok((laws, map))
 }
 
+/// The values of [`STORED`] for each row of coefficients. Refuses materials with different damage laws, because YADE's functor takes that
+/// of the body that comes first in the contact.
+fn stored_of_pairs(origin: &Origin) -> Result<Vec<[f64; STORED.len()]>, String> {
+    let Origin::Concrete { pairs, .. } = origin else { return Ok(Vec::new()) };
+    let law = |material: u16| {
+        pairs.iter().find(|pair| (pair.a, pair.b) == (material, material)).map(|pair| pair.parameters.damage_law)
+    };
+    if let Some(PairParameters { a, b, .. }) = pairs.iter().find(|pair| law(pair.a) != law(pair.b)) {
+        return Err(format!(
+            "materials {a} and {b} of the spheres (in their order) have different damLaw, of which YADE takes one or the other \
+             in a contact between them; give both the same"
+        ));
+    }
+    Ok(pairs.iter().map(|pair| stored_of(&pair.parameters)).collect())
+}
+
 /// Reals per history.
 const HISTORY: usize = size_of::<CpmState>() / 8;
 
@@ -230,19 +277,59 @@ impl Contacts<'_> {
             ("normal", self.normal.len(), count),
             ("distance", self.distance.len(), count),
             ("history", self.history.len(), count * HISTORY),
+            ("radii", self.radii.len(), count),
+            ("reference_overlap", self.reference_overlap.len(), count),
+            ("stored", self.stored.len(), count * STORED.len()),
         ] {
             same_length(name, found, wanted)?;
         }
         Ok(())
     }
 
-    /// Append contact `k` to `block`. `place` maps the host's order of bodies to the order of `particles`.
+    /// Refuse contact `k` if the host's law has not evaluated it yet, or if it does not match its two bodies. `radii`: sum of their radii;
+    /// `stored`: what their materials give; `which`: the contact in messages.
+    fn check_against_bodies(&self, k: usize, radii: f64, stored: &[f64], which: &str) -> Result<(), String> {
+        let length = self.length[k];
+        if !length.is_finite() {
+            return Err(format!("{which} has not been evaluated by its law; take one step (O.step()) before"));
+        }
+        if differ(self.radii[k], radii) {
+            return Err(format!(
+                "{which} has stored radii with the sum {:e} m, but that of the bodies is {radii:e} m; do not change radii after \
+                 bonding",
+                self.radii[k]
+            ));
+        }
+        // Redundant, unless a script has changed one of them.
+        if (self.reference_overlap[k] - (radii - length)).abs() > 1e-12 * radii {
+            return Err(format!(
+                "{which} has refPD = {:e} m, but refLength = {length:e} m and the radii give {:e} m; do not change only one of \
+                 them",
+                self.reference_overlap[k],
+                radii - length
+            ));
+        }
+        let found = &self.stored[k * STORED.len()..(k + 1) * STORED.len()];
+        for ((name, &found), &wanted) in STORED.iter().zip(found).zip(stored) {
+            if differ(found, wanted) {
+                return Err(format!(
+                    "{which} has {name} = {found}, but its materials give {wanted}; contacts with changed parameters cannot be \
+                     taken over"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Append contact `k` to `block`. `place` maps the host's order of bodies to the order of `particles`; `stored`: what the pair of
+    /// materials gives, for each row of `coefficients`.
     fn push(
         &self,
         k: usize,
         place: &[u32],
         particles: &Particles,
         coefficients: &PairCoefficients,
+        stored: &[[f64; STORED.len()]],
         block: &mut ContactBlock<Cpm>,
     ) -> Result<(), String> {
         let [one, two] = self.pair[k];
@@ -256,6 +343,9 @@ impl Contacts<'_> {
         let row = coefficients
             .get(particles.material[a as usize], particles.material[b as usize])
             .ok_or_else(|| format!("there are no parameters for the materials of contact {k}"))?;
+        let which = format!("the contact of bodies {} and {}", particles.id[a as usize], particles.id[b as usize]);
+        let radii = particles.radius[a as usize] + particles.radius[b as usize];
+        self.check_against_bodies(k, radii, &stored[row as usize], &which)?;
         if particles.clump[a as usize] == particles.clump[b as usize] && particles.clump[a as usize] != u32::MAX {
             return Err(format!(
                 "bodies {} and {} interact, but belong to one clump; erase the interaction",
@@ -271,10 +361,7 @@ impl Contacts<'_> {
             && normal.norm_squared() > 0.5
             && state.as_reals().iter().all(|x| x.is_finite()))
         {
-            return Err(format!(
-                "contact {k} of body indices {one} and {two} has no reference length or area, no normal, or a history that \
-                 is not finite"
-            ));
+            return Err(format!("{which} has no reference length or area, no normal, or a history that is not finite"));
         }
         if a > b {
             std::mem::swap(&mut a, &mut b);
@@ -310,8 +397,9 @@ impl Assembly {
     /// Spheres with bonds and contacts of the concrete law and their histories. Members of a clump do not interact with each other.
     ///
     /// # Errors
-    /// Columns of different lengths, values that are not finite or not positive, contacts between materials without a law, members
-    /// that are not at their place in the clump or interact with each other.
+    /// Columns of different lengths, values that are not finite or not positive, contacts between materials without a law or that do
+    /// not match their bodies, materials with different damage laws, members that are not at their place in the clump or interact with
+    /// each other.
     pub fn concrete(
         bodies: &Bodies<'_>,
         contacts: &Contacts<'_>,
@@ -324,6 +412,7 @@ impl Assembly {
             return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
         }
         contacts.check_lengths()?;
+        let stored = stored_of_pairs(&origin)?;
         let unordered = bodies.particles()?;
         let order = spatial_order(&unordered.position, cell.as_ref());
         let mut place = vec![0_u32; order.len()];
@@ -341,13 +430,17 @@ impl Assembly {
         let particles = &state.particles;
         for k in 0..contacts.pair.len() {
             let block = if contacts.bonded[k] { &mut bonds } else { &mut unbonded };
-            contacts.push(k, &place, particles, &model.contact_rows, block)?;
+            contacts.push(k, &place, particles, &model.contact_rows, &stored, block)?;
         }
         bonds.sort();
         unbonded.sort();
         state.bonds = vec![Box::new(bonds)];
         state.contacts = Some(Box::new(unbonded));
         state.clock.dt = dt;
-        Self::new(state, model, origin)
+        let mut made = Self::new(state, model, origin)?;
+        for (count, &body) in made.openings.iter_mut().zip(&order) {
+            *count = bodies.lost[body as usize];
+        }
+        Ok(made)
     }
 }

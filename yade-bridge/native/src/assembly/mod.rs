@@ -24,7 +24,7 @@ use concordem_solver::{Model, Solver, StepReport};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub use concrete::{Bodies, Contacts, HostClump, PairParameters};
+pub use concrete::{Bodies, Contacts, HostClump, PairParameters, STORED};
 pub use results::ParticleResults;
 
 /// How an assembly was created, so that it can be recreated without its state. Save files contain it, so keys must not change.

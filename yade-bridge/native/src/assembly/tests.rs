@@ -1,6 +1,6 @@
 //! Tests with three spheres of concrete that a host moves.
 
-use concordem_contact::law::cpm::CpmParameters;
+use concordem_contact::law::cpm::{CpmParameters, DamageLaw};
 
 use super::*;
 
@@ -9,8 +9,33 @@ fn three_spheres(kinematics: MotionMeasure) -> Assembly {
     with_clumps(kinematics, &[]).expect("the input is valid")
 }
 
+/// What the contact of the three spheres stores of its bodies, as YADE does.
+#[derive(Clone, Copy)]
+struct Stored {
+    length: f64,
+    radii: f64,
+    reference_overlap: f64,
+    parameters: [f64; STORED.len()],
+}
+
+/// Of two spheres of the material below that touched when they were bonded.
+fn touching() -> Stored {
+    let parameters = [25e9, 0.2 * 25e9, 0.6_f64.tan(), 3e6, 1e-4, 10.0 * 1e-4];
+    Stored { length: 2e-3, radii: 2e-3, reference_overlap: 0.0, parameters }
+}
+
 /// The three spheres, some of them in clumps.
 fn with_clumps(kinematics: MotionMeasure, clumps: &[HostClump]) -> Result<Assembly, String> {
+    taken_over(kinematics, clumps, touching(), [DamageLaw::Exponential; 2])
+}
+
+/// The three spheres with what their contact stores, and the damage laws of two materials, of which they have the first.
+fn taken_over(
+    kinematics: MotionMeasure,
+    clumps: &[HostClump],
+    stored: Stored,
+    laws: [DamageLaw; 2],
+) -> Result<Assembly, String> {
     let position = [Vec3::zeros(), Vec3::new(2e-3, 0.0, 0.0), Vec3::new(4.1e-3, 0.0, 0.0)];
     let velocity = [Vec3::zeros(), Vec3::new(0.1, 0.02, 0.0), Vec3::new(-3.0, 0.0, 0.0)];
     let bodies = Bodies {
@@ -24,21 +49,33 @@ fn with_clumps(kinematics: MotionMeasure, clumps: &[HostClump]) -> Result<Assemb
         inertia: &[4e-12; 3],
         material: &[0; 3],
         constraint: &[0; 3],
+        lost: &[5, 0, 2],
     };
     let contacts = Contacts {
         pair: &[[1, 0]],
         image: &[[0; 3]],
         bonded: &[true],
-        length: &[2e-3],
+        length: &[stored.length],
         area: &[3e-6],
         normal: &[Vec3::new(-1.0, 0.0, 0.0)],
         distance: &[2e-3],
         history: &[0.0, 2e-4, 0.3, 0.0, 0.0, 0.0, 1e-5, 0.0, 0.0, 0.0, 0.0],
+        radii: &[stored.radii],
+        reference_overlap: &[stored.reference_overlap],
+        stored: &stored.parameters,
     };
-    let parameters = CpmParameters::new(25e9, 0.2, 3e6, 0.6, 1e-4, 10.0);
-    let pairs = vec![PairParameters { a: 0, b: 0, parameters }];
-    let origin = Origin::Concrete { kinematics, materials: 1, damping: 0.0, gravity: [0.0; 3], pairs };
+    let pairs = [(0, 0), (0, 1), (1, 1)].map(|(a, b)| PairParameters {
+        a,
+        b,
+        parameters: CpmParameters { damage_law: laws[b as usize], ..material() },
+    });
+    let origin = Origin::Concrete { kinematics, materials: 2, damping: 0.0, gravity: [0.0; 3], pairs: pairs.into() };
     Assembly::concrete(&bodies, &contacts, clumps, origin, None, 1e-7)
+}
+
+/// The material of the spheres.
+fn material() -> CpmParameters {
+    CpmParameters::new(25e9, 0.2, 3e6, 0.6, 1e-4, 10.0)
 }
 
 /// A clump of these two spheres.
@@ -89,6 +126,61 @@ fn a_saved_assembly_continues_bitwise_equal() {
         let forces = drive(&mut straight, 500);
         assert_eq!(drive(&mut again, 500), forces);
         assert!(forces.iter().any(|&bits| f64::from_bits(bits).abs() > 0.1), "a force acts");
+    }
+}
+
+/// Lost strength and number of lost contacts of each body, by id.
+fn losses(assembly: &Assembly) -> Vec<(u32, f64, u32)> {
+    let found = assembly.particle_results().expect("finite forces");
+    let mut rows: Vec<_> = (0..3).map(|p| (assembly.state.particles.id[p], found.damage[p], found.lost[p])).collect();
+    rows.sort_by_key(|row| row.0);
+    rows
+}
+
+#[test]
+fn losses_before_the_take_over_count() {
+    let mut assembly = three_spheres(MotionMeasure::Finite);
+    drive(&mut assembly, 1);
+    // One bond is left, of bodies 3 and 7; a lost one counts as 1. Body 11 has none.
+    let lost_strength = assembly.state.bonds[0].lost_strength(0);
+    assert!(lost_strength > 0.05 && lost_strength < 0.5, "{lost_strength}");
+    let wanted = vec![(3, lost_strength, 0), (7, (lost_strength + 5.0) / 6.0, 5), (11, 1.0, 2)];
+    assert_eq!(losses(&assembly), wanted);
+    let again = Assembly::from_words(&assembly.to_words().expect("words")).expect("the same");
+    assert_eq!((losses(&again), again.broken), (wanted, 0));
+}
+
+#[test]
+fn contacts_that_do_not_match_their_bodies_are_rejected() {
+    let with = |stored| taken_over(MotionMeasure::Yade, &[], stored, [DamageLaw::Exponential; 2]);
+    let refused = |change: &dyn Fn(&mut Stored), text: &str| {
+        let mut stored = touching();
+        change(&mut stored);
+        let message = with(stored).err().unwrap_or_default();
+        assert!(message.contains("the contact of bodies ") && message.contains(text), "{text} is not in \"{message}\"");
+    };
+    refused(&|stored| stored.length = f64::NAN, "has not been evaluated by its law; take one step");
+    // A millionth of the radius is far above rounding, and far below what anyone would see.
+    refused(&|stored| stored.radii += 2e-9, "do not change radii after bonding");
+    refused(&|stored| stored.reference_overlap += 2e-9, "refPD");
+    refused(&|stored| stored.length += 2e-9, "refPD");
+    for (k, name) in STORED.iter().enumerate() {
+        refused(&|stored| stored.parameters[k] *= 1.0 + 1e-9, &format!("has {name} = "));
+        refused(&|stored| stored.parameters[k] = f64::NAN, &format!("has {name} = NaN"));
+    }
+    // Rounding of the host is allowed: one unit in the last place.
+    let mut stored = touching();
+    stored.parameters = stored.parameters.map(f64::next_up);
+    stored.radii = stored.radii.next_up();
+    stored.reference_overlap = 2e-19;
+    assert!(with(stored).is_ok());
+}
+
+#[test]
+fn materials_with_two_damage_laws_are_rejected() {
+    for laws in [[DamageLaw::Linear, DamageLaw::Exponential], [DamageLaw::Exponential, DamageLaw::Linear]] {
+        let message = taken_over(MotionMeasure::Yade, &[], touching(), laws).err().unwrap_or_default();
+        assert!(message.contains("materials 0 and 1") && message.contains("give both the same"), "{message}");
     }
 }
 

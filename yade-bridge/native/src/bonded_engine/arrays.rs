@@ -9,7 +9,7 @@ use concordem_contact::law::cpm::{CpmFormulation, CpmParameters, DamageLaw};
 use concordem_contact::math::Mat3;
 use concordem_solver::state::Cell;
 
-use crate::assembly::{Bodies, Contacts, Origin, PairParameters, cell_of, motion_measure};
+use crate::assembly::{Bodies, Contacts, Origin, PairParameters, STORED, cell_of, motion_measure};
 
 /// Columns of `count` bodies, see `Bodies` in `src/assembly/concrete.rs`. Vectors have three reals, orientations four.
 #[repr(C)]
@@ -27,6 +27,7 @@ pub struct BodyArrays {
     inertia: *const f64,
     material: *const u32,
     constraint: *const u32,
+    lost: *const u32,
 }
 
 /// Columns of `count` contacts, see `Contacts` in `src/assembly/concrete.rs`.
@@ -43,6 +44,9 @@ pub struct ContactArrays {
     normal: *const f64,
     distance: *const f64,
     history: *const f64,
+    radii: *const f64,
+    reference_overlap: *const f64,
+    stored: *const f64,
 }
 
 /// Parameters of concrete between materials `a` and `b`, as in YADE's material and law.
@@ -183,6 +187,7 @@ impl BodyArrays {
                 inertia: slice(self.inertia, n),
                 material: slice(self.material, n),
                 constraint: slice(self.constraint, n),
+                lost: slice(self.lost, n),
             }
         }
     }
@@ -203,6 +208,9 @@ impl ContactArrays {
                 normal: slice(self.normal.cast(), n),
                 distance: slice(self.distance, n),
                 history: slice(self.history, 11 * n),
+                radii: slice(self.radii, n),
+                reference_overlap: slice(self.reference_overlap, n),
+                stored: slice(self.stored, STORED.len() * n),
             }
         }
     }

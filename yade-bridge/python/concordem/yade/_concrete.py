@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ._clumps import Clumps
 from ._memory import address_of
-from ._rules import refuse
+from ._rules import check_creation, check_distance, is_a, refuse
 from ._scene import Reals, bodies, gather, host, interactions, of_class
 
 #: Engines that our solver replaces while it advances a scene.
@@ -33,6 +33,10 @@ def engine_of(name: str) -> Any:
     return found[0]
 
 
+#: Parameters of a contact that must be those of its materials, in the order of the solver.
+STORED = ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture")
+
+
 class Settings:
     """Settings of a scene's engines that affect concrete."""
 
@@ -47,29 +51,13 @@ class Settings:
         geometry = {class_of(functor): functor for functor in loop.geomDispatcher.functors}.get("Ig2_Sphere_Sphere_ScGeom")
         if geometry is None:
             raise refuse("InteractionLoop has no Ig2_Sphere_Sphere_ScGeom; add it", "Engines")
-        if geometry.interactionDetectionFactor not in (1.0, -1.0):
-            raise refuse(
-                f"Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is {geometry.interactionDetectionFactor}, so new contacts "
-                "would start at a distance; set it to 1 after the bonds have been created",
-                "Engines",
-            )
         self.ratcheting = bool(geometry.avoidGranularRatcheting)
         for functor in loop.physDispatcher.functors:
-            if class_of(functor) == "Ip2_CpmMat_CpmMat_CpmPhys":
-                limit = functor.cohesiveThresholdIter
-                if limit < 0 or omega.iter < limit:
-                    raise refuse(
-                        f"YADE creates bonds until iteration {limit if limit >= 0 else 'infinity'} (cohesiveThresholdIter); hand "
-                        "over after it",
-                        "Engines",
-                    )
-        self.newton = newton = engine_of("NewtonIntegrator")
-        # Use the dictionary, because reading the attribute prints a warning.
-        if newton.dict().get("densityScaling") or newton.mask != -1:
-            raise refuse("the bridge does not support densityScaling and mask of NewtonIntegrator; unset them", "Engines")
-        self.damping, self.gravity = newton.damping, tuple(newton.gravity)
-        if not newton.dampGravity and any(self.gravity):
-            raise refuse("the bridge does not support NewtonIntegrator.dampGravity=False; set it to True", "Engines")
+            if is_a(functor, "Ip2_CpmMat_CpmMat_CpmPhys"):
+                check_creation(functor.cohesiveThresholdIter, omega.iter)
+        check_distance(geometry.interactionDetectionFactor)
+        self.newton = engine_of("NewtonIntegrator")
+        self.damping, self.gravity = self.newton.damping, tuple(self.newton.gravity)
         if not omega.dt > 0 or not np.isfinite(omega.dt):
             raise refuse(f"O.dt is {omega.dt}; set it to a positive number", "TimeStep")
         self.dt = omega.dt
@@ -79,6 +67,14 @@ class Settings:
         """Name of the kinematics that YADE uses."""
         return "yade-ratcheting" if self.ratcheting else "yade"
 
+    def refuse_motion(self) -> None:
+        """Raise YadeError if our solver would move the bodies otherwise than NewtonIntegrator."""
+        # Use the dictionary, because reading the attribute prints a warning.
+        if self.newton.dict().get("densityScaling") or self.newton.mask != -1:
+            raise refuse("the hand-over does not support densityScaling and mask of NewtonIntegrator; unset them", "Engines")
+        if not self.newton.dampGravity and any(self.gravity):
+            raise refuse("the hand-over does not support NewtonIntegrator.dampGravity=False; set it to True", "Engines")
+
     def parameters(self, one: Any, two: Any, mode: str) -> dict[str, Any]:
         """Parameters between two materials, computed as in `Ip2_CpmMat_CpmMat_CpmPhys`."""
 
@@ -86,6 +82,8 @@ class Settings:
             a, b = getattr(one, name), getattr(two, name)
             return float(a if a == b else 0.5 * (a + b))
 
+        if one.damLaw not in (0, 1):
+            raise refuse(f"damLaw of a material is {one.damLaw}; give 0 or 1", "NotConcrete")
         return {
             "mode": mode,
             "normal_modulus": mean("young"),
@@ -152,6 +150,8 @@ class Concrete:
     def hosted(self, kinematics: str, mode: str, damping: bool, threads: int | None) -> _core.Hosted:
         """The assembly in our solver. `damping`: our solver moves the bodies, with YADE's damping and gravity."""
         omega = host().omega
+        if damping:
+            self.settings.refuse_motion()
         state = self.bodies.state
         inertia = gather(state, "State.inertia", components=3)
         if not (inertia[:, 0] == inertia[:, 1]).all() or not (inertia[:, 0] == inertia[:, 2]).all():
@@ -167,6 +167,7 @@ class Concrete:
             "inertia": np.ascontiguousarray(inertia[:, 0]),
             "material": self.material,
             "constraint": gather(state, "State.blockedDOFs", "i32").astype(np.uint32),
+            "lost": gather(state, "CpmState.numBrokenCohesive", "i32").clip(0).astype(np.uint32),
         }
         cell = None
         if omega.periodic:
@@ -179,7 +180,7 @@ class Concrete:
         try:
             return _core.Hosted.concrete(
                 arrays,
-                self._contact_arrays(arrays["radius"], mode),
+                self._contact_arrays(mode),
                 self.laws(mode),
                 len(self.materials),
                 settings.dt,
@@ -189,16 +190,11 @@ class Concrete:
                 cell=cell,
                 threads=threads or omega.numThreads,
                 clumps=self.clumps.arrays(settings.newton, settings.dt),
-                lost=self._lost(),
             )
         except ValueError as error:
             raise refuse(f"the scene cannot be taken over: {error}") from error
 
-    def _lost(self) -> NDArray[np.uint32]:
-        """Number of bonds and contacts that each body has lost so far."""
-        return gather(self.bodies.state, "CpmState.numBrokenCohesive", "i32").clip(0).astype(np.uint32)
-
-    def _contact_arrays(self, radius: Reals, mode: str) -> dict[str, Any]:
+    def _contact_arrays(self, mode: str) -> dict[str, Any]:
         contacts = self.contacts
 
         def physics(name: str, components: int = 1) -> Any:
@@ -208,20 +204,7 @@ class Concrete:
             return gather(contacts.geom, f"ScGeom.{name}", components=components)
 
         length = physics("refLength")
-        fresh = ~np.isfinite(length)
-        if fresh.any():
-            raise refuse(
-                f"{int(fresh.sum())} of {len(length)} contacts have not been evaluated by their law; take one step (O.step()) "
-                "before the hand-over",
-                "Fresh",
-            )
-        self._check_parameters()
         radii = geometry("refR1") + geometry("refR2")
-        if not np.allclose(radii, radius[self.pair[:, 0]] + radius[self.pair[:, 1]], rtol=1e-12, atol=0.0):
-            raise refuse("the radii stored in contacts differ from those of their bodies; do not change radii after bonding")
-        # refPD, the overlap at the reference length, is redundant unless a script has changed one of them.
-        if not np.allclose(physics("refPD"), radii - length, rtol=0.0, atol=1e-12 * float(radii.max(initial=0.0))):
-            raise refuse("refPD and refLength of contacts are inconsistent; do not change only one of them")
         prestress = np.zeros(len(length))
         for i, j, row in self.laws(mode):
             if row["isotropic_prestress"]:
@@ -251,31 +234,10 @@ class Concrete:
             "normal": geometry("normal", 3),
             "distance": radii - geometry("penetrationDepth"),
             "history": history,
+            "radii": radii,
+            "reference_overlap": physics("refPD"),
+            "stored": np.stack([physics(name) for name in STORED], axis=1),
         }
-
-    def _check_parameters(self) -> None:
-        """Raise unless contacts match their current materials. YADE sets contact parameters only once, and scripts can change them."""
-        one, two = self.material[self.pair[:, 0]], self.material[self.pair[:, 1]]
-        fields = ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture")
-        found = {name: gather(self.contacts.phys, f"CpmPhys.{name}") for name in fields}
-        for i, j, row in self.laws("yade-public"):
-            between = ((one == i) & (two == j)) | ((one == j) & (two == i))
-            wanted = {
-                "E": row["normal_modulus"],
-                "G": row["normal_modulus"] * row["shear_ratio"],
-                "tanFrictionAngle": float(np.tan(row["friction_angle"])),
-                "undamagedCohesion": row["cohesion"],
-                "epsCrackOnset": row["limit_strain"],
-                "epsFracture": row["limit_strain"] * row["relative_ductility"],
-            }
-            for name, value in wanted.items():
-                wrong = np.abs(found[name][between] - value) > 1e-12 * abs(value)
-                if wrong.any():
-                    raise refuse(
-                        f"{int(wrong.sum())} contacts have {name} = {found[name][between][wrong][0]:.6g}, but their materials "
-                        f"give {value:.6g}; contacts with changed parameters cannot be handed over",
-                        "Parameters",
-                    )
 
 
 def cell_of(omega: Any) -> tuple[Reals, Reals, Reals]:

@@ -208,15 +208,10 @@ class BondedEngine:
             self._motion.check()
         materials, radii = self._facts_of_bodies()
         if self._settings and (materials != self._materials).any():
-            body = int(self.ids[materials != self._materials][0])
-            raise refuse(f"body {body} has another material than at the take-over; {self._title} keeps the old one: set it back", "Changed")
+            _rules.refuse_material(int(self.ids[materials != self._materials][0]), self._title)
         if (radii != self._radii).any():
             k = int(np.flatnonzero(radii != self._radii)[0])
-            raise refuse(
-                f"the radius of body {int(self.ids[k])} was {self._radii[k]:.6g} m at the take-over and is {radii[k]:.6g} m now "
-                f"(growParticles?); {self._title} keeps the old one: change radii before the take-over",
-                "Changed",
-            )
+            _rules.refuse_radius(int(self.ids[k]), float(self._radii[k]), float(radii[k]), self._title)
 
     def _insert(self) -> None:
         """Put the engine after InteractionLoop in O.engines."""

@@ -133,6 +133,28 @@ def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]
     return found
 
 
+def check_creation(limit: int, now: int) -> None:
+    """Raise YadeError if YADE still creates bonds at iteration `now`. `limit`: cohesiveThresholdIter."""
+    if limit < 0:
+        raise refuse(
+            "cohesiveThresholdIter is negative, so YADE would create bonds forever; set it to the iteration after which contacts are "
+            "unbonded",
+            "Engines",
+        )
+    if now < limit:
+        raise refuse(f"YADE creates bonds until iteration {limit} (cohesiveThresholdIter); take over after it", "Engines")
+
+
+def check_distance(factor: float) -> None:
+    """Raise YadeError if new contacts would start at a distance."""
+    if factor not in (1.0, -1.0):
+        raise refuse(
+            f"Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is {factor}, so new contacts would start at a distance; set it to 1 "
+            "after the bonds have been created",
+            "Engines",
+        )
+
+
 def refuse_shown(shown: bool, what: str) -> None:
     """Raise YadeError if the bonds of an engine are shown as interactions."""
     if shown:
@@ -151,6 +173,20 @@ def refuse_skipped(expected: int, now: int, what: str) -> None:
             "and alive, or delete its bonds (its remove() or release())",
             "Skipped",
         )
+
+
+def refuse_material(body: int, what: str) -> None:
+    """Raise YadeError: a bonded body has another material than at the take-over."""
+    raise refuse(f"body {body} has another material than at the take-over; {what} keeps the old one: set it back", "Changed")
+
+
+def refuse_radius(body: int, before: float, now: float, what: str) -> None:
+    """Raise YadeError: a bonded body has another radius than at the take-over."""
+    raise refuse(
+        f"the radius of body {body} was {before:.6g} m at the take-over and is {now:.6g} m now (growParticles?); {what} keeps the old "
+        "one: change radii before the take-over",
+        "Changed",
+    )
 
 
 def refuse_changes(before: dict[str, str], now: dict[str, str], what: str) -> None:

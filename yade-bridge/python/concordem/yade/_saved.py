@@ -123,6 +123,7 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
                 "inertia": np.ascontiguousarray(inertia[:, 0]),
                 "material": np.zeros(len(found.ids), np.uint32),
                 "constraint": gather(found.state, "State.blockedDOFs", "i32").astype(np.uint32),
+                "lost": np.zeros(len(found.ids), np.uint32),
             },
             {
                 "pair": np.zeros((0, 2), np.uint32),
@@ -133,6 +134,9 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
                 "normal": np.zeros((0, 3)),
                 "distance": empty,
                 "history": np.zeros((0, 11)),
+                "radii": empty,
+                "reference_overlap": empty,
+                "stored": np.zeros((0, 6)),
             },
             [tuple(row) for row in kind["laws"]],
             kind["materials"],
