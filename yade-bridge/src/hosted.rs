@@ -329,8 +329,9 @@ impl Hosted {
         done.map_err(PyRuntimeError::new_err)
     }
 
-    /// With `move_bodies`, compute up to `most` steps at once, at most for some 20 ms. Nothing but the bonds and contacts may act on the bodies.
-    /// Afterwards, the host has the motion and the forces of the last step. Returns the number of steps, and the error that has ended them.
+    /// With `move_bodies`, compute up to `most` steps at once, at most for some 20 ms. Nothing but the bonds and contacts may act on the bodies
+    /// after the first step; if a script has added forces, only that one is computed. Afterwards, the host has the motion and the forces of the
+    /// last step. Returns the number of steps, and the error that has ended them.
     fn contact_steps(&self, py: Python<'_>, dt: f64, most: u64) -> PyResult<(u64, Option<String>)> {
         /// A pause of the run waits so long.
         const LONGEST: Duration = Duration::from_millis(20);
@@ -341,6 +342,15 @@ impl Hosted {
             };
             if let Err(error) = self.compute(|| host.gather(assembly, dt)) {
                 return (0, Some(error));
+            }
+            motion.synchronize(host);
+            if motion.is_pushed(host, &assembly.state.particles.id) {
+                if let Err(error) = self.compute(|| assembly.find_forces(dt, None, false)) {
+                    return (0, Some(error));
+                }
+                host.add_forces(assembly);
+                motion.step(host, &assembly.state.particles.id, dt, self.pool.as_ref());
+                return (1, None);
             }
             let outcome = self.compute(|| motion.several(host, assembly, dt, most, LONGEST));
             if outcome.0 > 0 {

@@ -128,6 +128,20 @@ impl Motion {
         unsafe { (self.synchronize)(host.forces as *mut c_void) }
     }
 
+    /// Whether the host has forces or torques on a particle, besides ours: those of a script, which act in one step. YADE's ForceResetter leaves
+    /// forces that were added after the last sum. [`Self::synchronize`] must come before.
+    pub fn is_pushed(&self, host: &Host, ids: &[u32]) -> bool {
+        let this = host.forces as *mut c_void;
+        // Safety: the host's object, which has a force for each of its bodies.
+        let sum = |of: SumOf, id: i32| unsafe { Vec3::from(peek::<[f64; 3]>(of(this, id) as usize)) };
+        // In the order of the forces in memory. Written so that NaN counts.
+        !host
+            .by_id
+            .iter()
+            .map(|&p| ids[p as usize] as i32)
+            .all(|id| sum(self.force, id) == Vec3::zeros() && sum(self.torque, id) == Vec3::zeros())
+    }
+
     /// Settings of the integrator now.
     fn settings(&self, dt: f64) -> Newton {
         let MotionLayout { newton, damping, gravity, damp_gravity, .. } = self.layout;

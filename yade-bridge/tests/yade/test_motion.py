@@ -163,6 +163,172 @@ def test_steps_at_once():
     assert len(found[0][0]) > 100 and max(found[0][4]) > 0
 
 
+def meddled(meddle, place, ours, count=200):
+    """A run in which `meddle` is called every 17 steps by a PyRunner at this place of O.engines; its iteration, motion, and error."""
+    import builtins
+
+    builtins.meddle = meddle
+    breaking()
+    engines = O.engines
+    where = {"first": 0, "before": 1, "after": len(engines)}[place]
+    O.engines = engines[:where] + [runner("meddle()", iterPeriod=17)] + engines[where:]
+    engine = bridge.take_over(motion=ours)
+    stopped = ""
+    until = O.iter + count
+    for _ in range(20):
+        try:
+            O.run(until - O.iter, True)
+        except RuntimeError as error:
+            stopped = f"{type(error).__name__}: {error}"
+            break
+        if O.iter >= until:
+            break
+    del builtins.meddle
+    O.trackEnergy = False
+    found = O.iter, O.time, motion(), stopped, engine.broken, [tuple(O.forces.f(b.id)) for b in O.bodies if b.id in (3, 700)]
+    return found
+
+
+def change(what):
+    """A function that changes something of body 700, the integrator, or the scene."""
+
+    def do():
+        s = O.bodies[700].state
+        if what == "time step":
+            O.dt *= 0.97
+        elif what == "mass":
+            s.mass, s.inertia = 1.3 * s.mass, 0.8 * s.inertia
+        elif what == "blocked":
+            s.blockedDOFs = "" if s.blockedDOFs else "xyY"
+        elif what == "velocity":
+            s.vel, s.angVel = s.vel + Vector3(0.02, 0, 0), s.angVel + Vector3(0, 3, 0)
+        elif what == "position":
+            s.pos, s.ori = s.pos + Vector3(1e-7, 0, 0), Quaternion(Vector3(0, 0, 1), 0.1) * s.ori
+        elif what == "force":
+            O.forces.addF(700, Vector3(40, 0, 0))
+            O.forces.addT(700, Vector3(0, 0.01, 0))
+        elif what == "permanent force":
+            O.forces.setPermF(700, Vector3(5e-4 * O.iter, 0, 0))
+        elif what == "damping":
+            integrator().damping, integrator().gravity = 0.9 * integrator().damping, integrator().gravity + Vector3(0, 0, -900)
+        elif what == "undamped":
+            s.isDamped = not s.isDamped
+        elif what == "pause":
+            O.pause()
+        elif what == "stop":
+            O.stopAtIter = O.iter + 3
+        elif what == "exception" and O.iter > 60:
+            raise ValueError("of the script")
+        elif what == "engine":
+            O.engines = O.engines + [runner("O.bodies[701].state.vel += Vector3(0, 0.003, 0)", iterPeriod=5 + len(O.engines))]
+        elif what == "another period":
+            mine = next(e for e in O.engines if getattr(e, "command", "") == "meddle()")
+            mine.iterPeriod = 11 if mine.iterPeriod == 17 else 17
+            s.vel += Vector3(0, 0, 0.02)
+
+    return do
+
+
+def test_scripts_that_meddle():
+    """A script within the run changes what moves the bodies: the same bits as without motion, in joined steps, too."""
+    untouched = meddled(change("nothing"), "after", True)
+    for what in (
+        *("time step", "mass", "blocked", "velocity", "position", "force", "permanent force", "damping", "undamped", "pause", "stop", "exception"),
+        *("engine", "another period"),
+    ):
+        # Forces act from behind ForceResetter. YADE itself deletes those that come earlier or later only if they were summed in between.
+        for place in ("first", "before", "after") if what != "force" else ("before",):
+            one, two = meddled(change(what), place, False), meddled(change(what), place, True)
+            for k, (yades, ours) in enumerate(zip(one, two)):
+                assert (yades == ours).all() if k == 2 else yades == ours, (what, place, k)
+            if what not in ("pause", "stop", "exception"):
+                assert (untouched[2] != two[2]).any(), (what, place, "it has an effect")
+            assert (what == "exception") == bool(two[3]), (what, two[3])
+
+
+def test_what_cannot_go_on_is_refused_in_joined_steps():
+    def track():
+        O.trackEnergy = True
+
+    def periodic():
+        O.periodic = True
+
+    def erase():
+        O.bodies.erase(700)
+
+    def state():
+        O.bodies[700].state = CpmState()
+
+    def far():
+        O.bodies[700].state.pos = Vector3(1e30, 0, 0)
+
+    def twice():
+        bridge.take_over(name="others", motion=True)
+
+    def remove():
+        bridge.engines()[0].remove()
+
+    # O.trackEnergy has no effect on the motion, so it is seen at the next deep check.
+    for meddle, text, longest in (
+        (track, "O.trackEnergy = False", 64),
+        (periodic, "eriodic", 1),
+        (erase, "body 700 was deleted or replaced", 1),
+        (state, "body 700 was deleted or replaced", 1),
+        (far, "body 700 is 1e30 m from the origin", 1),
+        (twice, "O.engines has 0 active engines NewtonIntegrator", 0),
+        (remove, "within a step", 0),
+    ):
+        for place in ("before", "after"):
+            at = []
+
+            def once():
+                if not at and O.iter > 40:
+                    at.append(O.iter)
+                    meddle()
+
+            found = meddled(once, place, True)
+            O.periodic = False
+            assert text in found[3], (text, found[3])
+            assert len(at) == 1 and found[0] <= at[0] + longest, (text, at, found[0])
+
+
+def test_a_body_that_comes_and_touches():
+    """A script adds a sphere that flies into the specimen, erases it, and adds it again."""
+    found = []
+    for ours in (False, True):
+        O.reset()
+        concrete(rate=0.0, spheres=[s for s in packing() if s[2] < 0.02], before=lambda: use_threads(1))
+        O.engines[2].physDispatcher.functors = O.engines[2].physDispatcher.functors + [Ip2_FrictMat_FrictMat_FrictPhys()]
+        O.engines[2].lawDispatcher.functors = O.engines[2].lawDispatcher.functors + [Law2_ScGeom_FrictPhys_CundallStrack()]
+        top = max((b.state.pos[2] + b.shape.radius, b.id) for b in O.bodies)
+        above = O.bodies[top[1]].state.pos
+        bridge.take_over(motion=ours)
+        steel = FrictMat(young=25e9, poisson=0.3, frictionAngle=0.3, density=7800)
+        import builtins
+
+        def come():
+            number = O.bodies.append(utils.sphere((above[0], above[1], top[0] + 1.0005e-3), 1e-3, material=steel))
+            O.bodies[number].state.vel = Vector3(0, 0, -30)
+            added.append(number)
+
+        def script():
+            if O.iter // 10 in (4, 20):
+                come()
+            if O.iter // 10 == 15:
+                O.bodies.erase(added[0])
+
+        added, builtins.script, touched = [], script, []
+        builtins.touched = touched
+        O.engines = O.engines + [
+            runner("script()", iterPeriod=10),
+            runner("touched.append(sum(i.isReal for i in O.interactions))", iterPeriod=10),
+        ]
+        O.run(400, True)
+        found.append((O.iter, [tuple(b.state.pos) for b in O.bodies if b], list(touched), added))
+    assert max(found[0][2]) > 0 and len(found[0][3]) == 2
+    assert found[0] == found[1]
+
+
 def test_permanent_forces_and_single_steps_are_not_joined():
     found = []
     for ours in (False, True):

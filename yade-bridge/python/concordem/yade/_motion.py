@@ -195,7 +195,10 @@ class Motion:
         """
         omega = host().omega
         most = _CHECKS - now % _CHECKS
-        if self._bit or self._observers is None or not omega.running or omega.subStepping or omega.stopAtTime > 0 or omega.forces.getPermForceUsed():
+        if self._bit or self._observers is None or not omega.running or omega.subStepping or omega.stopAtTime > 0:
+            return 1
+        # A step alone finds that a script has made the scene periodic, and adds permanent forces.
+        if omega.periodic or omega.forces.getPermForceUsed():
             return 1
         if omega.stopAtIter > now:
             most = min(most, omega.stopAtIter - now)
