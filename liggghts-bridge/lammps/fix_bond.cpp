@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
 #include <set>
+#include <thread>
 #include <vector>
 
 #include "atom.h"
@@ -343,7 +345,13 @@ void FixBondBase::fail(const std::string &text)
 
 void FixBondBase::fail_on_this_processor()
 {
-  error->one(FLERR, "Fix {} concordem/bond: {}", id, text_);
+  try {
+    error->one(FLERR, "Fix {} concordem/bond: {}", id, text_);
+  } catch (...) {
+    // LAMMPS aborts all processes next, which may end mpirun before it has passed on the message.
+    if (comm->nprocs > 1) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    throw;
+  }
 }
 
 void FixBondBase::communicate_ghosts()
