@@ -301,7 +301,8 @@ impl Contacts<'_> {
             ));
         }
         // Redundant, unless a script has changed one of them.
-        if (self.reference_overlap[k] - (radii - length)).abs() > 1e-12 * radii {
+        let consistent = (self.reference_overlap[k] - (radii - length)).abs() <= 1e-12 * radii;
+        if !consistent {
             return Err(format!(
                 "{which} has refPD = {:e} m, but refLength = {length:e} m and the radii give {:e} m; do not change only one of \
                  them",

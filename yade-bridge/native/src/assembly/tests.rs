@@ -163,6 +163,7 @@ fn contacts_that_do_not_match_their_bodies_are_rejected() {
     // A millionth of the radius is far above rounding, and far below what anyone would see.
     refused(&|stored| stored.radii += 2e-9, "do not change radii after bonding");
     refused(&|stored| stored.reference_overlap += 2e-9, "refPD");
+    refused(&|stored| stored.reference_overlap = f64::NAN, "refPD");
     refused(&|stored| stored.length += 2e-9, "refPD");
     for (k, name) in STORED.iter().enumerate() {
         refused(&|stored| stored.parameters[k] *= 1.0 + 1e-9, &format!("has {name} = "));
