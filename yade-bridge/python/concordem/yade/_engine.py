@@ -426,8 +426,10 @@ def take_over(
     the other bodies and all settings. Raises YadeError if the scene is not supported.
     """
     at_rest()
+    everything = bodies()
+    # Before the settings, in which NewtonIntegrator would be missing beside an engine that moves the bodies.
+    _refuse_bonded(everything.of(of_class(everything.state, "CpmState.vtable")))
     concrete = Concrete()
-    _refuse_bonded(concrete.bodies)
     replaced = "CpmStateUpdater" if update_states else ""
     _rules.refuse_blind_engines(host().omega.engines, replaced)
     kinematics = kinematics or concrete.settings.kinematics
