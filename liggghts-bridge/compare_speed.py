@@ -322,6 +322,15 @@ def blocks(result):
     return ["\n".join([f"<!-- compare_speed.py: {name} -->", *lines, "<!-- end -->"]) for name, lines in parts]
 
 
+def check_docs(wanted, results):
+    """Exit unless the page of the docs contains these blocks, which show the record `results`."""
+    with open(DOCS) as file:
+        docs = file.read()
+    for block in wanted:
+        if block not in docs:
+            raise SystemExit(f"docs/book/reference/liggghts.md does not show {results}; it should contain\n{block}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=15)
@@ -351,11 +360,7 @@ def main():
     with open(RESULTS) as file:
         wanted = blocks(json.load(file))
     if arguments.check:
-        with open(DOCS) as file:
-            docs = file.read()
-        for block in wanted:
-            if block not in docs:
-                raise SystemExit(f"compare_speed.py: docs/book/reference/liggghts.md does not match {RESULTS}; it should contain\n{block}")
+        check_docs(wanted, RESULTS)
     else:
         print("\n\n".join(wanted))
 

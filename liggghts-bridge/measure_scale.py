@@ -284,11 +284,7 @@ def main():
     with open(RESULTS) as file:
         wanted = blocks(json.load(file))
     if arguments.check:
-        with open(speed.DOCS) as file:
-            docs = file.read()
-        for block in wanted:
-            if block not in docs:
-                raise SystemExit(f"measure_scale.py: docs/book/reference/liggghts.md does not match {RESULTS}; it should contain\n{block}")
+        speed.check_docs(wanted, RESULTS)
     else:
         print("\n\n".join(wanted))
 
