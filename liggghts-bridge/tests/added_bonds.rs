@@ -13,7 +13,8 @@ const BONDS: &str = "bond_style concordem/cohesive_beam\n\
                      bond_coeff * young 5e9 poisson 0.2 radius_ratio 0.6 tensile_strength 1e6\n";
 const MOTION: &str = "fix motion all nve/sphere\n";
 const MAKE: &str = "create_bonds many all all 1 0.0 0.0105\n";
-/// The pairs part along their bonds: a beam takes its rest direction when it is first evaluated, which here is not later. It breaks within ten steps: at a strain of 2e-4, 1.9 µm.
+/// The pairs part along their bonds, because a beam takes its rest direction when it is first evaluated, a step after a bond that was there
+/// from the start. It breaks within ten steps: at a strain of 2e-4, 1.9 µm.
 const PULL: &str = "group right id 2 4\nvelocity right set 0.4 0 0\n";
 
 /// Two pairs of touching spheres across the border between two processors, and a larger sphere that stays free. All rest, so that the

@@ -69,8 +69,8 @@ pub trait Arrays: Pod {
     /// Write item `i`. To keep registers free, write items of more than some twenty components in parts, field by field.
     fn set(&mut self, i: usize, item: Self::Item);
 
-    /// Write items `i` to `i + 3`, for an `i` that is a multiple of 4. Faster than four times [`Self::set`], which needs a store for every number: a processor stores
-    /// once per cycle, whether one number or four.
+    /// Write items `i` to `i + 3`, for an `i` that is a multiple of 4. Faster than four times [`Self::set`], which needs a store for every
+    /// number: a processor stores once per cycle, whether one number or four.
     #[inline(always)]
     fn set_four(&mut self, i: usize, items: [&Self::Item; 4], lanes: impl Lanes)
     where
