@@ -122,7 +122,7 @@ void FixConcordemBond::setup_pre_force(int)
 {
   setup_ = true;
   check_box(true);
-  communicate();
+  communicate(true);
   measure_heated_groups();
   rebuild();
   make_added();
@@ -139,7 +139,7 @@ void FixConcordemBond::pre_force(int)
   check_box(false);
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
-  communicate();
+  communicate(neighbor->ago == 0);
   show_temperatures();
   if (neighbor->ago == 0) {
     measure_heated_groups();

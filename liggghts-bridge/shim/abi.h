@@ -50,7 +50,7 @@ struct ConcordemPairRecord;
 struct ConcordemFacts {
   /// Reals stored per atom.
   int32_t atom_width;
-  /// How many of these reals ghosts need; they come last.
+  /// How many of these reals ghosts need in every step; they come last. At rebuilds, ghosts also need the one before.
   int32_t communicated;
   /// How bonds are created. 0: not at all, 1: by distance, 2: from a list.
   int32_t creation;
@@ -109,6 +109,10 @@ struct ConcordemAtoms {
   double *memory;
   /// Periodic edge lengths of the box, m; 0 where it is not periodic.
   double edge[3];
+  /// Lowest coordinates of the box, m.
+  double low[3];
+  /// Highest coordinates of the box, m.
+  double high[3];
   double dt;
   int64_t step;
 };
@@ -280,6 +284,10 @@ void concordem_network_delete(ConcordemNetwork *network);
 
 /// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals. `mask`: bits of its groups.
 void concordem_network_initial_memory(const ConcordemNetwork *network, int64_t tag, int32_t mask, double *memory);
+
+/// Give new owned atoms their place in the order of the particles. The shim must then update the ghosts, with the real before
+/// `ConcordemFacts::communicated`.
+void concordem_network_place_new(const ConcordemNetwork *network, const ConcordemAtoms *atoms);
 
 /// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
 /// Returns 0, or −1 and a message.
@@ -522,9 +530,11 @@ static_assert(offsetof(ConcordemAtoms, force) == 88 && sizeof(ConcordemAtoms::fo
 static_assert(offsetof(ConcordemAtoms, torque) == 96 && sizeof(ConcordemAtoms::torque) == 8, "ConcordemAtoms::torque");
 static_assert(offsetof(ConcordemAtoms, memory) == 104 && sizeof(ConcordemAtoms::memory) == 8, "ConcordemAtoms::memory");
 static_assert(offsetof(ConcordemAtoms, edge) == 112 && sizeof(ConcordemAtoms::edge) == 24, "ConcordemAtoms::edge");
-static_assert(offsetof(ConcordemAtoms, dt) == 136 && sizeof(ConcordemAtoms::dt) == 8, "ConcordemAtoms::dt");
-static_assert(offsetof(ConcordemAtoms, step) == 144 && sizeof(ConcordemAtoms::step) == 8, "ConcordemAtoms::step");
-static_assert(sizeof(ConcordemAtoms) == 152 && alignof(ConcordemAtoms) == 8, "ConcordemAtoms");
+static_assert(offsetof(ConcordemAtoms, low) == 136 && sizeof(ConcordemAtoms::low) == 24, "ConcordemAtoms::low");
+static_assert(offsetof(ConcordemAtoms, high) == 160 && sizeof(ConcordemAtoms::high) == 24, "ConcordemAtoms::high");
+static_assert(offsetof(ConcordemAtoms, dt) == 184 && sizeof(ConcordemAtoms::dt) == 8, "ConcordemAtoms::dt");
+static_assert(offsetof(ConcordemAtoms, step) == 192 && sizeof(ConcordemAtoms::step) == 8, "ConcordemAtoms::step");
+static_assert(sizeof(ConcordemAtoms) == 200 && alignof(ConcordemAtoms) == 8, "ConcordemAtoms");
 static_assert(offsetof(ConcordemFacts, atom_width) == 0 && sizeof(ConcordemFacts::atom_width) == 4, "ConcordemFacts::atom_width");
 static_assert(offsetof(ConcordemFacts, communicated) == 4 && sizeof(ConcordemFacts::communicated) == 4, "ConcordemFacts::communicated");
 static_assert(offsetof(ConcordemFacts, creation) == 8 && sizeof(ConcordemFacts::creation) == 4, "ConcordemFacts::creation");
@@ -622,4 +632,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xe53c14722805152c)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x2b5a7e74288da8a9)

@@ -86,7 +86,7 @@ void FixConcordemBond::pre_exchange()
 void FixConcordemBond::setup_pre_force(int vflag)
 {
   check_box(true);
-  communicate();
+  communicate(true);
   measure_heated_groups();
   rebuild();
   check_heat_step();
@@ -102,7 +102,7 @@ void FixConcordemBond::pre_force(int vflag)
   check_box(false);
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
-  communicate();
+  communicate(neighbor->ago == 0);
   show_temperatures();
   if (neighbor->ago == 0) {
     measure_heated_groups();
@@ -117,7 +117,7 @@ void FixConcordemBond::pre_force(int vflag)
 int FixConcordemBond::pack_comm(int n, int *list, double *buf, int, int *)
 {
   pack_ghosts(n, list, buf);
-  return comm_forward;
+  return reals_of_ghost();
 }
 
 void FixConcordemBond::unpack_comm(int n, int first_atom, double *buf)

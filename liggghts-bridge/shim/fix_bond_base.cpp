@@ -80,7 +80,7 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   extvector = 1;
   time_depend = 1;
   periodic_ = domain->xperiodic || domain->yperiodic || domain->zperiodic;
-  comm_forward = facts_.communicated + (periodic_ ? 3 : 0);
+  comm_forward = facts_.communicated + 1 + (periodic_ ? 3 : 0);   // the most
 
   FixBondBase::grow_arrays(atom->nmax);
   atom->add_callback(0);   // growing arrays
@@ -178,24 +178,29 @@ int FixBondBase::exchange_size() const
 }
 
 // Update the data of ghosts. At rebuilds, the host shifts positions of ghosts to their periodic image, which rounds them; bonds need
-// the owner's positions bit for bit.
-void FixBondBase::communicate()
+// the owner's positions bit for bit. `rebuilds`: rebuild() follows, which orders the particles.
+void FixBondBase::communicate(bool rebuilds)
 {
   if (periodic_)
     for (int i = 0; i < atom->nlocal; i++)
       for (int axis = 0; axis < 3; axis++) original_[i][axis] = atom->x[i][axis];
-  if (comm_forward) communicate_ghosts();
+  rebuilds_ = rebuilds;
+  if (rebuilds) {
+    const ConcordemAtoms atoms = arrays();
+    concordem_network_place_new(network_, &atoms);
+  }
+  if (reals_of_ghost()) communicate_ghosts();
 }
 
 int FixBondBase::pack_ghosts(int count, const int *list, double *buffer) const
 {
-  return concordem_pack_ghosts(count, list, buffer, facts_.atom_width - facts_.communicated, facts_.atom_width, memory_,
+  return concordem_pack_ghosts(count, list, buffer, facts_.atom_width - facts_.communicated - rebuilds_, facts_.atom_width, memory_,
                                periodic_ ? original_ : NULL);
 }
 
 void FixBondBase::unpack_ghosts(int count, int first_atom, const double *buffer)
 {
-  concordem_unpack_ghosts(count, first_atom, buffer, facts_.atom_width - facts_.communicated, facts_.atom_width, memory_,
+  concordem_unpack_ghosts(count, first_atom, buffer, facts_.atom_width - facts_.communicated - rebuilds_, facts_.atom_width, memory_,
                           periodic_ ? original_ : NULL);
 }
 

@@ -83,9 +83,10 @@ class FixBondBase : public Fix {
   // Set reach_ from the longest bond, and `smallest` to the smallest radius. `given`: longest bond in the host's lists.
   void find_reach(double given, double *smallest);
   int exchange_size() const;
-  void communicate();
+  void communicate(bool rebuilds);
   int pack_ghosts(int count, const int *list, double *buffer) const;
   void unpack_ghosts(int count, int first_atom, const double *buffer);
+  int reals_of_ghost() const { return facts_.communicated + rebuilds_ + (periodic_ ? 3 : 0); }
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
@@ -104,6 +105,7 @@ class FixBondBase : public Fix {
  private:
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
+  bool rebuilds_ = false;         // ghosts also get their place in the order of the particles
   std::string resumed_;           // file that the bonds come from, until the first setup after it was read
   std::string state_;             // data file that the script continues from, empty if there is none
   ConcordemRestartHead head_of_data_;        // while a data file is written, as the next two

@@ -24,7 +24,7 @@
 namespace LAMMPS_NS {
 
 // Version of restart files. Increase it whenever the head or the meaning of its numbers changes (tests/harness/mod.rs repeats it).
-const int CONCORDEM_RESTART_VERSION = 6;
+const int CONCORDEM_RESTART_VERSION = 7;
 
 // Head of a restart file. Every version starts with the version number; the length differs.
 struct ConcordemRestartHead {
@@ -63,7 +63,11 @@ inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, c
   atoms.force = count ? atom->f[0] : NULL;
   atoms.torque = count ? atom->torque[0] : NULL;
   atoms.memory = count ? memory[0] : NULL;
-  for (int axis = 0; axis < 3; axis++) atoms.edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
+  for (int axis = 0; axis < 3; axis++) {
+    atoms.edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
+    atoms.low[axis] = domain->boxlo[axis];
+    atoms.high[axis] = domain->boxhi[axis];
+  }
   atoms.dt = update->dt;
   atoms.step = update->ntimestep;
   return atoms;

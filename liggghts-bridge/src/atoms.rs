@@ -76,6 +76,10 @@ pub struct Atoms<'a> {
     pub memory: &'a mut [f64],
     /// Periodic edge lengths of the box, m; 0 where it is not periodic.
     pub edge: [f64; 3],
+    /// Lowest coordinates of the box, m.
+    pub low: [f64; 3],
+    /// Highest coordinates of the box, m.
+    pub high: [f64; 3],
     /// Time step, s.
     pub dt: f64,
     /// Step number.

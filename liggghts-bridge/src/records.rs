@@ -51,7 +51,7 @@ pub enum Kind {
     Contact,
 }
 
-/// One bond or contact. A is the atom with the lower id.
+/// One bond or contact. A is the atom that comes first in the order of the particles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record {
     /// Ids of A and B.
@@ -72,15 +72,20 @@ pub struct Record {
     pub history: [f64; HISTORY],
 }
 
+/// Two ids, the lower one first.
+pub const fn ascending([a, b]: [Tag; 2]) -> [Tag; 2] {
+    if a < b { [a, b] } else { [b, a] }
+}
+
 /// Number of history reals in a record of `length` reals.
 pub const fn width_of(length: usize) -> usize {
     length - HEAD
 }
 
 impl Record {
-    /// Sort key; it identifies the contact.
+    /// Sort key; it identifies the contact. The lower id comes first.
     pub fn key(&self) -> (Kind, [Tag; 2]) {
-        (self.kind, self.tags)
+        (self.kind, ascending(self.tags))
     }
 
     /// Number of reals in a record with a history of `width` reals.

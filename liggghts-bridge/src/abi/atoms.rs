@@ -37,6 +37,10 @@ pub struct AtomArrays {
     memory: *mut f64,
     /// Periodic edge lengths of the box, m; 0 where it is not periodic.
     edge: [f64; 3],
+    /// Lowest coordinates of the box, m.
+    low: [f64; 3],
+    /// Highest coordinates of the box, m.
+    high: [f64; 3],
     dt: f64,
     step: i64,
 }
@@ -65,6 +69,8 @@ impl AtomArrays {
                 torque: slice_mut(self.torque, 3 * owned),
                 memory: slice_mut(self.memory, self.memory_width as usize * count),
                 edge: self.edge,
+                low: self.low,
+                high: self.high,
                 dt: self.dt,
                 step: self.step,
             }

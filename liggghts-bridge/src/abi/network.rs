@@ -19,7 +19,7 @@ use crate::options::{Creation, Options};
 pub struct Facts {
     /// Reals stored per atom.
     atom_width: i32,
-    /// How many of these reals ghosts need; they come last.
+    /// How many of these reals ghosts need in every step; they come last. At rebuilds, ghosts also need the one before.
     communicated: i32,
     /// How bonds are created. 0: not at all, 1: by distance, 2: from a list.
     creation: i32,
@@ -127,6 +127,14 @@ pub unsafe extern "C" fn concordem_network_initial_memory(
 ) {
     // SAFETY: `atom_width` reals.
     unsafe { (*network).initial_memory(tag, mask, slice_mut(memory, (*network).atom_width())) }
+}
+
+/// Give new owned atoms their place in the order of the particles. The shim must then update the ghosts, with the real before
+/// `ConcordemFacts::communicated`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_place_new(network: *const Network, atoms: *const AtomArrays) {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).place_new(&mut (*atoms).view()) }
 }
 
 /// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.

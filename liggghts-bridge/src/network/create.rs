@@ -8,12 +8,12 @@ use concordem_solver::state::contacts::Pair;
 use super::{Network, NetworkError};
 use crate::atoms::Tag;
 use crate::options::{Creation, Listed};
-use crate::records::{Kind, Record};
+use crate::records::{Kind, Record, ascending};
 
 /// A bond that the next rebuild creates and measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fresh {
-    /// Ids of A and B.
+    /// Ids, the lower one first.
     pub(super) tags: [Tag; 2],
     /// Reference length, m; 0: the current distance.
     pub(super) length: f64,
@@ -24,7 +24,11 @@ pub(super) struct Fresh {
 impl Network {
     /// Queue bonds of the user's list for the next rebuild, and forget those that this processor kept. Every processor must call this.
     pub fn make_listed(&mut self, bonds: impl Iterator<Item = Listed>) {
-        self.fresh.extend(bonds.map(|(tags, length)| Fresh { tags, length: length.unwrap_or(0.0), row: 0 }));
+        self.fresh.extend(bonds.map(|(tags, length)| Fresh {
+            tags: ascending(tags),
+            length: length.unwrap_or(0.0),
+            row: 0,
+        }));
         if let Creation::List(kept) = &mut self.options.creation {
             *kept = Vec::new();
         }
@@ -36,7 +40,7 @@ impl Network {
         self.fresh.reserve_exact(bonds.len());
         for &[a, b, bond_type] in bonds {
             let row = self.row_of_type(bond_type);
-            self.fresh.push(Fresh { tags: [a.min(b), a.max(b)], length: 0.0, row });
+            self.fresh.push(Fresh { tags: ascending([a, b]), length: 0.0, row });
         }
     }
 
@@ -74,7 +78,7 @@ impl Network {
         self.fresh.reserve_exact(pairs.len());
         self.fresh.extend(pairs.iter().map(|pair| {
             let tags = [self.tags[pair.a as usize], self.tags[pair.b as usize]];
-            Fresh { tags, length: 0.0, row: 0 }
+            Fresh { tags: ascending(tags), length: 0.0, row: 0 }
         }));
         Ok(pairs.iter().filter(|pair| self.owned[pair.a as usize]).count())
     }

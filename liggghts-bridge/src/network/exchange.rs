@@ -96,7 +96,7 @@ impl Network {
             return;
         }
         self.adjacency.get_or_insert_with(|| adjacency(&self.state));
-        if let (Ok(particle), Some((start, contacts))) = (self.tags.binary_search(&tag), &self.adjacency) {
+        if let (Some(particle), Some((start, contacts))) = (self.particle(tag), &self.adjacency) {
             for link in &contacts[start[particle] as usize..start[particle + 1] as usize] {
                 if let Some(record) = self.record_of(&self.tags, link.kind(), link.index()) {
                     record.write(width, buffer);

@@ -19,8 +19,9 @@ use concordem_solver::state::Particles;
 
 use super::{Network, NetworkError};
 use crate::atoms::{Atoms, Tag};
+use crate::heat_network::HeatNetworkFile;
 use crate::options::HeatTables;
-use crate::records::{Record, THERMAL};
+use crate::records::{Record, THERMAL, ascending};
 
 /// What a bond keeps for heat.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,11 +42,22 @@ impl ThermalBond {
         [self.rest, self.area, self.lengths[0], self.lengths[1]]
     }
 
+    /// Ids, the lower one first.
+    fn key(&self) -> [Tag; 2] {
+        ascending(self.tags)
+    }
+
     fn of(record: &Record, width: usize) -> Self {
         let at = width - THERMAL;
         let [rest, area, of_a, of_b] = [0, 1, 2, 3].map(|k| record.history[at + k]);
         Self { tags: record.tags, rest, area, lengths: [of_a, of_b] }
     }
+}
+
+/// Area (m²) of a bond in a file, and the distances of A and B from it (m).
+fn of_file(file: &HeatNetworkFile, tags: [Tag; 2]) -> Option<[f64; 3]> {
+    let &[area, of_lower, of_higher] = file.bonds.get(&ascending(tags))?;
+    Some(if tags[0] < tags[1] { [area, of_lower, of_higher] } else { [area, of_higher, of_lower] })
 }
 
 /// Heat conduction of a network.
@@ -58,7 +70,7 @@ pub(super) struct Thermal {
     model: HeatModel,
     pass: HeatPass,
     expansion: Expansion,
-    /// Of all bonds since the last rebuild, sorted by ids.
+    /// Of all bonds since the last rebuild, sorted by ids, the lower one first.
     bonds: Vec<ThermalBond>,
     /// Bit mask of the groups of each particle.
     mask: Vec<i32>,
@@ -130,8 +142,7 @@ impl Thermal {
     /// Fail if a bond that comes from a restart file has another area or other lengths than in the file of `heat_network`.
     fn compare_bond(&self, bond: &ThermalBond) -> Result<(), NetworkError> {
         let Some(file) = self.tables.network.as_ref().filter(|_| !self.compared) else { return Ok(()) };
-        let [of_a, of_b] = bond.lengths;
-        if file.bonds.get(&bond.tags) == Some(&[bond.area, of_a, of_b]) {
+        if of_file(file, bond.tags) == Some([bond.area, bond.lengths[0], bond.lengths[1]]) {
             return Ok(());
         }
         let [a, b] = bond.tags;
@@ -161,7 +172,7 @@ impl Thermal {
 
     /// Data of a bond.
     pub(super) fn bond(&self, tags: [Tag; 2]) -> Option<&ThermalBond> {
-        self.bonds.binary_search_by_key(&tags, |bond| bond.tags).ok().map(|k| &self.bonds[k])
+        self.bonds.binary_search_by_key(&ascending(tags), ThermalBond::key).ok().map(|k| &self.bonds[k])
     }
 
     /// Length of a bond with the length `rest` (m) at the reference temperature, between particles `a` and `b`, m.
@@ -179,7 +190,7 @@ impl Thermal {
     ) -> Result<Vec<ThermalBond>, NetworkError> {
         if let Some(file) = &self.tables.network {
             let of = |&(tags, rest): &([Tag; 2], f64)| {
-                let [area, of_a, of_b] = *file.bonds.get(&tags).ok_or_else(|| NetworkError::NoHeatBond {
+                let [area, of_a, of_b] = of_file(file, tags).ok_or_else(|| NetworkError::NoHeatBond {
                     a: tags[0],
                     b: tags[1],
                     path: file.path.clone(),
@@ -283,7 +294,7 @@ impl Network {
     pub fn heat_network_counts(&self) -> [f64; 4] {
         let Some(thermal) = &self.thermal else { return [0.0; 4] };
         let Some(file) = &thermal.tables.network else { return [0.0; 4] };
-        let owns = |tag: Tag| self.tags.binary_search(&tag).is_ok_and(|p| self.owned[p]);
+        let owns = |tag: Tag| self.particle(tag).is_some_and(|p| self.owned[p]);
         let atoms = file.atoms.keys().filter(|&&tag| owns(tag)).count();
         let bonds = thermal.bonds.iter().filter(|bond| owns(bond.tags[0])).count();
         [file.atoms.len(), file.bonds.len(), atoms, bonds].map(|count| count as f64)
@@ -344,28 +355,22 @@ impl Network {
         let mut known = std::mem::take(&mut thermal.bonds);
         known.extend(arriving);
         known.extend(thermal.measure(&self.state.particles, new, pairs)?);
-        known.sort_by_key(|bond| bond.tags);
-        known.dedup_by_key(|bond| bond.tags);
+        known.sort_by_key(ThermalBond::key);
+        known.dedup_by_key(|bond| bond.key());
+        thermal.bonds = known;
         let block = self.state.bonds[0].contacts_mut();
         let tags = &self.tags;
-        let mut at = 0;
         let mut bonds = Vec::with_capacity(block.len());
         for pair in block.pairs() {
             let wanted = [pair.a, pair.b].map(|p| tags[p as usize]);
-            while known.get(at).is_some_and(|bond| bond.tags < wanted) {
-                at += 1;
-            }
-            match known.get(at) {
-                Some(bond) if bond.tags == wanted => {
-                    thermal.compare_bond(bond)?;
-                    bonds.push(*bond);
-                }
-                _ => return Err(NetworkError::BadRecord { tag: wanted[0] }),
-            }
+            let bond = thermal.bond(wanted).ok_or(NetworkError::BadRecord { tag: wanted[0] })?;
+            thermal.compare_bond(bond)?;
+            bonds.push(*bond);
         }
         if thermal.expands() {
             *block.rest_lengths_mut() = bonds.iter().map(|bond| bond.rest).collect();
         }
+        bonds.sort_by_key(ThermalBond::key);
         thermal.bonds = bonds;
         thermal.compared = true;
         self.make_heat_pass();

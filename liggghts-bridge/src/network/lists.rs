@@ -6,10 +6,10 @@ use concordem_solver::state::contacts::{ContactView, Pair};
 
 use super::create::Fresh;
 use super::exchange::adjacency;
-use super::rebuild::ABSENT;
-use super::{Network, NetworkError};
+use super::rebuild::{ABSENT, Before};
+use super::{Network, NetworkError, particle_of};
 use crate::atoms::{Atoms, Tag};
-use crate::records::{Kind, Record};
+use crate::records::{Kind, Record, ascending};
 
 /// Neighbor lists of a pair style of the host.
 pub struct NeighborLists<'a> {
@@ -37,14 +37,14 @@ impl Network {
         self.listed = Some(ends.to_vec());
     }
 
-    /// Remove bonds that are no longer in the host's lists, and remember those that are new. Particles must be placed. `before`: ids of
-    /// the particles that the blocks refer to, `number`: their present numbers; `arriving` and `fresh` are sorted.
+    /// Remove bonds that are no longer in the host's lists, and remember those that are new. Particles must be placed. `before`: the
+    /// particles that the blocks refer to, `number`: their present numbers; `arriving` and `fresh` are sorted.
     ///
     /// # Errors
     /// The type of a bond has changed, and with it the parameters.
     pub(super) fn follow_lists(
         &mut self,
-        before: &[Tag],
+        before: &Before,
         number: &[u32],
         arriving: &mut Vec<Record>,
         fresh: &mut Vec<Fresh>,
@@ -53,8 +53,8 @@ impl Network {
         // If parameters do not belong to bond types, types have no effect, and rows follow from the atoms.
         let by_type = !self.options.bond_types.is_empty();
         let row_by_type = |row: u16| if by_type { row } else { 0 };
-        let (tags, owned) = (&self.tags, &self.owned);
-        let owns = |tag: Tag| tags.binary_search(&tag).is_ok_and(|p| owned[p]);
+        let (tags, by_tag, owned) = (&self.tags, &self.by_tag, &self.owned);
+        let owns = |tag: Tag| particle_of(tags, by_tag, tag).is_some_and(|p| owned[p]);
         let owns_old = |p: u32| number[p as usize] != ABSENT && owned[number[p as usize] as usize];
         let bonds = self.state.bonds[0].contacts();
         // Usually nothing has changed. Sums decide that without sorting.
@@ -63,15 +63,14 @@ impl Network {
             .fold(0, |sum: u64, &[a, b, bond_type]| sum.wrapping_add(scrambled([a, b], self.row_of_type(bond_type))));
         for k in 0..bonds.len() {
             let ContactView { pair, flags, .. } = bonds.view(k);
-            let [a, b] = [pair.a, pair.b].map(|p| before[p as usize]);
+            let [a, b] = before.tags_of(pair);
             for (end, _) in [([a, b], pair.a), ([b, a], pair.b)].iter().filter(|(_, p)| owns_old(*p)) {
                 difference = difference.wrapping_sub(scrambled(*end, row_by_type(flags.row)));
             }
         }
         // An arriving bond may be held already, because its other atom is here.
-        let held = |pairs: &[Pair], tags: [Tag; 2]| {
-            pairs.binary_search_by_key(&tags, |pair| [pair.a, pair.b].map(|p| before[p as usize])).is_ok()
-        };
+        let held =
+            |pairs: &[Pair], tags: [Tag; 2]| before.pair(tags).is_some_and(|pair| pairs.binary_search(&pair).is_ok());
         let new_here = arriving.iter().filter(|record| record.kind == Kind::Bond && !held(bonds.pairs(), record.tags));
         let new_here = new_here.map(|record| (record.tags, record.row));
         for ([a, b], row) in new_here.chain(fresh.iter().map(|bond| (bond.tags, bond.row))) {
@@ -82,7 +81,13 @@ impl Network {
         if difference == 0 {
             return Ok(());
         }
-        let mut listed: Vec<[Tag; 3]> = of_atoms.iter().map(|&[a, b, kind]| [a.min(b), a.max(b), kind]).collect();
+        let mut listed: Vec<[Tag; 3]> = of_atoms
+            .iter()
+            .map(|&[a, b, kind]| {
+                let [a, b] = ascending([a, b]);
+                [a, b, kind]
+            })
+            .collect();
         listed.sort_unstable();
         listed.dedup();
         if by_type {
@@ -92,9 +97,9 @@ impl Network {
                 listed[first..].iter().take_while(move |l| [l[0], l[1]] == tags).map(|l| l[2])
             };
             let of_held = (0..bonds.len()).map(|k| bonds.view(k));
-            let of_held = of_held.map(|bond| ([bond.pair.a, bond.pair.b].map(|p| before[p as usize]), bond.flags.row));
+            let of_held = of_held.map(|bond| (ascending(before.tags_of(bond.pair)), bond.flags.row));
             let of_arriving = arriving.iter().filter(|record| record.kind == Kind::Bond);
-            let of_arriving = of_arriving.map(|record| (record.tags, record.row));
+            let of_arriving = of_arriving.map(|record| (ascending(record.tags), record.row));
             for ([a, b], row) in of_held.chain(of_arriving).chain(fresh.iter().map(|bond| (bond.tags, bond.row))) {
                 if let Some(now) = types_of([a, b]).find(|&now| self.row_of_type(now) != row) {
                     let mut types = 1..=self.options.bond_types.len() as Tag;
@@ -103,11 +108,11 @@ impl Network {
                 }
             }
         }
-        let is_listed = |tags: [Tag; 2]| listed.binary_search_by_key(&tags, |l| [l[0], l[1]]).is_ok();
+        let is_listed = |tags: [Tag; 2]| listed.binary_search_by_key(&ascending(tags), |l| [l[0], l[1]]).is_ok();
         let bonds = self.state.bonds[0].contacts_mut();
         bonds.retain_pairs(&|pair, _| {
             let is_owned = [pair.a, pair.b].into_iter().any(owns_old);
-            !is_owned || is_listed([pair.a, pair.b].map(|p| before[p as usize]))
+            !is_owned || is_listed(before.tags_of(pair))
         });
         let stays = |tags: [Tag; 2]| !tags.into_iter().any(owns) || is_listed(tags);
         arriving.retain(|record| record.kind != Kind::Bond || stays(record.tags));
@@ -139,7 +144,7 @@ impl Network {
     pub fn own_pairs(&mut self, atoms: &Atoms<'_>, lists: &NeighborLists<'_>, marks: &mut [u8]) -> (usize, [Tag; 2]) {
         if self.particle_of.len() != atoms.tag.len() {
             let particle = |(tag, mask): (Tag, &i32)| {
-                let found = (mask & atoms.group != 0).then(|| self.tags.binary_search(&tag).ok()).flatten();
+                let found = (mask & atoms.group != 0).then(|| self.particle(tag)).flatten();
                 found.map_or(ABSENT, |p| p as u32)
             };
             self.particle_of = atoms.tag.iter().zip(atoms.mask).map(particle).collect();

@@ -2,6 +2,7 @@
 
 use concordem_contact::math::{Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem_contact::prefetch::{AHEAD, prefetch_row};
+use concordem_solver::neighbor::hilbert;
 use concordem_solver::state::Deformation;
 
 use super::{Network, NetworkError};
@@ -19,6 +20,8 @@ pub(super) struct Layout {
     heat: usize,
     /// Virials of a deformable particle: from forces that do not depend on its strain, and from reactions (six reals each).
     others: usize,
+    /// Place in the order of the particles, from 1; 0 for a new atom. Ghosts need it at rebuilds only.
+    place: usize,
     /// Orientation (x, y, z, w).
     orientation: usize,
     /// Virials that determine the strain of the next step, and of the last step (six reals each).
@@ -54,22 +57,24 @@ impl Layout {
     /// `heat`: reals of heat for the owner; 0 without heat conduction.
     pub(super) fn new(oriented: bool, deformable: bool, heat: usize) -> Self {
         let others = ID + 1 + heat;
-        let orientation = others + if deformable { 12 } else { 0 };
+        let place = others + if deformable { 12 } else { 0 };
+        let orientation = place + 1;
         let virials = orientation + if oriented { 4 } else { 0 };
         let temperature = virials + if deformable { 12 } else { 0 };
         let width = temperature + usize::from(heat > 0);
-        Self { heat: ID + 1, others, orientation, virials, temperature, width }
+        Self { heat: ID + 1, others, place, orientation, virials, temperature, width }
     }
 }
 
 impl Network {
-    /// Reals stored per atom: net force and torque of the last step, the id at the last rebuild, the orientation (x, y, z, w) if the law reads it, and four
-    /// virials if the particle is deformable; with heat conduction, the temperature and what belongs to it.
+    /// Reals stored per atom: net force and torque of the last step, the id at the last rebuild, the place in the order of the particles,
+    /// the orientation (x, y, z, w) if the law reads it, and four virials if the particle is deformable; with heat conduction, the
+    /// temperature and what belongs to it.
     pub fn atom_width(&self) -> usize {
         self.layout.width
     }
 
-    /// How many of these reals ghosts need at every step; they come last.
+    /// How many of these reals ghosts need at every step; they come last. At rebuilds, ghosts need one more, the one before.
     pub fn communicated(&self) -> usize {
         self.layout.width - self.layout.orientation
     }
@@ -92,6 +97,30 @@ impl Network {
         if self.needs_orientation() {
             memory[self.layout.orientation + 3] = 1.0;
         }
+    }
+
+    /// Give new owned atoms their place in the order of the particles: that of their position on a space-filling curve through the box.
+    /// They keep it, on all processors and in restart files, so that the order of sums stays the same. The caller must then update the
+    /// ghosts.
+    pub fn place_new(&self, atoms: &mut Atoms<'_>) {
+        // The result is exact as a real, and so fine that few atoms share a place.
+        const BITS: u32 = 17;
+        let boxes = f64::from(1_u32 << BITS);
+        let (low, high) = (atoms.low, atoms.high);
+        let longest = [0, 1, 2].map(|axis| high[axis] - low[axis]).into_iter().fold(0.0, f64::max);
+        for (i, memory) in atoms.memory.chunks_mut(self.layout.width).take(atoms.owned).enumerate() {
+            let place = &mut memory[self.layout.place];
+            if *place == 0.0 {
+                let x = vector(atoms.position, i);
+                let at = |axis: usize| ((x[axis] - low[axis]) / longest * boxes).clamp(0.0, boxes - 1.0) as u32;
+                *place = (1 + hilbert([at(0), at(1), at(2)], BITS)) as f64;
+            }
+        }
+    }
+
+    /// Place of an atom in the order of the particles.
+    pub(super) fn place_of(&self, atoms: &Atoms<'_>, i: usize) -> u64 {
+        atoms.memory[i * self.layout.width + self.layout.place] as u64
     }
 
     /// Compare the ids of owned atoms with those of the last rebuild, and store them. Bonds are known by ids, so they would join other

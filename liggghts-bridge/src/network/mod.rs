@@ -2,8 +2,9 @@
 //!
 //! A processor stores and evaluates every bond and contact with at least one owned atom, so forces need not be communicated. A bond
 //! between atoms of two processors is evaluated on both, from the same numbers by the same function, with bitwise equal results. An
-//! atom that migrates takes its bonds along. Within a processor, atoms are ordered by id and forces are summed in that order
-//! ([`Solver::for_subdomain`]), so the net force on an atom does not depend on the number of processors.
+//! atom that migrates takes its bonds along. Within a processor, atoms are ordered along a space-filling curve, and forces are summed in
+//! that order ([`Solver::for_subdomain`]). Each atom keeps the place that it had when it was new, so the net force on an atom does not
+//! depend on the number of processors, nor on ids.
 //!
 //! | module | contains |
 //! |---|---|
@@ -63,6 +64,8 @@ pub struct Network {
     thermal: Option<Thermal>,
     /// Id of each particle of the state.
     tags: Vec<Tag>,
+    /// The particles in the order of their ids.
+    by_tag: Vec<u32>,
     /// Index of its atom in the host's arrays.
     atom: Vec<u32>,
     /// Whether this processor owns it.
@@ -143,6 +146,7 @@ impl Network {
             solver: None,
             thermal,
             tags: Vec::new(),
+            by_tag: Vec::new(),
             atom: Vec::new(),
             owned: Vec::new(),
             incoming: HashMap::new(),
@@ -229,6 +233,11 @@ impl Network {
         self.write_atoms(atoms)
     }
 
+    /// The particle of an atom.
+    fn particle(&self, tag: Tag) -> Option<usize> {
+        particle_of(&self.tags, &self.by_tag, tag)
+    }
+
     /// The block of bonds or contacts, if there is one.
     fn block(&self, kind: Kind) -> Option<&dyn Contacts> {
         match kind {
@@ -245,6 +254,11 @@ impl Network {
         }
         .map(|block| block.contacts_mut())
     }
+}
+
+/// The particle with an id; `by_tag`: the particles in the order of their ids.
+fn particle_of(tags: &[Tag], by_tag: &[u32], tag: Tag) -> Option<usize> {
+    by_tag.binary_search_by_key(&tag, |&p| tags[p as usize]).ok().map(|k| by_tag[k] as usize)
 }
 
 /// The contact blocks of a state with their kinds; bonds come first.

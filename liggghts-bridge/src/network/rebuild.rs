@@ -10,7 +10,7 @@ use concordem_solver::state::contacts::{ContactFlags, ContactView, Contacts, Pai
 use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::create::Fresh;
-use super::{Network, NetworkError, blocks};
+use super::{Network, NetworkError, blocks, particle_of};
 use crate::atoms::{Atoms, LARGEST_TAG, Tag, vector};
 use crate::records::{HISTORY, Kind, Record};
 
@@ -59,10 +59,10 @@ impl Network {
             let remembers = ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE;
             block.contacts_mut().retain_where(&|flags| flags.bits & remembers != 0 && !flags.has(ContactFlags::BROKEN));
         }
-        let before = std::mem::take(&mut self.tags);
+        let before = Before { tags: std::mem::take(&mut self.tags), by_tag: std::mem::take(&mut self.by_tag) };
         self.place_particles(atoms)?;
         self.place_heat(atoms)?;
-        let number = renumbering(&before, &self.tags);
+        let number = before.renumbering(&self.tags, &self.by_tag);
         self.adjacency = None;
         self.particle_of.clear();
         self.generation += 1;
@@ -105,14 +105,14 @@ impl Network {
 
     /// The bond of `tags` cannot stay alone.
     fn out_of_sight(&self, tags: [Tag; 2], cutoff: f64) -> NetworkError {
-        let knows_first = self.tags.binary_search(&tags[0]).is_ok();
+        let knows_first = self.particle(tags[0]).is_some();
         let [tag, partner] = if knows_first { tags } else { [tags[1], tags[0]] };
         NetworkError::OutOfSight { tag, partner, cutoff }
     }
 
     /// Particles of two atoms.
     fn ends_of(&self, tags: [Tag; 2]) -> [u32; 2] {
-        tags.map(|tag| self.tags.binary_search(&tag).map_or(ABSENT, |p| p as u32))
+        tags.map(|tag| self.particle(tag).map_or(ABSENT, |p| p as u32))
     }
 
     /// Row of the pair coefficients between particles `a` and `b`; `row` is that of a bond whose parameters belong to its type.
@@ -135,7 +135,7 @@ impl Network {
 
     /// Check that held bonds and contacts can stay or leave, and set contacts aside whose other atom is unknown. Returns the longest
     /// length of those that stay (m).
-    fn check_held(&mut self, before: &[Tag], number: &[u32], cutoff: f64) -> Result<f64, NetworkError> {
+    fn check_held(&mut self, before: &Before, number: &[u32], cutoff: f64) -> Result<f64, NetworkError> {
         let (mut longest, mut alone) = (0.0f64, Vec::new());
         for (kind, block) in blocks(&self.state) {
             for k in 0..block.len() {
@@ -143,9 +143,9 @@ impl Network {
                 match Self::fate(&self.owned, [view.pair.a, view.pair.b].map(|p| number[p as usize])) {
                     Fate::Leaves => {}
                     Fate::Alone if kind == Kind::Bond => {
-                        return Err(self.out_of_sight([view.pair.a, view.pair.b].map(|p| before[p as usize]), cutoff));
+                        return Err(self.out_of_sight(before.tags_of(view.pair), cutoff));
                     }
-                    Fate::Alone => alone.extend(self.record_of(before, kind, k)),
+                    Fate::Alone => alone.extend(self.record_of(&before.tags, kind, k)),
                     Fate::Stays(ends) => {
                         self.row_of(kind, ends, view.flags.row)?;
                         longest = longest.max(length_of(&view));
@@ -157,8 +157,7 @@ impl Network {
         Ok(longest)
     }
 
-    /// Give the contacts that stay their new particles, and remove the others. Ids are in ascending order before and after, so the
-    /// contacts stay sorted.
+    /// Give the contacts that stay their new particles, and remove the others. Atoms keep their order, so the contacts stay sorted.
     fn relink(&mut self, number: &[u32], edge: &[f64; 3]) {
         let by_bond_type = !self.options.bond_types.is_empty();
         let State { particles, bonds, contacts, .. } = &mut self.state;
@@ -208,6 +207,9 @@ impl Network {
                 }
                 Fate::Stays(ends) => ends,
             };
+            if a >= b {
+                return Err(NetworkError::BadRecord { tag: record.tags[0] });
+            }
             record.row = self.row_of(record.kind, [a, b], record.row)?;
             let pair = Pair { a: a as u32, b: b as u32 };
             let Some(block) = self.block(record.kind) else { continue };
@@ -234,7 +236,7 @@ impl Network {
         Ok(longest)
     }
 
-    /// Measure and add new bonds, sorted by ids; the first `held` bonds are older.
+    /// Measure and add new bonds; the first `held` bonds are older.
     fn place_fresh(
         &mut self,
         fresh: &[Fresh],
@@ -248,7 +250,7 @@ impl Network {
             let [a, b] = match Self::fate(&self.owned, self.ends_of(bond.tags)) {
                 Fate::Leaves => continue,
                 Fate::Alone => return Err(self.out_of_sight(bond.tags, cutoff)),
-                Fate::Stays(ends) => ends,
+                Fate::Stays([a, b]) => [a.min(b), a.max(b)],
             };
             let row = self.row_of(Kind::Bond, [a, b], bond.row)?;
             let State { particles, bonds, cell, heat, .. } = &mut self.state;
@@ -270,7 +272,7 @@ impl Network {
             let mut reference =
                 Reference { length: if bond.length > 0.0 { bond.length } else { previous.length }, area };
             if let (Some(thermal), Some(heat)) = (&self.thermal, heat) {
-                placed.lengths.push((bond.tags, reference.length));
+                placed.lengths.push(([self.tags[a], self.tags[b]], reference.length));
                 placed.pairs.push((pair.a, pair.b, previous.normal * previous.length));
                 if thermal.expands() {
                     reference.length = thermal.length(particles, heat, [a, b], reference.length);
@@ -284,9 +286,10 @@ impl Network {
         Ok(placed)
     }
 
-    /// Create one particle per atom of the group, ordered by id. An owned atom has priority over its ghosts.
+    /// Create one particle per atom of the group, in the order of their places, then of their ids. An owned atom has priority over its
+    /// ghosts.
     fn place_particles(&mut self, atoms: &Atoms<'_>) -> Result<(), NetworkError> {
-        let mut order: Vec<(Tag, u32)> = Vec::with_capacity(atoms.tag.len());
+        let mut order: Vec<(u64, Tag, u32)> = Vec::with_capacity(atoms.tag.len());
         order.extend(
             atoms
                 .tag
@@ -294,20 +297,23 @@ impl Network {
                 .zip(atoms.mask)
                 .enumerate()
                 .filter(|(_, (_, mask))| *mask & atoms.group != 0)
-                .map(|(i, (tag, _))| (tag, i as u32)),
+                .map(|(i, (tag, _))| (self.place_of(atoms, i), tag, i as u32)),
         );
         order.sort_unstable();
-        let ends = order.first().into_iter().chain(order.last());
-        if let Some(&(tag, _)) = ends.into_iter().find(|end| !(1..=LARGEST_TAG).contains(&end.0)) {
+        if let Some(&(_, tag, _)) = order.iter().find(|entry| !(1..=LARGEST_TAG).contains(&entry.1)) {
             return Err(NetworkError::BadTag { tag });
         }
-        let both_owned = |w: &&[(Tag, u32)]| w[0].0 == w[1].0 && (w[1].1 as usize) < atoms.owned;
-        if let Some(twice) = order.windows(2).find(both_owned) {
-            return Err(NetworkError::BadTag { tag: twice[0].0 });
+        // An atom and its ghosts have the same place.
+        order.dedup_by(|next, kept| next.1 == kept.1 && next.2 as usize >= atoms.owned);
+        self.tags = order.iter().map(|entry| entry.1).collect();
+        self.atom = order.iter().map(|entry| entry.2).collect();
+        let tags = &self.tags;
+        self.by_tag = (0..tags.len() as u32).collect();
+        self.by_tag.sort_unstable_by_key(|&p| tags[p as usize]);
+        let is_twice = |w: &&[u32]| tags[w[0] as usize] == tags[w[1] as usize];
+        if let Some(twice) = self.by_tag.windows(2).find(is_twice) {
+            return Err(NetworkError::BadTag { tag: tags[twice[0] as usize] });
         }
-        order.dedup_by_key(|entry| entry.0);
-        self.tags = order.iter().map(|entry| entry.0).collect();
-        self.atom = order.iter().map(|entry| entry.1).collect();
         self.owned = self.atom.iter().map(|&i| (i as usize) < atoms.owned).collect();
         let particles = &mut self.state.particles;
         *particles = Particles::default();
@@ -344,16 +350,39 @@ fn ownership(bits: u8, owned: bool) -> u8 {
     if owned { bits & !ContactFlags::NOT_OWNED } else { bits | ContactFlags::NOT_OWNED }
 }
 
-/// Number in `after` of each of the ids `before`, [`ABSENT`] if it is not there. Both are sorted.
-fn renumbering(before: &[Tag], after: &[Tag]) -> Vec<u32> {
-    let mut at = 0;
-    let number = |tag: &Tag| {
-        while after.get(at).is_some_and(|other| other < tag) {
-            at += 1;
+/// The particles before a rebuild.
+pub(super) struct Before {
+    /// Their ids.
+    tags: Vec<Tag>,
+    /// The particles in the order of their ids.
+    by_tag: Vec<u32>,
+}
+
+impl Before {
+    /// Ids of a contact's atoms.
+    pub(super) fn tags_of(&self, pair: Pair) -> [Tag; 2] {
+        [pair.a, pair.b].map(|p| self.tags[p as usize])
+    }
+
+    /// The pair of two atoms; `None` if one of them was not here.
+    pub(super) fn pair(&self, tags: [Tag; 2]) -> Option<Pair> {
+        let [Some(p), Some(q)] = tags.map(|tag| particle_of(&self.tags, &self.by_tag, tag)) else { return None };
+        Some(Pair { a: p.min(q) as u32, b: p.max(q) as u32 })
+    }
+
+    /// Present number of each particle, [`ABSENT`] if it is gone. `tags`, `by_tag`: the present particles.
+    fn renumbering(&self, tags: &[Tag], by_tag: &[u32]) -> Vec<u32> {
+        let mut numbers = vec![ABSENT; self.tags.len()];
+        let mut after = by_tag.iter().peekable();
+        for &p in &self.by_tag {
+            let tag = self.tags[p as usize];
+            while after.next_if(|&&q| tags[q as usize] < tag).is_some() {}
+            if let Some(&q) = after.next_if(|&&q| tags[q as usize] == tag) {
+                numbers[p as usize] = q;
+            }
         }
-        if after.get(at) == Some(tag) { at as u32 } else { ABSENT }
-    };
-    before.iter().map(number).collect()
+        numbers
+    }
 }
 
 /// Periodic image of B closest to A; `between` is the position of B minus that of A. 0 along axes that are not periodic.

@@ -255,8 +255,8 @@ impl Network {
     /// Reals per row of [`Self::rows`].
     pub const ROW: usize = 16;
 
-    /// Rows of the recorded contacts that this processor counts: ids of A and B, force on A (N), moment on A about the contact point
-    /// (N·m), contact point (m), length (m), area (m²), damage, whether it is a bond, and a zero.
+    /// Rows of the recorded contacts that this processor counts: the lower id, the other one, force on the first atom (N), moment on it
+    /// about the contact point (N·m), contact point (m), length (m), area (m²), damage, whether it is a bond, and a zero.
     pub fn rows(&self) -> Vec<f64> {
         let mut rows = Vec::new();
         let r = &self.recorded;
@@ -281,9 +281,10 @@ impl Network {
                     } else {
                         (0.0, 1.0, 0.0)
                     };
-                    rows.extend([ta as f64, tb as f64]);
-                    rows.extend(r.force[row].iter());
-                    rows.extend(r.moment[row].iter());
+                    let (first, sign) = if ta < tb { ([ta, tb], 1.0) } else { ([tb, ta], -1.0) };
+                    rows.extend(first.map(|tag| tag as f64));
+                    rows.extend((r.force[row] * sign).iter());
+                    rows.extend((r.moment[row] * sign).iter());
                     rows.extend(r.point[row].iter());
                     rows.extend([r.branch[row].norm(), area, damage, bonded, 0.0]);
                 }

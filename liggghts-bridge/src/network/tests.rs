@@ -57,6 +57,8 @@ impl Arrays {
             torque: &mut self.torque,
             memory: &mut self.memory,
             edge: [0.0; 3],
+            low: [0.0; 3],
+            high: [0.1; 3],
             dt: 1e-6,
             step: 1,
         }
@@ -73,7 +75,15 @@ fn of(words: &str) -> Network {
 }
 
 fn rebuild(network: &mut Network, arrays: &mut Arrays) -> Result<(), NetworkError> {
+    place(network, arrays);
     network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, 0.005)
+}
+
+/// Give atoms their places, ghosts as well, which get them from their owners in a host.
+fn place(network: &Network, arrays: &mut Arrays) {
+    let owned = std::mem::replace(&mut arrays.owned, arrays.kind.len());
+    network.place_new(&mut arrays.atoms());
+    arrays.owned = owned;
 }
 
 /// Forces of a step in which an atom moved, after a bonded chain of five atoms whose last one is a ghost was built.
@@ -106,6 +116,45 @@ fn ids_of_64_bits_give_the_same_forces() {
     let mut arrays = Arrays::new(&other, &[1], &[0, 2], wide, true);
     rebuild(&mut other, &mut arrays).unwrap();
     assert_eq!((other.sums().bonds, other.ends()), (1.0, [1.0, 1.0]));
+}
+
+/// The order of sums follows from positions, so forces have the same bits whatever the ids, and so has the force that a row names.
+#[test]
+fn ids_do_not_change_forces() {
+    let (ascending, wanted) = forces(|k| 1 + k as Tag, false);
+    let (scattered, found) = forces(|k| [3, 1, 5, 2, 4][k], false);
+    assert_eq!(found, wanted);
+    assert!(wanted.iter().filter(|force| **force != 0.0).count() > 6, "{wanted:?}");
+    // Bond 0: atoms 0 and 1 of the chain, then 1 and 0 by ids. A row states the force on the atom with the lower id.
+    let (wanted, found) = (ascending.rows(), scattered.rows());
+    assert_eq!((wanted[..2].to_vec(), found[..2].to_vec()), (vec![1.0, 2.0], vec![1.0, 3.0]));
+    for k in 2..8 {
+        assert_eq!(found[k], -wanted[k], "real {k}");
+    }
+    assert_eq!(found[8..Network::ROW], wanted[8..Network::ROW]);
+}
+
+/// Places follow the curve through the box, whatever the processor, and stay when atoms move. Atoms outside the box, where hosts may put
+/// them for a moment, have places, too.
+#[test]
+fn atoms_keep_their_places() {
+    let network = empty();
+    let places = |arrays: &mut Arrays| {
+        network.place_new(&mut arrays.atoms());
+        let atoms = arrays.atoms();
+        (0..atoms.owned).map(|i| network.place_of(&atoms, i)).collect::<Vec<_>>()
+    };
+    let of = |owned: &[usize]| Arrays::new(&network, owned, &[], |k| 1 + k as Tag, false);
+    let mut arrays = of(&[0, 1, 2, 3]);
+    let here = places(&mut arrays);
+    assert!(here.iter().all(|place| (1..=1 << 51).contains(place)), "{here:?}");
+    let there = places(&mut of(&[2, 0]));
+    assert_eq!(there, [here[2], here[0]]);
+    arrays.position.fill(-1.0);
+    assert_eq!(places(&mut arrays), here);
+    let mut outside = of(&[0]);
+    outside.position.copy_from_slice(&[f64::NAN, -1.0, 7.0]);
+    assert_ne!(places(&mut outside), [0]);
 }
 
 #[test]
@@ -150,8 +199,8 @@ fn bonds_follow_their_atoms_through_rebuilds() {
         wanted.sort_by(|a, b| a[..2].partial_cmp(&b[..2]).unwrap());
         assert_eq!(found, wanted, "atom {k}");
     }
-    // The bond of the ghost counts elsewhere.
-    assert_eq!((first.sums().bonds, second.sums().bonds, first.ends()), (2.0, 1.0, [2.0, 2.0]));
+    // A bond counts where its atom is that comes first along the curve: 1 before 2 before 3, 4 before 3.
+    assert_eq!((first.sums().bonds, second.sums().bonds, first.ends()), (1.0, 2.0, [1.0, 3.0]));
     // They return: the bond of atoms 1 and 2 arrives, although it is held here.
     for k in [0, 1] {
         let mut buffer = Vec::new();
@@ -173,6 +222,7 @@ fn sections_need_the_mean_radius_only_with_a_ratio() {
     let made = |section: &str, mean_radius: f64| {
         let mut network = of(&format!("cohesive_beam young 1e9 poisson 0.2 {section} bond distance 1.2"));
         let mut arrays = Arrays::new(&network, &[0, 1], &[], |k| 1 + k as Tag, false);
+        place(&network, &mut arrays);
         network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius).unwrap();
         network.make_near().unwrap();
         let done = network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius);

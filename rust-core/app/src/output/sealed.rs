@@ -113,7 +113,10 @@ fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile
 }
 
 fn put_in_place(unfinished: tempfile::NamedTempFile, path: &Path) -> Result<(), OutputError> {
-    unfinished.persist(path).map_err(|error| OutputError::io(path, "rename to", error.error))?;
+    let file = unfinished.persist(path).map_err(|error| OutputError::io(path, "rename to", error.error))?;
+    // Closing the file would not release the lock while a child process that another thread just forked has a copy of the
+    // descriptor, and readers that lock the file, as HDF5 does by default, would fail.
+    let _ = file.unlock();
     sync_folder(&folder_of(path))
 }
 
@@ -143,4 +146,23 @@ pub(crate) fn open(path: &Path) -> Result<hdf5::File, OutputError> {
     hdf5_groups::check(path)
         .map_err(|problem| OutputError::Damaged { path: path.to_owned(), problem: format!("it {problem}") })?;
     options().open(path).at(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A process that another thread forks has a copy of each open descriptor until it starts its program. A copy of the descriptor
+    /// stands for it: both belong to one lock.
+    #[test]
+    fn a_finished_file_is_not_locked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("finished");
+        let unfinished = new_unfinished(&path, folder.path()).unwrap();
+        let of_fork = unfinished.as_file().try_clone().unwrap();
+        assert!(File::open(unfinished.path()).unwrap().try_lock().is_err());
+        put_in_place(unfinished, &path).unwrap();
+        File::open(&path).unwrap().try_lock().unwrap();
+        drop(of_fork);
+    }
 }

@@ -9,7 +9,7 @@ mod verlet;
 mod tests;
 
 pub use grid::{CandidatePair, candidate_pairs};
-pub use order::spatial_order;
+pub use order::{hilbert, spatial_order};
 pub use verlet::VerletList;
 
 use crate::state::Cell;

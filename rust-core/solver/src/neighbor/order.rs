@@ -58,8 +58,8 @@ pub fn spatial_order(positions: &[Vec3], cell: Option<&Cell>) -> Vec<u32> {
     order.into_iter().map(|(_, index)| index).collect()
 }
 
-/// Distance along the Hilbert curve through a cube of 2^`bits` boxes per edge.
-fn hilbert(mut x: [u32; 3], bits: u32) -> u64 {
+/// Distance along the Hilbert curve through a cube of 2^`bits` boxes per edge, at most 2^21; `x` below 2^`bits`.
+pub fn hilbert(mut x: [u32; 3], bits: u32) -> u64 {
     // Inverse undo of the excess work of the Gray code.
     let top = 1_u32 << (bits - 1);
     let mut q = top;
