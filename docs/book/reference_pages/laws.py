@@ -164,5 +164,5 @@ def pages(program, run):
             if inner_name and schema.is_table(schema.resolve(one)):
                 hosts = {"stiffness": "Rejected in LIGGGHTS and LAMMPS.", "strength": "Rejected in LIGGGHTS and LAMMPS."}
                 lines += [f"### {prefix}{inner}", "", *table(schema, inner_name, hosts)]
-    lines += ["## Models of pair_style gran", "", "Of LIGGGHTS: [pair_style gran and fix wall/gran](../liggghts.md).", "", *gran_models()]
+    lines += ["## Models of pair_style gran", "", "Of LIGGGHTS: [pair_style gran and fix wall/gran](../liggghts/gran-models.md).", "", *gran_models()]
     return {"laws.md": "\n".join(lines)}
