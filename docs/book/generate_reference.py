@@ -2,6 +2,7 @@
 """Write the generated part of the book's reference into docs/book/reference/generated (not committed).
 
 * scenario-TABLE.md: every key, from `concordem schema`; examples are the values in templates and tests/scenarios/good
+* laws.md: every parameter of every law, from the same schema, as LIGGGHTS and LAMMPS take them
 * commands.md: `concordem COMMAND --help`
 * results.md: datasets of small runs' result files, with their units and descriptions
 * yade-classes.md, yade-CLASS.md: the classes of the native YADE plugin, from their declarations
@@ -14,7 +15,7 @@ import argparse
 import subprocess
 from pathlib import Path
 
-from reference_pages import commands, python_package, results, scenario, yade_classes
+from reference_pages import commands, laws, python_package, results, scenario, yade_classes
 from reference_pages.text import ROOT
 
 TARGET = Path(__file__).resolve().parent / "reference/generated"
@@ -34,6 +35,7 @@ def main():
 
     pages = {
         **scenario.pages(program, run),
+        **laws.pages(program, run),
         **commands.pages(program, run),
         **results.pages(program, run),
         **python_package.pages(),

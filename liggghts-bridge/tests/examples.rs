@@ -6,13 +6,18 @@ use std::path::Path;
 
 use harness::{Host, run_in, thermo};
 
-/// Run an example script that the book includes on two processors and return its output.
-fn printed(host: Host, script: &str, folder: &Path) -> String {
+/// Run an example script that the page `page` of the book includes, and return its output.
+fn printed_on(processors: usize, host: Host, script: &str, page: &str, folder: &Path) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("examples").join(script)).unwrap();
-    let page = std::fs::read_to_string(root.join("../docs/book/tutorials/in-liggghts-lammps.md")).unwrap();
+    let page = std::fs::read_to_string(root.join("../docs/book").join(page)).unwrap();
     assert!(page.contains(&format!("examples/{script}")), "the book does not include examples/{script}");
-    run_in(host, folder, &text, 2)
+    run_in(host, folder, &text, processors)
+}
+
+/// The same on two processors, for the scripts of the tutorial.
+fn printed(host: Host, script: &str, folder: &Path) -> String {
+    printed_on(2, host, script, "tutorials/in-liggghts-lammps.md", folder)
 }
 
 #[test]
@@ -47,6 +52,47 @@ fn the_script_of_the_documentation_runs() {
         5 + first[1] as usize,
         "rows of dump local"
     );
+}
+
+#[test]
+fn a_bonded_block_rebounds_from_a_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let floor = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/floor.stl");
+    std::fs::copy(floor, folder.path().join("floor.stl")).unwrap();
+    let rows = thermo(&printed_on(2, Host::Liggghts, "mesh-walls.in", "reference/liggghts/recipes.md", folder.path()));
+    let (first, last) = (&rows[0], rows.last().unwrap());
+    // Step, kinetic energy, bonds, broken bonds, height of the lowest atom. The floor is at 0; atoms have a radius of 5 mm.
+    assert!(last[3] > 10.0 && first[2] == last[2] + last[3], "{first:?} {last:?}");
+    assert!(rows.iter().all(|row| row[4] > 0.0), "through the floor: {rows:?}");
+    assert!(last[4] > first[4] && rows.iter().any(|row| row[1] < 0.1 * first[1]), "no rebound: {rows:?}");
+}
+
+#[test]
+fn an_impactor_breaks_a_plate_whose_edges_are_held() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = thermo(&printed_on(2, Host::Liggghts, "impact.in", "reference/liggghts/recipes.md", folder.path()));
+    let last = rows.last().unwrap();
+    // Step, velocity of the impactor, of the held atoms, bonds, broken bonds.
+    assert!(rows[0][1] == -10.0 && last[1] > -9.0 && last[4] > 10.0, "{rows:?}");
+    assert!(rows.iter().all(|row| row[2] == 0.0), "the held atoms moved: {rows:?}");
+}
+
+#[test]
+fn runs_continue_on_another_number_of_processors() {
+    for (host, of_host, page) in [
+        (Host::Liggghts, "", "reference/liggghts/recipes.md"),
+        (Host::Lammps, "-lammps", "reference/lammps/recipes.md"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        printed_on(2, host, &format!("restart{of_host}.in"), page, folder.path());
+        let dumps = [("continue", 1), ("continue", 4), ("continue-data", 2)].map(|(script, processors)| {
+            printed_on(processors, host, &format!("{script}{of_host}.in"), page, folder.path());
+            let text = std::fs::read_to_string(folder.path().join("end.dump")).unwrap();
+            assert!(text.contains("ITEM: TIMESTEP\n300\n"), "{text}");
+            text
+        });
+        assert!(dumps[0] == dumps[1] && dumps[0] == dumps[2], "{host:?}: the dumps differ");
+    }
 }
 
 #[test]

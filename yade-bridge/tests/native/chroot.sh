@@ -2,6 +2,7 @@
 # Debian 13 chroot (2.5 GB) with YADE 2025.2.0, g++, and the libraries of YADE's headers, for the tests of the native plugin.
 #   chroot.sh make                   create it if it does not exist: debootstrap from apt's configured mirror
 #   chroot.sh run FOLDER COMMAND     run COMMAND in it, with FOLDER mounted on /mnt (needs root)
+#   chroot.sh once FOLDER COMMAND    the same in a copy, which is deleted after it
 #   chroot.sh path                   print its folder: ${XDG_CACHE_HOME:-~/.cache}/concordem/debian-13
 # BARE=SUITE: a bare Debian of that name (bookworm, trixie) instead, with python3-venv alone, for tests/install. WITH='PACKAGE...': with
 # these packages, too, in a folder of its own.
@@ -94,5 +95,16 @@ case ${1:-} in
     shift 2
     inside "$shared" "$@"
     ;;
-  *) echo "usage: chroot.sh make | path | run FOLDER COMMAND..." >&2; exit 2 ;;
+  once)
+    as_root
+    [ -f "$root/complete" ] || { echo "$root is not there: chroot.sh make" >&2; exit 1; }
+    shared=$2
+    shift 2
+    original=$root
+    root=$(mktemp -d "$original.XXXXXX")
+    trap 'rm -rf --one-file-system "$root"' EXIT
+    cp -a --reflink=auto "$original/." "$root/"
+    inside "$shared" "$@"
+    ;;
+  *) echo "usage: chroot.sh make | path | run FOLDER COMMAND... | once FOLDER COMMAND..." >&2; exit 2 ;;
 esac
