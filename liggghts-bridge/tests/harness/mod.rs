@@ -82,7 +82,7 @@ pub fn set_restart_version(file: &Path, law: &str, version: i32) {
     let mut bytes = std::fs::read(file).unwrap();
     let mut name = [0; 32];
     name[..law.len()].copy_from_slice(law.as_bytes());
-    let is_head = |at: &usize| bytes[at - 8..].starts_with(&6_i32.to_le_bytes()) && bytes[*at..].starts_with(&name);
+    let is_head = |at: &usize| bytes[at - 8..].starts_with(&7_i32.to_le_bytes()) && bytes[*at..].starts_with(&name);
     let places: Vec<usize> = (8..bytes.len() - name.len()).filter(is_head).collect();
     let [at] = places[..] else { panic!("{places:?} look like heads of the present version") };
     bytes[at - 8..at - 4].copy_from_slice(&version.to_le_bytes());
