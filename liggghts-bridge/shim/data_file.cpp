@@ -162,15 +162,11 @@ void FixBondBase::write_data_section_size(int part, int &rows, int &columns)
   columns = 1;
   if (part == ATOMS) {
     head_of_data_ = head();
-    std::vector<double> buffer;
-    for (int i = 0; i < atom->nlocal; i++) {
-      buffer.resize(concordem_network_pack(network_, atom->tag[i], 0, NULL, 0));
-      concordem_network_pack(network_, atom->tag[i], 0, buffer.data(), buffer.size());
-      // Both atoms have the record; that of A writes it.
-      for (size_t at = 0; at < buffer.size(); at += facts_.record_reals)
-        if (buffer[at] == atom->tag[i])
-          records_of_data_.insert(records_of_data_.end(), buffer.begin() + at, buffer.begin() + at + facts_.record_reals);
-    }
+    ConcordemAtoms atoms = arrays();
+    int64_t count;
+    double *records = concordem_network_counted_rows(network_, &atoms, &count);
+    records_of_data_.assign(records, records + count * facts_.record_reals);
+    concordem_records_delete(records, count, facts_.record_reals);
     long long mine[2] = {atom->nlocal, static_cast<long long>(records_of_data_.size() / facts_.record_reals)};
     MPI_Allreduce(mine, rows_of_data_, 2, MPI_LONG_LONG, MPI_SUM, world);
     rows = atom->nlocal;
@@ -313,7 +309,6 @@ void FixBondBase::read_state(const std::string &data_file)
     const auto at = std::lower_bound(places.begin(), places.end(), first);
     return at != places.end() && at->first == first.first ? at->second : -1;
   };
-  std::vector<std::vector<double> > of_atoms(atom->nlocal);
   std::vector<double> piece;
   std::vector<int> mine, known;
   for (int part = ATOMS; part <= RECORDS; part++) {
@@ -328,18 +323,18 @@ void FixBondBase::read_state(const std::string &data_file)
       mine.assign(count, 0);
       for (int k = 0; k < count; k++) {
         const double *row = &piece[static_cast<size_t>(k) * width];
-        for (int end = 0; end < (part == ATOMS ? 1 : 2); end++) {
-          const int i = place(row[end]);
-          if (i < 0) continue;
-          if (part == RECORDS) {
-            of_atoms[i].insert(of_atoms[i].end(), row, row + width);
-            continue;
-          }
-          mine[k] = 1;
-          std::copy(row + 2, row + width, memory_[i]);
-          // A mass that differs by more than rounding is new.
-          if (fabs(atom->rmass[i] - row[1]) <= 1e-14 * row[1]) atom->rmass[i] = row[1];
+        if (part == RECORDS) {
+          // Two processors may keep it until it is delivered.
+          const bool is_here = place(row[0]) >= 0 || place(row[1]) >= 0;
+          if (is_here && concordem_network_restore_row(network_, row, &message_) < 0) fail_on_this_processor();
+          continue;
         }
+        const int i = place(row[0]);
+        if (i < 0) continue;
+        mine[k] = 1;
+        std::copy(row + 2, row + width, memory_[i]);
+        // A mass that differs by more than rounding is new.
+        if (fabs(atom->rmass[i] - row[1]) <= 1e-14 * row[1]) atom->rmass[i] = row[1];
       }
       if (part == RECORDS) continue;
       known.resize(count);
@@ -355,6 +350,4 @@ void FixBondBase::read_state(const std::string &data_file)
   if (file && strncmp(file->text(), " end of the ConcorDEM state", 27) != 0) file->fail_at_line("the end of the state is missing");
   check();
   delete file;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (concordem_network_unpack(network_, atom->tag[i], of_atoms[i].data(), of_atoms[i].size(), &message_) < 0) fail_on_this_processor();
 }

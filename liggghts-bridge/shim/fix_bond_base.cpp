@@ -285,6 +285,7 @@ ConcordemAtoms FixBondBase::arrays()
 void FixBondBase::rebuild()
 {
   ConcordemAtoms atoms = arrays();
+  if (restored_) deliver_restored();
   if (made_ && lists_) follow_lists();
   if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean_radius_, &message_) < 0) fail_on_this_processor();
 }
@@ -339,11 +340,24 @@ ConcordemRestartHead FixBondBase::head()
   return head;
 }
 
+// Share the records among the atoms. Returns their number.
+int64_t FixBondBase::begin_restart()
+{
+  ConcordemAtoms atoms = arrays();
+  int64_t most;
+  const int64_t records = concordem_network_begin_restart(network_, &atoms, &most, &message_);
+  if (records < 0) fail_on_this_processor();
+  largest_piece_ = static_cast<int>(most);
+  return records;
+}
+
 void FixBondBase::write_restart(FILE *fp)
 {
-  const ConcordemRestartHead head = this->head();
-  int mine = static_cast<int>(concordem_network_largest_pack(network_));
-  MPI_Allreduce(&mine, &largest_pack_, 1, MPI_INT, MPI_MAX, world);
+  ConcordemRestartHead head = this->head();
+  int64_t mine = begin_restart();
+  MPI_Allreduce(&mine, &head.records, 1, MPI_INT64_T, MPI_SUM, world);
+  int largest = largest_piece_;
+  MPI_Allreduce(&largest, &largest_piece_, 1, MPI_INT, MPI_MAX, world);
   if (comm->me == 0) {
     const int size = sizeof(head);
     fwrite(&size, sizeof(int), 1, fp);
@@ -357,6 +371,7 @@ void FixBondBase::restart(char *buf)
   if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of ConcorDEM; use that one");
   if (!state_.empty()) fail("the restart file has the bonds, and so has " + state_ + "; remove `state`");
   resume(head, "the restart file");
+  records_of_restart_ = head.records;
 }
 
 void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &file)
@@ -371,6 +386,7 @@ void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &fi
     snprintf(kelvin, sizeof(kelvin), "%.17g", head.reference_temperature);
     fail(file + " refers to " + kelvin + " K, this script to another temperature; add `reference_temperature = " + kelvin + "` to [heat]");
   }
+  restored_ = true;
   made_ = head.made;
   if (made_) resumed_ = file;
   mean_radius_ = head.mean_radius;
@@ -385,8 +401,12 @@ int FixBondBase::pack_restart(int i, double *buf)
 {
   int m = 1;
   for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
-  m += static_cast<int>(concordem_network_pack(network_, atom->tag[i], 0, buf + m, maxsize_restart()));
+  const double *reals;
+  const int64_t count = concordem_network_restart_piece(network_, i, &reals);
+  if (count > 0) memcpy(buf + m, reals, sizeof(double) * count);
+  m += static_cast<int>(count);
   buf[0] = m;
+  if (i == atom->nlocal - 1) concordem_network_end_restart(network_);
   return m;
 }
 
@@ -398,18 +418,77 @@ void FixBondBase::unpack_restart(int nlocal, int nth)
   const int end = m + static_cast<int>(extra[m]);
   m++;
   for (int r = 0; r < facts_.atom_width; r++) memory_[nlocal][r] = extra[m++];
-  if (concordem_network_unpack(network_, atom->tag[nlocal], extra + m, end - m, &message_) < 0) fail_on_this_processor();
+  // Pieces are about equal.
+  if (nlocal == 0) concordem_network_reserve_restored(network_, static_cast<int64_t>(end - m) * atom->nlocal);
+  if (concordem_network_restore(network_, atom->tag[nlocal], extra + m, end - m, &message_) < 0) fail_on_this_processor();
 }
 
+// LIGGGHTS asks for the sizes of all atoms before it calls write_restart, LAMMPS afterwards.
 int FixBondBase::size_restart(int i)
 {
-  return 1 + facts_.atom_width + static_cast<int>(concordem_network_pack(network_, atom->tag[i], 0, NULL, 0));
+  if (i == 0) begin_restart();
+  const double *reals;
+  return 1 + facts_.atom_width + static_cast<int>(concordem_network_restart_piece(network_, i, &reals));
 }
 
+// The first processor writes this number for all atoms, and write_restart comes before.
 int FixBondBase::maxsize_restart()
 {
-  // The first processor writes this number for all atoms, and write_restart comes before.
-  return 1 + facts_.atom_width + std::max(largest_pack_, static_cast<int>(concordem_network_largest_pack(network_)));
+  return 1 + facts_.atom_width + largest_piece_;
+}
+
+// The atoms of a restart file bring records of any atoms. Send each to the owners of its atoms; usually most are here.
+void FixBondBase::deliver_restored()
+{
+  restored_ = false;
+  int64_t mine = concordem_network_restored(network_), all;
+  MPI_Allreduce(&mine, &all, 1, MPI_INT64_T, MPI_SUM, world);
+  if (records_of_restart_ >= 0 && all != records_of_restart_)
+    fail("of the " + std::to_string(static_cast<long long>(records_of_restart_)) + " bonds and contacts in the restart file, " +
+         std::to_string(static_cast<long long>(all)) + " came with its atoms; define this fix right after `read_restart`, before atoms are deleted");
+  if (comm->nprocs == 1) {
+    concordem_network_deliver_here(network_);
+    return;
+  }
+  std::vector<tagint> owned;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & groupbit) owned.push_back(atom->tag[i]);
+  std::sort(owned.begin(), owned.end());
+  const auto is_here = [&](int64_t tag) { return std::binary_search(owned.begin(), owned.end(), static_cast<tagint>(tag)); };
+  const auto take = [&](const double *reals, int64_t count) {
+    if (concordem_network_deliver(network_, reals, count, &message_) < 0) fail_on_this_processor();
+  };
+  // Records that travel at once; their copies must take little memory.
+  const size_t most = 1 << 14;
+  int64_t at = 0;
+  for (int more = 1; more;) {
+    std::vector<int64_t> asked;                              // two ids per record
+    std::vector<std::pair<const double *, int64_t> > records;
+    int64_t ids[2], count = 0;
+    const double *reals;
+    while (records.size() < most && (count = concordem_network_next_restored(network_, at, ids, &reals)) > 0) {
+      at += count;
+      if (is_here(ids[0]) && is_here(ids[1])) {
+        take(reals, count);
+        continue;
+      }
+      asked.insert(asked.end(), ids, ids + 2);
+      records.push_back(std::make_pair(reals, count));
+    }
+    const std::vector<ConcordemPlace> places = concordem_places(asked, atom, groupbit, world);
+    std::vector<std::vector<double> > to(comm->nprocs);
+    for (size_t k = 0; k < records.size(); k++) {
+      const int64_t first = places[2 * k].owner, second = places[2 * k + 1].owner;
+      const double *begin = records[k].first, *end = begin + records[k].second;
+      if (first >= 0) to[first].insert(to[first].end(), begin, end);
+      if (second >= 0 && second != first) to[second].insert(to[second].end(), begin, end);
+    }
+    const std::vector<double> arrived = concordem_send(to, world);
+    take(arrived.data(), arrived.size());
+    const int left = count > 0;
+    MPI_Allreduce(&left, &more, 1, MPI_INT, MPI_MAX, world);
+  }
+  concordem_network_drop_restored(network_);
 }
 
 /* ---------------------------------------------------------------------------------------------------------- output */

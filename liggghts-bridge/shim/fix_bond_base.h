@@ -56,7 +56,7 @@ class FixBondBase : public Fix {
   double edge_[3] = {-1.0, -1.0, -1.0};      // periodic edges at the last setup, m; 0 where not periodic, -1 before
   double virial_[6] = {0.0};                 // our part of the last virial, J
   bigint virial_at_ = -1;                    // its step
-  int largest_pack_ = 0;                     // largest data of bonds of an atom on any processor in the last restart file
+  int largest_piece_ = 0;                    // most reals of records of an atom on any processor in the last restart file
   std::string lost_;                         // fix of the restart file whose bonds nobody takes over
   char text_[2048];
   ConcordemMessage message_;
@@ -106,6 +106,8 @@ class FixBondBase : public Fix {
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
   bool rebuilds_ = false;         // ghosts also get their place in the order of the particles
+  bool restored_ = false;         // records of a restart or data file wait for their delivery to the owners of their atoms
+  int64_t records_of_restart_ = -1;   // their number in the restart file, -1 for a data file
   std::string resumed_;           // file that the bonds come from, until the first setup after it was read
   std::string state_;             // data file that the script continues from, empty if there is none
   ConcordemRestartHead head_of_data_;        // while a data file is written, as the next two
@@ -121,6 +123,8 @@ class FixBondBase : public Fix {
   ConcordemRestartHead head();    // collective
   void resume(const ConcordemRestartHead &, const std::string &file);
   void read_state(const std::string &file);
+  int64_t begin_restart();
+  void deliver_restored();        // collective
   double longest_listed();
   void queue_bonds_of_lists();    // empty for LIGGGHTS
   void follow_lists();            // empty for LIGGGHTS

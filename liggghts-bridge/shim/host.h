@@ -32,14 +32,14 @@ struct ConcordemRestartHead {
   int made;
   char law[32], contacts[32];
   int atom_width, record_reals;
-  int64_t found_at;
+  int64_t found_at, records;
   double totals[CONCORDEM_TOTALS];
   double edge[3], mean_radius, reference_temperature;
   int64_t virial_at;
   double virial[6];
 };
 
-static_assert(sizeof(ConcordemRestartHead) == 184 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
+static_assert(sizeof(ConcordemRestartHead) == 192 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
 // The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,

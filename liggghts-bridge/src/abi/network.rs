@@ -351,3 +351,144 @@ pub unsafe extern "C" fn concordem_network_unpack(
     // SAFETY: `count` reals.
     unsafe { guarded(message, || (*network).unpack(tag, slice(buffer, count as usize)).map(|()| 0)) }
 }
+
+/// Make room for `count` reals of a restart file.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_reserve_restored(network: *mut Network, count: i64) {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).reserve_restored(count as usize) }
+}
+
+/// Keep records of a restart file that came with atom `tag`; they may be of any atoms. Returns 0, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_restore(
+    network: *mut Network,
+    tag: i64,
+    buffer: *const f64,
+    count: i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: `count` reals.
+    unsafe { guarded(message, || (*network).restore(tag, slice(buffer, count as usize)).map(|()| 0)) }
+}
+
+/// Keep a record of a data file, `ConcordemFacts::record_reals` reals. Returns 0, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_restore_row(
+    network: *mut Network,
+    row: *const f64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: `record_reals` reals.
+    unsafe { guarded(message, || (*network).restore_row(slice(row, (*network).record_reals())).map(|()| 0)) }
+}
+
+/// Number of records that are kept.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_restored(network: *const Network) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).restored() as i64 }
+}
+
+/// Number of reals of the kept record at the place `at` (the sum of these numbers of those before); 0 at the end. Sets `ids` to its
+/// two atoms, and `reals` to its reals, which are valid until [`concordem_network_drop_restored`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_next_restored(
+    network: *const Network,
+    at: i64,
+    ids: *mut i64,
+    reals: *mut *const f64,
+) -> i64 {
+    // SAFETY: two ids, and a pointer.
+    unsafe {
+        let Some((tags, found)) = (*network).next_restored(at as usize) else { return 0 };
+        slice_mut(ids, 2).copy_from_slice(&tags);
+        *reals = found.as_ptr();
+        found.len() as i64
+    }
+}
+
+/// Forget the records that are kept.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_drop_restored(network: *mut Network) {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).drop_restored() }
+}
+
+/// Take records for the next rebuild. Returns 0, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_deliver(
+    network: *mut Network,
+    buffer: *const f64,
+    count: i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: `count` reals.
+    unsafe { guarded(message, || (*network).deliver(slice(buffer, count as usize)).map(|()| 0)) }
+}
+
+/// Take all records that are kept for the next rebuild, if there are no other processors.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_deliver_here(network: *mut Network) {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).deliver_here() }
+}
+
+/// Share all records that are to be stored by this processor among its atoms. Sets `most` to the most reals of an atom. Returns the
+/// number of records, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_begin_restart(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    most: *mut i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe {
+        guarded(message, || {
+            (*network).begin_restart(&(*atoms).view()).map(|[count, reals]| {
+                *most = reals as i64;
+                count as i64
+            })
+        })
+    }
+}
+
+/// Number of reals that atom `i` of the host takes into the restart file. Sets `reals` to them; they are valid until
+/// [`concordem_network_end_restart`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_restart_piece(
+    network: *const Network,
+    i: i64,
+    reals: *mut *const f64,
+) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe {
+        let piece = (*network).restart_piece(i as usize);
+        *reals = piece.as_ptr();
+        piece.len() as i64
+    }
+}
+
+/// Forget the shares of the atoms.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_end_restart(network: *mut Network) {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).end_restart() }
+}
+
+/// All records that are to be stored by this processor, `ConcordemFacts::record_reals` reals each. Free them with
+/// [`concordem_records_delete`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_counted_rows(
+    network: *const Network,
+    atoms: *const AtomArrays,
+    count: *mut i64,
+) -> *mut f64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe {
+        let rows = (*network).counted_rows(&(*atoms).view()).into_boxed_slice();
+        *count = (rows.len() / (*network).record_reals()) as i64;
+        Box::into_raw(rows).cast()
+    }
+}

@@ -198,7 +198,7 @@ pub unsafe extern "C" fn concordem_network_records(
 pub unsafe extern "C" fn concordem_records_delete(reals: *mut f64, count: i64, length: i64) {
     if !reals.is_null() {
         let all = (count * length) as usize;
-        // SAFETY: allocated by `concordem_network_records` with these numbers.
+        // SAFETY: allocated by `concordem_network_records` or `concordem_network_counted_rows` with these numbers.
         drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(reals, all)) });
     }
 }

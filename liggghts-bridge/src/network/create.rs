@@ -5,10 +5,11 @@ use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::contacts::Pair;
 
+use super::exchange::Arriving;
 use super::{Network, NetworkError};
 use crate::atoms::Tag;
 use crate::options::{Creation, Listed};
-use crate::records::{Kind, Record, ascending};
+use crate::records::ascending;
 
 /// A bond that the next rebuild creates and measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,15 +84,15 @@ impl Network {
         Ok(pairs.iter().filter(|pair| self.owned[pair.a as usize]).count())
     }
 
-    /// Take the queued bonds, without duplicates, sorted by ids. `arriving`: sorted records.
+    /// Take the queued bonds, without duplicates, sorted by ids. `arriving`: records of this rebuild.
     ///
     /// # Errors
     /// A bond is queued in two ways, or has arrived with an atom.
-    pub(super) fn take_fresh(&mut self, arriving: &[Record]) -> Result<Vec<Fresh>, NetworkError> {
+    pub(super) fn take_fresh(&mut self, arriving: &Arriving) -> Result<Vec<Fresh>, NetworkError> {
         let mut fresh = std::mem::take(&mut self.fresh);
         fresh.sort_unstable_by_key(|bond| bond.tags);
         let differ = |pair: &&[Fresh]| pair[0].tags == pair[1].tags && pair[0] != pair[1];
-        let arrived = |bond: &&Fresh| arriving.binary_search_by_key(&(Kind::Bond, bond.tags), Record::key).is_ok();
+        let arrived = |bond: &&Fresh| arriving.has_bond(bond.tags);
         let twice = fresh.windows(2).find(differ).map(|pair| pair[0]);
         if let Some(Fresh { tags: [a, b], .. }) = twice.or_else(|| fresh.iter().find(arrived).copied()) {
             return Err(NetworkError::CopiesDiffer { a, b });

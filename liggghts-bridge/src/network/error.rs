@@ -87,6 +87,12 @@ pub enum NetworkError {
         /// Atom.
         b: Tag,
     },
+    /// Bonds of a restart file, but no atom that could take them into another one.
+    #[error(
+        "a processor has read bonds from a restart file, but has lost all its atoms before the first run, so that it cannot write these bonds \
+         to another restart file; add `run 0` before `write_restart`"
+    )]
+    NoCarrier,
     /// Another command changed the type of a bond.
     #[error(
         "the type of the bond of atoms {a} and {b} changed from {before} to {now}, but a bond keeps its parameters; change types before the \

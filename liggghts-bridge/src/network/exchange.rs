@@ -1,4 +1,10 @@
 //! Bonds and contacts as records: for migration to another processor, for restart files, and across rebuilds.
+//!
+//! An atom that migrates takes all its records along, so that a bond may arrive twice. A restart file has each bond once, because the host's
+//! arrays, which hold all data of atoms while a file is read, are as wide as the largest data of any atom: the records of a processor are
+//! shared evenly among its atoms, whatever their bonds. Before the first rebuild they go to the owners of their atoms.
+
+use std::collections::HashMap;
 
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::math::Vec3;
@@ -6,8 +12,8 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::{ContactFlags, Pair};
 
 use super::{Network, NetworkError, blocks};
-use crate::atoms::Tag;
-use crate::records::{HISTORY, Kind, Record, THERMAL};
+use crate::atoms::{Atoms, Tag};
+use crate::records::{CompactHead, HISTORY, Kind, Record, THERMAL, ascending};
 
 /// Contacts per particle in compressed rows: the start of each particle's contacts, then the contacts.
 pub(super) type Adjacency = (Vec<u32>, Vec<Link>);
@@ -33,20 +39,259 @@ impl Link {
     }
 }
 
+/// Compact records that arrived with atoms.
+#[derive(Default)]
+pub(super) struct Incoming {
+    reals: Vec<f64>,
+    /// Start and end of the records of each atom. Those of atoms that left again belong to none.
+    of_atom: HashMap<Tag, [usize; 2]>,
+}
+
+impl Incoming {
+    fn of(&self, tag: Tag) -> Option<&[f64]> {
+        self.of_atom.get(&tag).map(|&[start, end]| &self.reals[start..end])
+    }
+}
+
+/// Compact records in pieces, one for each atom of the host.
+#[derive(Default)]
+pub(super) struct Pieces {
+    reals: Vec<f64>,
+    /// Where the piece of each atom starts, and where the last one ends.
+    start: Vec<usize>,
+}
+
+/// Records that a rebuild adds to the blocks, without duplicates, sorted by [`Record::key`]. They stay compact, because records of full
+/// size would take more memory than the blocks.
+#[derive(Default)]
+pub(super) struct Arriving {
+    reals: Vec<f64>,
+    /// Where each record is.
+    order: Vec<usize>,
+    width: usize,
+}
+
+impl Arriving {
+    /// Number of records.
+    pub(super) fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    fn head(&self, at: usize) -> CompactHead {
+        Record::compact_head(&self.reals[at..], self.width).expect("checked when it arrived")
+    }
+
+    fn read(&self, at: usize) -> Record {
+        Record::read_compact(&self.reals[at..], &self.head(at), self.width)
+    }
+
+    /// Record `k`.
+    pub(super) fn get(&self, k: usize) -> Record {
+        self.read(self.order[k])
+    }
+
+    /// Number of records of this kind.
+    pub(super) fn count(&self, kind: Kind) -> usize {
+        self.order.iter().filter(|&&at| self.head(at).key.0 == kind).count()
+    }
+
+    /// The bonds.
+    pub(super) fn bonds(&self) -> impl Iterator<Item = Record> + '_ {
+        self.order.iter().filter(|&&at| self.head(at).key.0 == Kind::Bond).map(|&at| self.read(at))
+    }
+
+    /// Whether the bond of these atoms is among them.
+    pub(super) fn has_bond(&self, tags: [Tag; 2]) -> bool {
+        self.order.binary_search_by_key(&(Kind::Bond, tags), |&at| self.head(at).key).is_ok()
+    }
+
+    /// Keep the bonds for whose atoms `keep` holds, and all contacts.
+    pub(super) fn retain_bonds(&mut self, keep: impl Fn([Tag; 2]) -> bool) {
+        let mut order = std::mem::take(&mut self.order);
+        order.retain(|&at| {
+            let (kind, tags) = self.head(at).key;
+            kind != Kind::Bond || keep(tags)
+        });
+        self.order = order;
+    }
+}
+
+/// Starts of the pieces, and the end of the last one, if records of these lengths are shared in order among `count` atoms so that the
+/// largest piece is as small as possible.
+fn share(lengths: &[u8], count: usize) -> Vec<usize> {
+    if count == 0 {
+        return vec![0];
+    }
+    let total: usize = lengths.iter().map(|&length| usize::from(length)).sum();
+    let longest = lengths.iter().copied().max().map_or(0, usize::from);
+    // Pieces of at most `most` reals, each as long as possible.
+    let split = |most: usize| {
+        let (mut start, mut end) = (vec![0], 0);
+        for length in lengths.iter().map(|&length| usize::from(length)) {
+            if end + length - start[start.len() - 1] > most {
+                start.push(end);
+            }
+            end += length;
+        }
+        start.resize(start.len().max(count), end);
+        start.push(end);
+        start
+    };
+    // A piece of `high` reals leaves out fewer than `longest`, so they suffice.
+    let mean = total.div_ceil(count);
+    let (mut low, mut high) = (mean.max(longest), mean + longest);
+    while low < high {
+        let middle = usize::midpoint(low, high);
+        if split(middle).len() <= count + 1 {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    split(high)
+}
+
 impl Network {
-    /// Read the records of atom `tag` that [`Self::pack`] wrote on another processor or to a restart file.
+    /// Read the records of atom `tag` that [`Self::pack`] wrote on another processor.
     ///
     /// # Errors
     /// The reals are not records of this atom.
     pub fn unpack(&mut self, tag: Tag, reals: &[f64]) -> Result<(), NetworkError> {
-        let length = Record::reals(self.width);
-        let mut records = Vec::with_capacity(reals.len() / length);
-        for chunk in reals.chunks(length) {
-            let record = Record::read(chunk, self.width).filter(|record| record.tags.contains(&tag));
-            records.push(record.ok_or(NetworkError::BadRecord { tag })?);
+        let found = Record::all_compact(reals, self.width).take_while(|(_, head)| head.key.1.contains(&tag));
+        if found.map(|(_, head)| head.length).sum::<usize>() != reals.len() {
+            return Err(NetworkError::BadRecord { tag });
         }
-        self.incoming.insert(tag, records);
+        let start = self.incoming.reals.len();
+        self.incoming.reals.extend(reals);
+        self.incoming.of_atom.insert(tag, [start, start + reals.len()]);
         Ok(())
+    }
+
+    /// Make room for this many reals of a restart file: a vector that grows leaves holes as large as itself in the memory of the process.
+    pub fn reserve_restored(&mut self, count: usize) {
+        self.restored.reserve_exact(count);
+    }
+
+    /// Keep compact records of a restart file, of any atoms, until [`Self::next_restored`] brings them to the owners of their atoms. `tag`:
+    /// the atom that they came with.
+    ///
+    /// # Errors
+    /// The reals are not records.
+    pub fn restore(&mut self, tag: Tag, reals: &[f64]) -> Result<(), NetworkError> {
+        if Record::all_compact(reals, self.width).map(|(_, head)| head.length).sum::<usize>() != reals.len() {
+            return Err(NetworkError::BadRecord { tag });
+        }
+        self.restored.extend(reals);
+        Ok(())
+    }
+
+    /// As [`Self::restore`], for a row of a data file.
+    ///
+    /// # Errors
+    /// It is too short.
+    pub fn restore_row(&mut self, row: &[f64]) -> Result<(), NetworkError> {
+        let tag = row.first().map_or(0, |&tag| tag as Tag);
+        let record = Record::read(row, self.width).ok_or(NetworkError::BadRecord { tag })?;
+        record.write_compact(self.width, &mut self.restored);
+        Ok(())
+    }
+
+    /// Number of records that wait for [`Self::next_restored`].
+    pub fn restored(&self) -> usize {
+        Record::all_compact(&self.restored, self.width).count()
+    }
+
+    /// Ids of the restored record at the place `at`, and its reals; `None` at the end.
+    pub fn next_restored(&self, at: usize) -> Option<([Tag; 2], &[f64])> {
+        let head = Record::compact_head(&self.restored[at..], self.width)?;
+        Some((head.key.1, &self.restored[at..at + head.length]))
+    }
+
+    /// Forget the restored records.
+    pub fn drop_restored(&mut self) {
+        self.restored = Vec::new();
+    }
+
+    /// Take compact records for the next rebuild, which drops those without an owned atom.
+    ///
+    /// # Errors
+    /// The reals are not records.
+    pub fn deliver(&mut self, reals: &[f64]) -> Result<(), NetworkError> {
+        if Record::all_compact(reals, self.width).map(|(_, head)| head.length).sum::<usize>() != reals.len() {
+            return Err(NetworkError::BadRecord { tag: 0 });
+        }
+        self.delivered.extend(reals);
+        Ok(())
+    }
+
+    /// Take all restored records for the next rebuild, if there are no other processors.
+    pub fn deliver_here(&mut self) {
+        self.delivered = std::mem::take(&mut self.restored);
+    }
+
+    /// Visit each record that is to be stored once among all processors: those whose lower id belongs to an atom that this one owns at
+    /// present.
+    fn each_counted(&self, atoms: &Atoms<'_>, visit: &mut dyn FnMut(&Record)) {
+        for (at, head) in Record::all_compact(&self.restored, self.width) {
+            visit(&Record::read_compact(&self.restored[at..], &head, self.width));
+        }
+        // Atoms may have migrated since the last rebuild.
+        let mut owned: Vec<Tag> = atoms.tag.iter().take(atoms.owned).collect();
+        owned.sort_unstable();
+        for (&tag, reals) in owned.iter().filter_map(|tag| Some((tag, self.incoming.of(*tag)?))) {
+            for (at, head) in Record::all_compact(reals, self.width).filter(|(_, head)| head.key.1[0] == tag) {
+                visit(&Record::read_compact(&reals[at..], &head, self.width));
+            }
+        }
+        let counts = |tag: &Tag| owned.binary_search(tag).is_ok() && self.incoming.of(*tag).is_none();
+        for (kind, block) in blocks(&self.state) {
+            let of_block = (0..block.len()).filter(|&k| counts(&ascending(self.tags_of(block.view(k).pair))[0]));
+            for record in of_block.filter_map(|k| self.record_of(&self.tags, kind, k)) {
+                visit(&record);
+            }
+        }
+        for record in self.dormant.iter().filter(|record| counts(&record.key().1[0])) {
+            visit(record);
+        }
+    }
+
+    /// Rows of all records that are to be stored by this processor.
+    pub fn counted_rows(&self, atoms: &Atoms<'_>) -> Vec<f64> {
+        let mut rows = Vec::new();
+        self.each_counted(atoms, &mut |record| record.write(self.width, &mut rows));
+        rows
+    }
+
+    /// Share all records that are to be stored by this processor evenly among its atoms. Returns their number, and the most reals of an
+    /// atom.
+    ///
+    /// # Errors
+    /// There are records, but no atoms.
+    pub fn begin_restart(&mut self, atoms: &Atoms<'_>) -> Result<[usize; 2], NetworkError> {
+        let (mut reals, mut lengths) = (Vec::new(), Vec::new());
+        self.each_counted(atoms, &mut |record| {
+            let before = reals.len();
+            record.write_compact(self.width, &mut reals);
+            lengths.push((reals.len() - before) as u8);
+        });
+        if atoms.owned == 0 && !lengths.is_empty() {
+            return Err(NetworkError::NoCarrier);
+        }
+        let start = share(&lengths, atoms.owned);
+        let most = start.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
+        self.pieces = Pieces { reals, start };
+        Ok([lengths.len(), most])
+    }
+
+    /// Records that atom `i` of the host takes into the restart file.
+    pub fn restart_piece(&self, i: usize) -> &[f64] {
+        let Pieces { reals, start } = &self.pieces;
+        start.get(i..i + 2).map_or(&[], |ends| &reals[ends[0]..ends[1]])
+    }
+
+    /// All records are in the restart file.
+    pub fn end_restart(&mut self) {
+        self.pieces = Pieces::default();
     }
 
     /// Contact `k` of a block as a record; `None` if it has no history to keep.
@@ -83,15 +328,13 @@ impl Network {
         })
     }
 
-    /// Append the records of all bonds and contacts of atom `tag` to `buffer`. `leaves`: the atom leaves this processor.
+    /// Append the compact records of all bonds and contacts of atom `tag` to `buffer`. `leaves`: the atom leaves this processor.
     pub fn pack(&mut self, tag: Tag, leaves: bool, buffer: &mut Vec<f64>) {
         let width = self.width;
-        if let Some(records) = self.incoming.get(&tag) {
-            for record in records {
-                record.write(width, buffer);
-            }
+        if let Some(reals) = self.incoming.of(tag) {
+            buffer.extend(reals);
             if leaves {
-                self.incoming.remove(&tag);
+                self.incoming.of_atom.remove(&tag);
             }
             return;
         }
@@ -99,12 +342,12 @@ impl Network {
         if let (Some(particle), Some((start, contacts))) = (self.particle(tag), &self.adjacency) {
             for link in &contacts[start[particle] as usize..start[particle + 1] as usize] {
                 if let Some(record) = self.record_of(&self.tags, link.kind(), link.index()) {
-                    record.write(width, buffer);
+                    record.write_compact(width, buffer);
                 }
             }
         }
         for record in self.dormant.iter().filter(|record| record.tags.contains(&tag)) {
-            record.write(width, buffer);
+            record.write_compact(width, buffer);
         }
     }
 
@@ -112,30 +355,50 @@ impl Network {
     pub fn largest_pack(&mut self) -> usize {
         let (start, _) = self.adjacency.get_or_insert_with(|| adjacency(&self.state));
         let most = start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
-        let arriving = self.incoming.values().map(Vec::len).max().unwrap_or(0);
-        // Upper bound: all dormant contacts, which are few, belong to this atom.
-        (most.max(arriving) + self.dormant.len()) * Record::reals(self.width)
+        let arriving = self.incoming.of_atom.values().map(|[start, end]| end - start).max().unwrap_or(0);
+        // Upper bound: all dormant contacts, which are few, belong to this atom, and no real is zero.
+        ((most + self.dormant.len()) * Record::reals(self.width)).max(arriving)
     }
 
-    /// Take the records of arriving atoms and the dormant ones, without duplicates, sorted by [`Record::key`].
+    /// Longest reference or current length of a bond that waits for a rebuild, m.
+    pub(super) fn longest_waiting(&self) -> f64 {
+        let incoming = self.incoming.of_atom.keys().filter_map(|&tag| self.incoming.of(tag));
+        let all = incoming.chain([&self.restored[..], &self.delivered[..]]);
+        let bonds = all.flat_map(|reals| {
+            let found = Record::all_compact(reals, self.width).filter(|(_, head)| head.key.0 == Kind::Bond);
+            found.map(|(at, head)| Record::read_compact(&reals[at..], &head, self.width))
+        });
+        bonds.fold(0.0, |longest: f64, record| longest.max(record.frame.length).max(record.reference.length))
+    }
+
+    /// Take the records of arriving atoms and of a restart file, and the dormant ones.
     ///
     /// # Errors
     /// Different records of the same bond.
-    pub(super) fn arriving(&mut self) -> Result<Vec<Record>, NetworkError> {
-        let arriving: usize = self.incoming.values().map(Vec::len).sum();
-        let mut all = std::mem::take(&mut self.dormant);
-        all.reserve_exact(arriving);
-        for (_, records) in std::mem::take(&mut self.incoming) {
-            all.extend(records);
+    pub(super) fn arriving(&mut self) -> Result<Arriving, NetworkError> {
+        let width = self.width;
+        let mut reals = std::mem::take(&mut self.delivered);
+        for record in std::mem::take(&mut self.dormant) {
+            record.write_compact(width, &mut reals);
         }
+        let incoming = std::mem::take(&mut self.incoming);
+        for &[start, end] in incoming.of_atom.values() {
+            reals.extend(&incoming.reals[start..end]);
+        }
+        drop(incoming);
+        let mut order: Vec<usize> = Record::all_compact(&reals, width).map(|(at, _)| at).collect();
+        let mut all = Arriving { reals, order: Vec::new(), width };
         // Unstable sorting suffices: records with the same key must be equal.
-        all.sort_unstable_by_key(Record::key);
-        let differ = |pair: &&[Record]| pair[0].key() == pair[1].key() && pair[0] != pair[1];
-        if let Some(pair) = all.windows(2).find(differ) {
-            let [a, b] = pair[0].tags;
+        order.sort_unstable_by_key(|&at| all.head(at).key);
+        let same = |a: usize, b: usize| all.head(a).key == all.head(b).key;
+        if let Some(pair) =
+            order.windows(2).find(|pair| same(pair[0], pair[1]) && all.read(pair[0]) != all.read(pair[1]))
+        {
+            let [a, b] = all.head(pair[0]).key.1;
             return Err(NetworkError::CopiesDiffer { a, b });
         }
-        all.dedup_by_key(|record| record.key());
+        order.dedup_by(|a, b| same(*a, *b));
+        all.order = order;
         Ok(all)
     }
 }
@@ -171,4 +434,25 @@ pub(super) fn adjacency(state: &State) -> Adjacency {
         }
     });
     (start, contacts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share;
+
+    #[test]
+    fn records_are_shared_evenly() {
+        let pieces = |lengths: &[u8], count: usize| {
+            let start = share(lengths, count);
+            assert_eq!(start.len(), count + 1);
+            start.windows(2).map(|ends| ends[1] - ends[0]).collect::<Vec<_>>()
+        };
+        assert_eq!(pieces(&[], 3), [0, 0, 0]);
+        assert_eq!(pieces(&[], 0), [0; 0]);
+        assert_eq!(pieces(&[13], 3), [13, 0, 0]);
+        assert_eq!(pieces(&[13; 12], 4), [39; 4]);
+        // 70 reals for 4 atoms are 17.5 each, but records are not divided.
+        assert_eq!(pieces(&[10, 10, 10, 10, 10, 10, 10], 4), [20, 20, 20, 10]);
+        assert_eq!(pieces(&[19, 5, 5, 5, 19, 5], 3), [24, 10, 24]);
+    }
 }

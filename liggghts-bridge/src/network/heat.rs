@@ -17,6 +17,7 @@ use concordem_solver::heat::{
 };
 use concordem_solver::state::Particles;
 
+use super::exchange::Arriving;
 use super::{Network, NetworkError};
 use crate::atoms::{Atoms, Tag};
 use crate::heat_network::HeatNetworkFile;
@@ -504,11 +505,10 @@ impl Network {
     }
 
     /// Data of the arriving bonds.
-    pub(super) fn thermal_of(&self, arriving: &[Record]) -> Vec<ThermalBond> {
+    pub(super) fn thermal_of(&self, arriving: &Arriving) -> Vec<ThermalBond> {
         if self.thermal.is_none() {
             return Vec::new();
         }
-        let bonds = arriving.iter().filter(|record| record.kind == crate::records::Kind::Bond);
-        bonds.map(|record| ThermalBond::of(record, self.width)).collect()
+        arriving.bonds().map(|record| ThermalBond::of(&record, self.width)).collect()
     }
 }

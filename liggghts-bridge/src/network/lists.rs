@@ -5,11 +5,11 @@ use concordem_contact::law::ContactLawName;
 use concordem_solver::state::contacts::{ContactView, Pair};
 
 use super::create::Fresh;
-use super::exchange::adjacency;
+use super::exchange::{Arriving, adjacency};
 use super::rebuild::{ABSENT, Before};
 use super::{Network, NetworkError, particle_of};
 use crate::atoms::{Atoms, Tag};
-use crate::records::{Kind, Record, ascending};
+use crate::records::{Kind, ascending};
 
 /// Neighbor lists of a pair style of the host.
 pub struct NeighborLists<'a> {
@@ -46,7 +46,7 @@ impl Network {
         &mut self,
         before: &Before,
         number: &[u32],
-        arriving: &mut Vec<Record>,
+        arriving: &mut Arriving,
         fresh: &mut Vec<Fresh>,
     ) -> Result<(), NetworkError> {
         let Some(of_atoms) = self.listed.take() else { return Ok(()) };
@@ -71,7 +71,7 @@ impl Network {
         // An arriving bond may be held already, because its other atom is here.
         let held =
             |pairs: &[Pair], tags: [Tag; 2]| before.pair(tags).is_some_and(|pair| pairs.binary_search(&pair).is_ok());
-        let new_here = arriving.iter().filter(|record| record.kind == Kind::Bond && !held(bonds.pairs(), record.tags));
+        let new_here = arriving.bonds().filter(|record| !held(bonds.pairs(), record.tags));
         let new_here = new_here.map(|record| (record.tags, record.row));
         for ([a, b], row) in new_here.chain(fresh.iter().map(|bond| (bond.tags, bond.row))) {
             for end in [[a, b], [b, a]].into_iter().filter(|end| owns(end[0])) {
@@ -98,8 +98,7 @@ impl Network {
             };
             let of_held = (0..bonds.len()).map(|k| bonds.view(k));
             let of_held = of_held.map(|bond| (ascending(before.tags_of(bond.pair)), bond.flags.row));
-            let of_arriving = arriving.iter().filter(|record| record.kind == Kind::Bond);
-            let of_arriving = of_arriving.map(|record| (ascending(record.tags), record.row));
+            let of_arriving = arriving.bonds().map(|record| (ascending(record.tags), record.row));
             for ([a, b], row) in of_held.chain(of_arriving).chain(fresh.iter().map(|bond| (bond.tags, bond.row))) {
                 if let Some(now) = types_of([a, b]).find(|&now| self.row_of_type(now) != row) {
                     let mut types = 1..=self.options.bond_types.len() as Tag;
@@ -115,12 +114,12 @@ impl Network {
             !is_owned || is_listed(before.tags_of(pair))
         });
         let stays = |tags: [Tag; 2]| !tags.into_iter().any(owns) || is_listed(tags);
-        arriving.retain(|record| record.kind != Kind::Bond || stays(record.tags));
+        arriving.retain_bonds(stays);
         fresh.retain(|bond| stays(bond.tags));
         let is_new = |l: &[Tag; 3]| {
             let tags = [l[0], l[1]];
             !held(bonds.pairs(), tags)
-                && arriving.binary_search_by_key(&(Kind::Bond, tags), Record::key).is_err()
+                && !arriving.has_bond(tags)
                 && fresh.binary_search_by_key(&tags, |bond| bond.tags).is_err()
         };
         self.added = listed.iter().filter(|l| is_new(l)).copied().collect();

@@ -25,8 +25,6 @@ mod memory;
 mod rebuild;
 mod results;
 
-use std::collections::HashMap;
-
 use concordem_contact::kinematics::deformable::{Deformable, Update};
 use concordem_contact::law::{EnergySplit, LawName};
 use concordem_contact::material::Material;
@@ -39,7 +37,7 @@ use concordem_solver::{Model, PairCoefficients, Solver};
 
 use create::Fresh;
 pub use error::NetworkError;
-use exchange::Adjacency;
+use exchange::{Adjacency, Incoming, Pieces};
 use heat::Thermal;
 pub use lists::NeighborLists;
 use memory::Layout;
@@ -70,8 +68,14 @@ pub struct Network {
     atom: Vec<u32>,
     /// Whether this processor owns it.
     owned: Vec<bool>,
-    /// Records that arrived with atoms since the last rebuild, by atom id.
-    incoming: HashMap<Tag, Vec<Record>>,
+    /// Records that arrived with atoms since the last rebuild.
+    incoming: Incoming,
+    /// Compact records of a restart file, of atoms on any processor, until they are delivered.
+    restored: Vec<f64>,
+    /// Those of the atoms of this processor, until the next rebuild.
+    delivered: Vec<f64>,
+    /// Records on their way to a restart file.
+    pieces: Pieces,
     /// Bonds to create at the next rebuild, which drops those without an owned atom.
     fresh: Vec<Fresh>,
     /// Contacts with the history of a broken bond whose other atom is out of range.
@@ -149,7 +153,10 @@ impl Network {
             by_tag: Vec::new(),
             atom: Vec::new(),
             owned: Vec::new(),
-            incoming: HashMap::new(),
+            incoming: Incoming::default(),
+            restored: Vec::new(),
+            delivered: Vec::new(),
+            pieces: Pieces::default(),
             fresh: Vec::new(),
             dormant: Vec::new(),
             listed: None,

@@ -10,9 +10,10 @@ use concordem_solver::state::contacts::{ContactFlags, ContactView, Contacts, Pai
 use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::create::Fresh;
+use super::exchange::Arriving;
 use super::{Network, NetworkError, blocks, particle_of};
 use crate::atoms::{Atoms, LARGEST_TAG, Tag, vector};
-use crate::records::{HISTORY, Kind, Record};
+use crate::records::{HISTORY, Kind};
 
 /// Stands for the particle of an atom that is neither owned nor a ghost.
 pub(super) const ABSENT: u32 = u32::MAX;
@@ -77,7 +78,9 @@ impl Network {
         // Those that are sorted; what follows is added behind them.
         let held = [Kind::Bond, Kind::Contact].map(|kind| self.block(kind).map_or(0, Contacts::len));
         let thermal = self.thermal_of(&arriving);
-        longest = longest.max(self.place_arriving(arriving, held, &atoms.edge, cutoff)?);
+        longest = longest.max(self.place_arriving(&arriving, held, &atoms.edge, cutoff)?);
+        // Before the solver takes its memory.
+        drop(arriving);
         let new = self.place_fresh(&fresh, held[0], [cutoff, mean_radius], &atoms.edge)?;
         longest = longest.max(new.longest);
         // The solver sorts bonds, but takes contacts as sorted.
@@ -184,20 +187,20 @@ impl Network {
     /// of held bonds and contacts. Returns the longest length (m).
     fn place_arriving(
         &mut self,
-        arriving: Vec<Record>,
+        arriving: &Arriving,
         held: [usize; 2],
         edge: &[f64; 3],
         cutoff: f64,
     ) -> Result<f64, NetworkError> {
         let mut longest = 0.0f64;
-        let count = |kind| arriving.iter().filter(|record| record.kind == kind).count();
         for kind in [Kind::Bond, Kind::Contact] {
-            let count = count(kind);
+            let count = arriving.count(kind);
             if let Some(block) = self.block_mut(kind) {
                 block.reserve(count);
             }
         }
-        for mut record in arriving {
+        for k in 0..arriving.len() {
+            let mut record = arriving.get(k);
             let [a, b] = match Self::fate(&self.owned, self.ends_of(record.tags)) {
                 Fate::Leaves => continue,
                 Fate::Alone if record.kind == Kind::Bond => return Err(self.out_of_sight(record.tags, cutoff)),

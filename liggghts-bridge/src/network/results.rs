@@ -10,7 +10,7 @@ use concordem_solver::state::contacts::{ContactFlags, Pair};
 
 use super::{Network, NetworkError, blocks};
 use crate::atoms::Tag;
-use crate::records::{Kind, Record};
+use crate::records::Record;
 
 /// Sums over the bonds and contacts that a processor counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -60,9 +60,7 @@ impl Network {
             };
             (0..block.len()).filter(counts).count()
         });
-        for record in self.incoming.values().flatten().filter(|record| record.kind == Kind::Bond) {
-            longest = longest.max(record.frame.length).max(record.reference.length);
-        }
+        longest = longest.max(self.longest_waiting());
         longest = self.fresh.iter().map(|bond| bond.length).fold(longest, f64::max);
         let (s, d) = (&self.stored, &self.dissipated);
         Sums {
