@@ -412,7 +412,7 @@ int64_t concordem_network_restart_piece(const ConcordemNetwork *network, int64_t
 void concordem_network_end_restart(ConcordemNetwork *network);
 
 /// All records that are to be stored by this processor, `ConcordemFacts::record_reals` reals each. Free them with
-/// [`concordem_records_delete`].
+/// `concordem_records_delete`.
 double *concordem_network_counted_rows(const ConcordemNetwork *network, const ConcordemAtoms *atoms, int64_t *count);
 
 /// Length of the name of group `k` of the tables of heat conduction. Writes it to `name` unless it is null.
@@ -679,4 +679,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x526769f05e614752)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x4127ab3ceb65b2d0)

@@ -478,7 +478,7 @@ pub unsafe extern "C" fn concordem_network_end_restart(network: *mut Network) {
 }
 
 /// All records that are to be stored by this processor, `ConcordemFacts::record_reals` reals each. Free them with
-/// [`concordem_records_delete`].
+/// `concordem_records_delete`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_counted_rows(
     network: *const Network,
