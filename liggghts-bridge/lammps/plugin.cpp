@@ -66,9 +66,13 @@ constexpr int MOST_LAWS = 32;
 const char *style_name(bool bonds, int index)
 {
   static std::string names[2][MOST_LAWS];
+  std::string &found = names[bonds][index];
   char name[64];
-  if (concordem_law_name(bonds, index, name, sizeof(name)) < 0) return "";
-  return (names[bonds][index] = std::string("concordem/") + name).c_str();
+  if (found.empty()) {   // never assigned again, which would free what LAMMPS points to
+    if (concordem_law_name(bonds, index, name, sizeof(name)) < 0) return "";
+    found = std::string("concordem/") + name;
+  }
+  return found.c_str();
 }
 
 template <typename Base, typename Style, bool bonds, int index> void *new_style(void *lmp)
