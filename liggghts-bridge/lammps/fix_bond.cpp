@@ -69,6 +69,8 @@ void FixConcordemBond::init()
   find_reach(!made_ && lists_ ? longest_given() : 0.0, &smallest);
   comm->cutghostuser = MAX(comm->cutghostuser, reach_);
   if (lists_) check_special_bonds();
+  // write_restart and write_data exchange atoms without asking pre_exchange.
+  maxexchange = exchange_size();
 }
 
 // Longest bond in the atoms' lists.

@@ -332,8 +332,10 @@ int64_t concordem_network_own_pairs(ConcordemNetwork *network,
                                     int64_t capacity,
                                     int64_t *first);
 
-/// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
-int64_t concordem_network_broken_now(const ConcordemNetwork *network, const int64_t (**pairs)[2]);
+/// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, the lower one first, valid until the next
+/// computation.
+int64_t concordem_network_broken_now(const ConcordemNetwork *network,
+                                     const int64_t (**pairs)[2]);
 
 /// Queue bonds by distance (`bond distance FACTOR`). Returns the number of bonds that this processor counts, or −1 and a message.
 int64_t concordem_network_make_near(ConcordemNetwork *network, const ConcordemMessage *message);
@@ -396,6 +398,12 @@ int64_t concordem_network_deliver(ConcordemNetwork *network, const double *buffe
 
 /// Take all records that are kept for the next rebuild, if there are no other processors.
 void concordem_network_deliver_here(ConcordemNetwork *network);
+
+/// Set `ends` to the numbers of bonds whose lower id, and whose higher id, belongs to an atom that this processor owns at present. Summed
+/// over all processors they are equal, unless a bonded atom is gone.
+void concordem_network_owned_ends(const ConcordemNetwork *network,
+                                  const ConcordemAtoms *atoms,
+                                  int64_t *ends);
 
 /// Share all records that are to be stored by this processor among its atoms. Sets `most` to the most reals of an atom. Returns the
 /// number of records, or −1 and a message.
@@ -679,4 +687,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x4127ab3ceb65b2d0)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xe9f5fb62a4a54cb0)

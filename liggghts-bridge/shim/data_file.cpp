@@ -324,9 +324,8 @@ void FixBondBase::read_state(const std::string &data_file)
       for (int k = 0; k < count; k++) {
         const double *row = &piece[static_cast<size_t>(k) * width];
         if (part == RECORDS) {
-          // Two processors may keep it until it is delivered.
-          const bool is_here = place(row[0]) >= 0 || place(row[1]) >= 0;
-          if (is_here && concordem_network_restore_row(network_, row, &message_) < 0) fail_on_this_processor();
+          // One processor keeps it until it is delivered. All atoms of the file exist.
+          if (place(row[0]) >= 0 && concordem_network_restore_row(network_, row, &message_) < 0) fail_on_this_processor();
           continue;
         }
         const int i = place(row[0]);
@@ -347,6 +346,7 @@ void FixBondBase::read_state(const std::string &data_file)
       }
     }
   }
+  records_of_restart_ = found.rows[RECORDS];
   if (file && strncmp(file->text(), " end of the ConcorDEM state", 27) != 0) file->fail_at_line("the end of the state is missing");
   check();
   delete file;

@@ -50,9 +50,8 @@ inline bool operator<(const ConcordemPlace &a, const ConcordemPlace &b)
   return a.tag < b.tag;
 }
 
-// Places of the atoms `wanted` (ids, in any order) among the owned atoms of all processors in the group; in the order of `wanted`.
-// Processor `id mod processors` keeps the place of an atom. Collective.
-inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &wanted, const Atom *atom, int groupbit, MPI_Comm world)
+// The places that this processor keeps: processor `id mod processors` keeps that of an atom of the group. Sorted by id. Collective.
+inline std::vector<ConcordemPlace> concordem_directory(const Atom *atom, int groupbit, MPI_Comm world)
 {
   int me, processors;
   MPI_Comm_rank(world, &me);
@@ -65,6 +64,15 @@ inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &
   }
   std::vector<ConcordemPlace> kept = concordem_send(known, world);
   std::sort(kept.begin(), kept.end());
+  return kept;
+}
+
+// Places of the atoms `wanted` (ids, in any order) among the owned atoms of all processors in the group; in the order of `wanted`. `kept`:
+// the directory. Collective.
+inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &wanted, const std::vector<ConcordemPlace> &kept, MPI_Comm world)
+{
+  int processors;
+  MPI_Comm_size(world, &processors);
   std::vector<std::vector<int64_t> > questions(processors);
   for (size_t k = 0; k < wanted.size(); k++) questions[wanted[k] % processors].push_back(wanted[k]);
   std::vector<int> from;
@@ -86,6 +94,12 @@ inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &
   places.reserve(wanted.size());
   for (size_t k = 0; k < wanted.size(); k++) places.push_back(answered[next[wanted[k] % processors]++]);
   return places;
+}
+
+// The same for one search.
+inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &wanted, const Atom *atom, int groupbit, MPI_Comm world)
+{
+  return concordem_places(wanted, concordem_directory(atom, groupbit, world), world);
 }
 
 }

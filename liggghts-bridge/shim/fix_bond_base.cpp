@@ -330,8 +330,16 @@ int FixBondBase::unpack_exchange(int nlocal, double *buf)
 
 /* --------------------------------------------------------------------------------------------------------- restart */
 
+// For a restart or data file. The bonds of an atom that is gone would be lost without a word.
 ConcordemRestartHead FixBondBase::head()
 {
+  const ConcordemAtoms atoms = arrays();
+  int64_t mine[2], all[2];
+  concordem_network_owned_ends(network_, &atoms, mine);
+  MPI_Allreduce(mine, all, 2, MPI_INT64_T, MPI_SUM, world);
+  // Bonds of the atoms' lists may be deleted together with atoms.
+  if (!lists_ && all[0] != all[1])
+    fail("a bonded atom is gone since the last step, so that its bonds cannot be written; bonded atoms must stay");
   ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
   for (int axis = 0; axis < 3; axis++) head.edge[axis] = edge_[axis];
   head.mean_radius = mean_radius_;
@@ -387,6 +395,7 @@ void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &fi
     fail(file + " refers to " + kelvin + " K, this script to another temperature; add `reference_temperature = " + kelvin + "` to [heat]");
   }
   restored_ = true;
+  source_ = file;
   made_ = head.made;
   if (made_) resumed_ = file;
   mean_radius_ = head.mean_radius;
@@ -444,8 +453,8 @@ void FixBondBase::deliver_restored()
   int64_t mine = concordem_network_restored(network_), all;
   MPI_Allreduce(&mine, &all, 1, MPI_INT64_T, MPI_SUM, world);
   if (records_of_restart_ >= 0 && all != records_of_restart_)
-    fail("of the " + std::to_string(static_cast<long long>(records_of_restart_)) + " bonds and contacts in the restart file, " +
-         std::to_string(static_cast<long long>(all)) + " came with its atoms; define this fix right after `read_restart`, before atoms are deleted");
+    fail("of the " + std::to_string(static_cast<long long>(records_of_restart_)) + " bonds and contacts in " + source_ + ", " +
+         std::to_string(static_cast<long long>(all)) + " came with its atoms; define this fix right after the file is read, before atoms are deleted");
   if (comm->nprocs == 1) {
     concordem_network_deliver_here(network_);
     return;
@@ -458,6 +467,7 @@ void FixBondBase::deliver_restored()
   const auto take = [&](const double *reals, int64_t count) {
     if (concordem_network_deliver(network_, reals, count, &message_) < 0) fail_on_this_processor();
   };
+  const std::vector<ConcordemPlace> directory = concordem_directory(atom, groupbit, world);
   // Records that travel at once; their copies must take little memory.
   const size_t most = 1 << 14;
   int64_t at = 0;
@@ -475,7 +485,7 @@ void FixBondBase::deliver_restored()
       asked.insert(asked.end(), ids, ids + 2);
       records.push_back(std::make_pair(reals, count));
     }
-    const std::vector<ConcordemPlace> places = concordem_places(asked, atom, groupbit, world);
+    const std::vector<ConcordemPlace> places = concordem_places(asked, directory, world);
     std::vector<std::vector<double> > to(comm->nprocs);
     for (size_t k = 0; k < records.size(); k++) {
       const int64_t first = places[2 * k].owner, second = places[2 * k + 1].owner;

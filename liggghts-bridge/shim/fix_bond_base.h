@@ -107,7 +107,8 @@ class FixBondBase : public Fix {
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
   bool rebuilds_ = false;         // ghosts also get their place in the order of the particles
   bool restored_ = false;         // records of a restart or data file wait for their delivery to the owners of their atoms
-  int64_t records_of_restart_ = -1;   // their number in the restart file, -1 for a data file
+  int64_t records_of_restart_ = -1;   // their number in the file
+  std::string source_;            // the file, for messages
   std::string resumed_;           // file that the bonds come from, until the first setup after it was read
   std::string state_;             // data file that the script continues from, empty if there is none
   ConcordemRestartHead head_of_data_;        // while a data file is written, as the next two

@@ -75,7 +75,7 @@ pub enum DriverError {
 /// A bond or contact of a fix concordem/bond at the last step with output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bond {
-    /// Ids of A and B.
+    /// Ids of A and B, the lower one first.
     pub ids: [Tag; 2],
     /// Force on A, N.
     pub force: [f64; 3],
@@ -414,7 +414,7 @@ impl Liggghts {
     }
 
     /// Current records of the bonds and contacts of a fix concordem/bond that this process counts: reference, previous geometry, and
-    /// the history of the law.
+    /// the history of the law. Their A is the atom that comes first in the order of the particles, not that with the lower id.
     pub fn histories(&self, id: &str) -> Result<Vec<Record>, DriverError> {
         let text = word(id)?;
         let (mut count, mut length) = (0, 0);

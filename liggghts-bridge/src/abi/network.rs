@@ -269,7 +269,8 @@ pub unsafe extern "C" fn concordem_network_own_pairs(
     }
 }
 
-/// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
+/// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, the lower one first, valid until the next
+/// computation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, pairs: *mut *const [i64; 2]) -> i64 {
     // SAFETY: valid pointers from the shim.
@@ -432,6 +433,18 @@ pub unsafe extern "C" fn concordem_network_deliver(
 pub unsafe extern "C" fn concordem_network_deliver_here(network: *mut Network) {
     // SAFETY: valid pointers from the shim.
     unsafe { (*network).deliver_here() }
+}
+
+/// Set `ends` to the numbers of bonds whose lower id, and whose higher id, belongs to an atom that this processor owns at present. Summed
+/// over all processors they are equal, unless a bonded atom is gone.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_owned_ends(
+    network: *const Network,
+    atoms: *const AtomArrays,
+    ends: *mut i64,
+) {
+    // SAFETY: two numbers.
+    unsafe { slice_mut(ends, 2).copy_from_slice(&(*network).owned_ends(&(*atoms).view()).map(|count| count as i64)) }
 }
 
 /// Share all records that are to be stored by this processor among its atoms. Sets `most` to the most reals of an atom. Returns the

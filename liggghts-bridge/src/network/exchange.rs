@@ -235,22 +235,36 @@ impl Network {
         for (at, head) in Record::all_compact(&self.restored, self.width) {
             visit(&Record::read_compact(&self.restored[at..], &head, self.width));
         }
+        self.each_with_owned(0, atoms, visit);
+    }
+
+    /// Numbers of bonds whose lower id, and whose higher id, belongs to an atom that this processor owns at present.
+    pub fn owned_ends(&self, atoms: &Atoms<'_>) -> [usize; 2] {
+        [0, 1].map(|end| {
+            let mut count = 0;
+            self.each_with_owned(end, atoms, &mut |record| count += usize::from(record.kind == Kind::Bond));
+            count
+        })
+    }
+
+    /// Visit each record whose lower id (`end` 0) or higher id (1) belongs to an atom that this processor owns at present.
+    fn each_with_owned(&self, end: usize, atoms: &Atoms<'_>, visit: &mut dyn FnMut(&Record)) {
         // Atoms may have migrated since the last rebuild.
         let mut owned: Vec<Tag> = atoms.tag.iter().take(atoms.owned).collect();
         owned.sort_unstable();
         for (&tag, reals) in owned.iter().filter_map(|tag| Some((tag, self.incoming.of(*tag)?))) {
-            for (at, head) in Record::all_compact(reals, self.width).filter(|(_, head)| head.key.1[0] == tag) {
+            for (at, head) in Record::all_compact(reals, self.width).filter(|(_, head)| head.key.1[end] == tag) {
                 visit(&Record::read_compact(&reals[at..], &head, self.width));
             }
         }
         let counts = |tag: &Tag| owned.binary_search(tag).is_ok() && self.incoming.of(*tag).is_none();
         for (kind, block) in blocks(&self.state) {
-            let of_block = (0..block.len()).filter(|&k| counts(&ascending(self.tags_of(block.view(k).pair))[0]));
+            let of_block = (0..block.len()).filter(|&k| counts(&ascending(self.tags_of(block.pairs()[k]))[end]));
             for record in of_block.filter_map(|k| self.record_of(&self.tags, kind, k)) {
                 visit(&record);
             }
         }
-        for record in self.dormant.iter().filter(|record| counts(&record.key().1[0])) {
+        for record in self.dormant.iter().filter(|record| counts(&record.key().1[end])) {
             visit(record);
         }
     }

@@ -2,7 +2,7 @@
 //! must not compute forces that the network computes.
 
 use concordem_contact::law::ContactLawName;
-use concordem_solver::state::contacts::{ContactView, Pair};
+use concordem_solver::state::contacts::Pair;
 
 use super::create::Fresh;
 use super::exchange::{Arriving, adjacency};
@@ -61,8 +61,7 @@ impl Network {
         let mut difference = of_atoms
             .iter()
             .fold(0, |sum: u64, &[a, b, bond_type]| sum.wrapping_add(scrambled([a, b], self.row_of_type(bond_type))));
-        for k in 0..bonds.len() {
-            let ContactView { pair, flags, .. } = bonds.view(k);
+        for (&pair, flags) in bonds.pairs().iter().zip(bonds.flags()) {
             let [a, b] = before.tags_of(pair);
             for (end, _) in [([a, b], pair.a), ([b, a], pair.b)].iter().filter(|(_, p)| owns_old(*p)) {
                 difference = difference.wrapping_sub(scrambled(*end, row_by_type(flags.row)));
@@ -96,8 +95,8 @@ impl Network {
                 let first = listed.partition_point(|l| [l[0], l[1]] < tags);
                 listed[first..].iter().take_while(move |l| [l[0], l[1]] == tags).map(|l| l[2])
             };
-            let of_held = (0..bonds.len()).map(|k| bonds.view(k));
-            let of_held = of_held.map(|bond| (ascending(before.tags_of(bond.pair)), bond.flags.row));
+            let of_held = bonds.pairs().iter().zip(bonds.flags());
+            let of_held = of_held.map(|(&pair, flags)| (ascending(before.tags_of(pair)), flags.row));
             let of_arriving = arriving.bonds().map(|record| (ascending(record.tags), record.row));
             for ([a, b], row) in of_held.chain(of_arriving).chain(fresh.iter().map(|bond| (bond.tags, bond.row))) {
                 if let Some(now) = types_of([a, b]).find(|&now| self.row_of_type(now) != row) {

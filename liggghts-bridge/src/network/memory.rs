@@ -103,7 +103,7 @@ impl Network {
     /// They keep it, on all processors and in restart files, so that the order of sums stays the same. The caller must then update the
     /// ghosts.
     pub fn place_new(&self, atoms: &mut Atoms<'_>) {
-        // The result is exact as a real, and so fine that few atoms share a place.
+        // The result is exact as a real, and so fine that few atoms share a place; their ids decide.
         const BITS: u32 = 17;
         let boxes = f64::from(1_u32 << BITS);
         let (low, high) = (atoms.low, atoms.high);

@@ -4,7 +4,7 @@
 //! between atoms of two processors is evaluated on both, from the same numbers by the same function, with bitwise equal results. An
 //! atom that migrates takes its bonds along. Within a processor, atoms are ordered along a space-filling curve, and forces are summed in
 //! that order ([`Solver::for_subdomain`]). Each atom keeps the place that it had when it was new, so the net force on an atom does not
-//! depend on the number of processors, nor on ids.
+//! depend on the number of processors. It depends on ids only if two atoms have the same place.
 //!
 //! | module | contains |
 //! |---|---|
@@ -45,7 +45,7 @@ pub use results::{Sums, TOTALS};
 
 use crate::atoms::{Atoms, Tag};
 use crate::options::Options;
-use crate::records::{Kind, Record, THERMAL};
+use crate::records::{Kind, Record, THERMAL, ascending};
 
 /// Bonds and contacts of the atoms of one processor.
 pub struct Network {
@@ -99,7 +99,7 @@ pub struct Network {
     stored: EnergySplit,
     /// Step of the net forces stored with the atoms.
     found_at: Option<i64>,
-    /// Atom ids of the bonds that broke in the last force computation, including bonds that another processor counts.
+    /// Atom ids of the bonds that broke in the last force computation, the lower one first, including bonds that another processor counts.
     broken_now: Vec<[Tag; 2]>,
 }
 
@@ -231,7 +231,7 @@ impl Network {
         for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
             let Pair { a, b } = bond_event.pair;
             self.broken += f64::from(u8::from(self.owned[a as usize]));
-            self.broken_now.push([self.tags[a as usize], self.tags[b as usize]]);
+            self.broken_now.push(ascending([self.tags[a as usize], self.tags[b as usize]]));
         }
         if !self.broken_now.is_empty() {
             self.generation += 1;

@@ -285,9 +285,9 @@ class Liggghts:
         return value
 
     def bonds(self, fix: str) -> npt.NDArray[np.void]:
-        """Bonds and contacts of a fix concordem/bond that this process counts, a copy. Fields: ids of A and B, force on A (N), moment on
-        A about the contact point (N·m), contact point (m), length (m), area (m²), damage, and whether it is a bond. The forces are those
-        of the last step with output; the end of a run is always one. Raises LiggghtsError if there is no such fix."""
+        """Bonds and contacts of a fix concordem/bond that this process counts, a copy. Fields: ids of A and B, the lower one first, force on
+        A (N), moment on A about the contact point (N·m), contact point (m), length (m), area (m²), damage, and whether it is a bond. The
+        forces are those of the last step with output; the end of a run is always one. Raises LiggghtsError if there is no such fix."""
         count = ctypes.c_int64()
         rows = self._library.concordem_liggghts_rows(self._instance, fix.encode(), ctypes.byref(count))
         if not rows:
