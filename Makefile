@@ -71,7 +71,9 @@ deb: liggghts lammps
 	.ci/deb
 
 # With the first of Docker, Podman, and Apptainer that works here.
-container: deb
+container:
+	container/build --find
+	$(MAKE) --no-print-directory deb
 	container/build
 
 clean-demo:

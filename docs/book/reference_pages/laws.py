@@ -11,8 +11,8 @@ BRIDGE = ROOT / "liggghts-bridge"
 
 #: Tables beside those of the laws: prefix of their keys in the hosts, title, file, what switches them on.
 OTHERS = {
-    "deformable": ("deformable.", "Deformable particles", "rust-core/contact/src/material.rs", "They act with `deformable CONDITION`."),
-    "thermal": ("thermal.", "Thermal constants", "rust-core/contact/src/material.rs", "They act with `heat FILE`."),
+    "deformable": ("deformable.", "Deformable particles", "rust-core/contact/src/material.rs", "and act with `deformable CONDITION`."),
+    "thermal": ("thermal.", "Thermal constants", "rust-core/contact/src/material.rs", "and act with `heat FILE`."),
 }
 
 #: Pages of the theory whose name is not that of the law.
@@ -20,20 +20,22 @@ THEORY = {"hertz_mindlin": "hertz-mindlin", "linear_bond": "linear-bond", "cohes
 
 INTRODUCTION = """# Parameters of the laws
 
-These tables are written from the declarations of the laws, which the program, LIGGGHTS, and LAMMPS share.
+The program, LIGGGHTS, and LAMMPS take the same parameters. These tables are generated from their declarations in the code.
 
 | In | A parameter is given as |
 |---|---|
-| LIGGGHTS, and LAMMPS' `fix concordem/bond` | `KEY VALUE` behind the law; of a contact law beside bonds of another law: `contact.KEY VALUE` |
+| LIGGGHTS, and LAMMPS' `fix concordem/bond` | `KEY VALUE` after the law; for a contact law that differs from the bond law: `contact.KEY VALUE` |
 | LAMMPS' `bond_style`, `pair_style` | `KEY VALUE` in `bond_coeff`, `pair_coeff` |
-| a file of `materials FILE` | `KEY = VALUE` in `[material.LAW]`, one `[[material]]` per atom type, and `[interface.LAW]` between two |
+| a file of `materials FILE` | `KEY = VALUE` in `[material.LAW]`, one `[[material]]` per atom type; `[interface.LAW]` for contacts of two types |
 | a scenario | the same: [material](scenario-material.md) |
 
-**Units.** A number is in the unit of the table, the SI unit, in all hosts: they run with `units si`. A value with another of the units is a
-string, in the script in quotes: `young "30 GPa"`. Units of another dimension are rejected. Parameters do not follow LAMMPS' `units`.
+**Units.** A number without a unit is in SI units, the first unit of its row. A value with one of the units is in quotes: `young "30 GPa"`. Units of
+another dimension are rejected. LIGGGHTS and LAMMPS must run with `units si`.
 
-**Unknown keys** and values out of range are rejected, with the key and what is allowed. Words for true and false in scripts:
-`yes`, `true`, `on` and `no`, `false`, `off`.
+**Default.** A key without a default ("none") may be left out; its meaning says what then happens, or which key replaces it.
+
+**Unknown keys** and values out of range are rejected; the message says what is allowed. Scripts may write true as `yes`, `true`, `on`, and
+false as `no`, `false`, `off`.
 """
 
 
@@ -74,7 +76,9 @@ def default(schema, required):
         return "required"
     if schema.get("default") in (None, "", []):
         return "none"
-    return f"`{toml(schema['default'])}`"
+    # Words without quotes, as in the column before.
+    value = schema["default"]
+    return f"`{value if isinstance(value, str) else toml(value)}`"
 
 
 def table(schema, definition_name, refused):
@@ -158,7 +162,7 @@ def pages(program, run):
     for key, (prefix, title, source, switch) in OTHERS.items():
         name = definition(material[key])
         assert f"pub struct {name} " in (ROOT / source).read_text(encoding="utf-8"), (name, source)
-        lines += [f"## {title}", "", f"In a script with the prefix `{prefix}`. {switch}", "", *table(schema, name, {}), f"Declared in `{source}` (`{name}`).", ""]
+        lines += [f"## {title}", "", f"In a script, these keys have the prefix `{prefix}` {switch}", "", *table(schema, name, {}), f"Declared in `{source}` (`{name}`).", ""]
         for inner, one in schema.root["$defs"][name]["properties"].items():
             inner_name = definition(one)
             if inner_name and schema.is_table(schema.resolve(one)):

