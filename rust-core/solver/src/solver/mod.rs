@@ -93,7 +93,7 @@ impl Solver {
     /// contacts it begins, the host sets it on bonds. Net forces are complete only for owned particles.
     ///
     /// Forces are summed in the order of the pairs, in a single tile. If all subdomains number the particles in the
-    /// order of the same global ids, the decomposition does not change a bit of the net forces.
+    /// same global order, the decomposition does not change a bit of the net forces.
     ///
     /// # Errors
     /// As [`Self::new`].

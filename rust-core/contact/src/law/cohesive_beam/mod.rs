@@ -88,7 +88,7 @@ pub enum BendingTerm {
     /// At the middle section, `½‖(M_A−M_B)_⊥‖`.
     #[default]
     MidSection,
-    /// `½‖M_A+M_B‖` as printed in [4.2]: only the part from the shear force.
+    /// `½‖M_A+M_B‖`, as Jebahi et al. 2015 print it (4.2): only the part from the shear force.
     HalfSum,
     /// At the end with the larger moment, `max(‖M_A⊥‖, ‖M_B⊥‖)`.
     LargerEnd,

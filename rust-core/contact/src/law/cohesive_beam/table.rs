@@ -40,7 +40,7 @@ pub struct CohesiveBeamTable {
     /// materials: the mean, or the only one given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tensile_strength: Option<Stress>,
-    /// Bending moment in that stress.
+    /// Bending moment in the stress that `tensile_strength` limits.
     #[serde(default)]
     pub bending_term: BendingTerm,
     /// Mean stress of a particle at which all its beams break, Pa; no such failure if left out.
