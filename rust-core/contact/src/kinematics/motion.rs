@@ -150,8 +150,8 @@ pub trait MotionSource {
     /// Rotations of A and B in the step, if the poses contain orientations in their place: in scenes with beams.
     fn rotations(&self, i: usize) -> Option<[Quat; 2]>;
 
-    /// Displacement of B's image, m.
-    fn shift(&self, i: usize) -> Vec3;
+    /// Displacement of B's image, m; `None` if the contact does not cross the border of the cell.
+    fn shift(&self, i: usize) -> Option<Vec3>;
 
     /// Motions of A and B, and the image of B.
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);

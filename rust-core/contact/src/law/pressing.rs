@@ -121,8 +121,9 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
         let [a, b, c, d] = batch.four_histories(places);
         let histories = [bytemuck::cast_ref(a), bytemuck::cast_ref(b), bytemuck::cast_ref(c), bytemuck::cast_ref(d)];
         input.history.set_four(i, histories, batch.lanes());
+        let [a, b, c, d] = batch.four_references(places);
+        input.reference.set_four(i, [&a.0, &b.0, &c.0, &d.0], batch.lanes());
         for (k, place) in (i..).zip(places) {
-            input.reference.set(k, batch.reference(place).0);
             let [mass_a, mass_b] = batch.masses(place);
             input.mass_a.set(k, mass_a);
             input.mass_b.set(k, mass_b);

@@ -4,7 +4,7 @@ use concordem_contact::columns::Lanes;
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry};
 use concordem_contact::law::{Batch, ColumnResult, ColumnResults, ContactLaw, EnergySplit, LawState, Response, Status};
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::wrench::Wrenches;
 
 use super::BondEvent;
@@ -13,8 +13,6 @@ use crate::state::contacts::{ContactFlags, Pair};
 
 /// Force, torques, and virial of a contact on its two particles.
 struct Action<'a> {
-    /// Distance of the centers, m.
-    length: f64,
     /// Unit normal from A to B.
     normal: &'a Vec3,
     /// Forces and torques on A and B.
@@ -109,7 +107,8 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         if L::TRANSMITS_MOMENT {
             wrenches = wrenches.with_moment(&response.moment);
         }
-        self.accumulate(i, slot, &Action { length: point.length, normal: &normal, wrenches: &wrenches, virial });
+        self.add_stress(i, &BranchVector { length: point.length, normal }, &wrenches);
+        self.accumulate(i, slot, &Action { normal: &normal, wrenches: &wrenches, virial });
     }
 
     /// Commit the result that a law computed in columns for contact `i` of the batch, which survives.
@@ -126,7 +125,9 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         let mut energy = self.totals.energy;
         self.add_energies(i, result, &mut energy);
         self.totals.energy = energy;
-        self.add_result(i, result, &result.wrenches());
+        let wrenches = result.wrenches();
+        self.add_stress(i, &result.branch(), &wrenches);
+        self.add_result(i, result, &wrenches);
     }
 
     /// As [`Self::commit_batch_result`] for contacts `i` to `i + 3` of the batch.
@@ -147,6 +148,13 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         }
         self.totals.energy = energy;
         let wrenches = results.wrenches(i, self.lanes);
+        if PERIODIC {
+            let mut sums = [self.totals.virial, self.totals.crossing];
+            for (i, wrenches) in (i..).zip(&wrenches) {
+                self.add_stress_to(&mut sums, i, &results.result(i).branch(), wrenches);
+            }
+            [self.totals.virial, self.totals.crossing] = sums;
+        }
         for (i, wrenches) in (i..).zip(&wrenches) {
             self.add_result(i, &results.result(i), wrenches);
         }
@@ -173,28 +181,43 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     #[inline(always)]
     fn add_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R, wrenches: &Wrenches) {
         let slot = self.pending[i].slot;
-        let BranchVector { length, normal } = result.branch();
+        let BranchVector { normal, .. } = result.branch();
         let virial = result.virial();
         debug_assert!(!SAMPLE && virial.is_some() == self.deforms());
-        self.accumulate(i, slot, &Action { length, normal: &normal, wrenches, virial: virial.as_ref() });
+        self.accumulate(i, slot, &Action { normal: &normal, wrenches, virial: virial.as_ref() });
+    }
+
+    /// Add the force of contact `i` of the batch to the sums of the stress in a periodic cell.
+    #[inline(always)]
+    fn add_stress(&mut self, i: usize, branch: &BranchVector, wrenches: &Wrenches) {
+        let mut sums = [self.totals.virial, self.totals.crossing];
+        self.add_stress_to(&mut sums, i, branch, wrenches);
+        [self.totals.virial, self.totals.crossing] = sums;
+    }
+
+    /// As [`Self::add_stress`], to copies of `virial` and `crossing`, which stay in registers.
+    #[inline(always)]
+    fn add_stress_to(&self, [virial, crossing]: &mut [Mat3; 2], i: usize, branch: &BranchVector, wrenches: &Wrenches) {
+        let PendingContact { contact, counted, .. } = self.pending[i];
+        if PERIODIC && counted {
+            let force = &wrenches.a.force;
+            *virial += (branch.normal * branch.length) * force.transpose();
+            let i = self.tile.flags[contact as usize].image;
+            if i != [0, 0, 0] {
+                *crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
+            }
+        }
     }
 
     /// Add a contact to the totals and to its particles: directly if they lie in the tile, otherwise through its halo
     /// slot.
     #[inline(always)]
     fn accumulate(&mut self, i: usize, slot: u32, action: &Action<'_>) {
-        let &Action { length, normal, wrenches, virial } = action;
+        let &Action { normal, wrenches, virial } = action;
         let force = &wrenches.a.force;
         let PendingContact { contact, pair, counted, .. } = self.pending[i];
         let totals = &mut self.totals;
         totals.active += u64::from(counted);
-        if PERIODIC && counted {
-            totals.virial += (normal * length) * force.transpose();
-            let i = self.tile.flags[contact as usize].image;
-            if i != [0, 0, 0] {
-                totals.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
-            }
-        }
         if SAMPLE
             && counted
             && let (Some(rates), Some(&rest)) = (&self.context.expansion, self.tile.rest_length.get(contact as usize))

@@ -322,8 +322,9 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     }
 
     #[inline(always)]
-    fn shift(&self, i: usize) -> Vec3 {
-        self.image(self.pending[i].contact as usize).displacement
+    fn shift(&self, i: usize) -> Option<Vec3> {
+        let k = self.pending[i].contact as usize;
+        (self.tile.flags[k].image != [0; 3]).then(|| self.image(k).displacement)
     }
 
     #[inline(always)]

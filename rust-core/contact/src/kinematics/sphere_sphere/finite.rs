@@ -41,8 +41,10 @@ impl FiniteInput {
             arrays.b.set_four(i, b, source.lanes());
             arrays.previous.set_four(i, source.four_previous(places), source.lanes());
             for place in places {
-                if S::PERIODIC {
-                    arrays.shift.set(place, source.shift(place));
+                if S::PERIODIC
+                    && let Some(shift) = source.shift(place)
+                {
+                    arrays.shift.set(place, shift);
                 }
                 if let Some([a, b]) = source.rotations(place) {
                     arrays.a.rotation.set(place, a);
