@@ -125,6 +125,7 @@ void FixConcordemBond::setup_pre_force(int)
   setup_ = true;
   check_box(true);
   communicate(true);
+  give_heat_network();
   measure_heated_groups();
   rebuild();
   make_added();
@@ -144,6 +145,7 @@ void FixConcordemBond::pre_force(int)
   communicate(neighbor->ago == 0);
   show_temperatures();
   if (neighbor->ago == 0) {
+    give_heat_network();
     measure_heated_groups();
     rebuild();
     check_pair_style();
@@ -156,7 +158,9 @@ void FixConcordemBond::make_added()
   if (!lists_ || !made_) return;
   const bool adds = concordem_network_make_added(network_) > 0;
   // The first bonds of the run, on any processor. Only a rebuild finds them in the lists.
-  if (mean_radius_ == 0.0 && (setup_ || neighbor->ago == 0)) find_mean_radius();
+  const bool may_add = setup_ || neighbor->ago == 0;
+  if (mean_radius_ == 0.0 && may_add) find_mean_radius();
+  if (may_add) ask_heat_network(OF_NEW_BONDS);
   if (adds) rebuild();
 }
 
@@ -361,9 +365,9 @@ void FixBondBase::communicate_ghosts()
   comm->forward_comm(this);
 }
 
-void FixBondBase::print(double bonds)
+void FixBondBase::print(const std::string &text)
 {
-  utils::logmesg(lmp, "fix {} concordem/bond: {:.0f} bonds of law {}\n", id, bonds, law_);
+  utils::logmesg(lmp, "fix {} concordem/bond: {}\n", id, text);
 }
 
 namespace {

@@ -62,6 +62,8 @@ struct ConcordemFacts {
   int32_t temperature;
   /// Number of groups that the tables of heat conduction name.
   int32_t heat_groups;
+  /// Whether there is a file of `heat_network`.
+  int32_t heat_network;
   /// Length of the name of the data file to continue with, bytes; 0: none.
   int32_t state_length;
   /// Name of the contact law, padded with zeros.
@@ -134,6 +136,17 @@ struct ConcordemPairLists {
   const int32_t *const *neighbors;
   /// Factors on the forces of a pair by the two upper bits of its entry.
   double weights[4];
+};
+
+/// An atom or a bond of the file.
+struct ConcordemHeatEntry {
+  /// Ids of the atoms of a bond, the lower one first; of an atom its id and 0.
+  int64_t ids[2];
+  /// Heat capacity (J/K) and volume (m³) of an atom, and 0; area (m²) of a bond, and the distances (m) of the atoms with the lower and
+  /// the higher id from it.
+  double reals[3];
+  /// Its line in the file; 0: the file has no such atom or bond.
+  int64_t line;
 };
 
 /// A normal model of `pair_style gran`, see `Model` in `src/pair.rs`.
@@ -283,7 +296,7 @@ void concordem_network_state_file(const ConcordemNetwork *network, char *name);
 void concordem_network_delete(ConcordemNetwork *network);
 
 /// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals. `mask`: bits of its groups.
-void concordem_network_initial_memory(const ConcordemNetwork *network, int64_t tag, int32_t mask, double *memory);
+void concordem_network_initial_memory(const ConcordemNetwork *network, int32_t mask, double *memory);
 
 /// Give new owned atoms their place in the order of the particles. The shim must then update the ghosts, with the real before
 /// `ConcordemFacts::communicated`.
@@ -438,10 +451,52 @@ int64_t concordem_network_heat_volumes(const ConcordemNetwork *network,
 /// Set the volume of all atoms of group `k`, m³.
 void concordem_network_set_heat_volume(ConcordemNetwork *network, int32_t k, double volume);
 
-/// Write the numbers of atoms and bonds in the file of `heat_network`, and of those that this processor counts: 4 reals; zeros without
-/// a file.
+/// Read the next atoms and bonds of the file of `heat_network`, at most `capacity`, on one processor. Returns their number, 0 at the end
+/// of the file, or −1 and a message.
+int64_t concordem_network_read_heat_network(ConcordemNetwork *network,
+                                            ConcordemHeatEntry *entries,
+                                            int64_t capacity,
+                                            const ConcordemMessage *message);
+
+/// Keep `count` atoms and bonds of the file of `heat_network` on this processor.
+void concordem_network_keep_heat_entries(ConcordemNetwork *network, const ConcordemHeatEntry *entries, int64_t count);
+
+/// All that this processor keeps of the file of `heat_network` is here. Returns 0; or −1 and a message if two lines have the same atom or
+/// bond, and sets `line` to the lowest second one.
+int64_t concordem_network_sort_heat_entries(ConcordemNetwork *network,
+                                            int64_t *line,
+                                            const ConcordemMessage *message);
+
+/// Find `count` atoms and bonds, two `ids` each, among those that this processor keeps.
+void concordem_network_heat_entries(const ConcordemNetwork *network,
+                                    const int64_t (*ids)[2],
+                                    int64_t count,
+                                    ConcordemHeatEntry *entries);
+
+/// Number of atoms or bonds that this processor asks for. 0: atoms without numbers of the file of `heat_network`; 1: all atoms, whose
+/// numbers are compared; 2: bonds that the next rebuild creates; 3: all bonds, whose numbers are compared. Writes their ids to `ids` unless
+/// it is null.
+int64_t concordem_network_asked_heat_entries(const ConcordemNetwork *network,
+                                             const ConcordemAtoms *atoms,
+                                             int32_t asked,
+                                             int64_t (*ids)[2]);
+
+/// Take `count` answers.
+void concordem_network_take_heat_entries(ConcordemNetwork *network, const ConcordemHeatEntry *entries, int64_t count);
+
+/// All answers to what `concordem_network_asked_heat_entries` returned are here: use them, or compare them. Returns 0, or −1 and a message.
+int64_t concordem_network_use_heat_entries(ConcordemNetwork *network,
+                                           const ConcordemAtoms *atoms,
+                                           int32_t asked,
+                                           const ConcordemMessage *message);
+
+/// Drop the bonds of the file of `heat_network` that this processor keeps.
+void concordem_network_drop_heat_bonds(ConcordemNetwork *network);
+
+/// Write the numbers of atoms and bonds of the file of `heat_network` that this processor keeps, and of the atoms and bonds that it counts:
+/// 4 numbers; zeros without a file.
 void concordem_network_heat_counts(const ConcordemNetwork *network,
-                                   double *counts);
+                                   int64_t *counts);
 
 /// Fail if the time step (s) is beyond the bound of heat conduction. Returns 0, or −1 and a message.
 int64_t concordem_network_check_heat_step(const ConcordemNetwork *network, double dt, const ConcordemMessage *message);
@@ -597,13 +652,14 @@ static_assert(offsetof(ConcordemFacts, sample_every_step) == 12 && sizeof(Concor
 static_assert(offsetof(ConcordemFacts, record_reals) == 16 && sizeof(ConcordemFacts::record_reals) == 4, "ConcordemFacts::record_reals");
 static_assert(offsetof(ConcordemFacts, temperature) == 20 && sizeof(ConcordemFacts::temperature) == 4, "ConcordemFacts::temperature");
 static_assert(offsetof(ConcordemFacts, heat_groups) == 24 && sizeof(ConcordemFacts::heat_groups) == 4, "ConcordemFacts::heat_groups");
-static_assert(offsetof(ConcordemFacts, state_length) == 28 && sizeof(ConcordemFacts::state_length) == 4, "ConcordemFacts::state_length");
-static_assert(offsetof(ConcordemFacts, contacts) == 32 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
-static_assert(offsetof(ConcordemFacts, at) == 64 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
-static_assert(offsetof(ConcordemFacts, factor) == 72 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
-static_assert(offsetof(ConcordemFacts, reach) == 80 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
-static_assert(offsetof(ConcordemFacts, reference_temperature) == 88 && sizeof(ConcordemFacts::reference_temperature) == 8, "ConcordemFacts::reference_temperature");
-static_assert(sizeof(ConcordemFacts) == 96 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemFacts, heat_network) == 28 && sizeof(ConcordemFacts::heat_network) == 4, "ConcordemFacts::heat_network");
+static_assert(offsetof(ConcordemFacts, state_length) == 32 && sizeof(ConcordemFacts::state_length) == 4, "ConcordemFacts::state_length");
+static_assert(offsetof(ConcordemFacts, contacts) == 36 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
+static_assert(offsetof(ConcordemFacts, at) == 72 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
+static_assert(offsetof(ConcordemFacts, factor) == 80 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
+static_assert(offsetof(ConcordemFacts, reach) == 88 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
+static_assert(offsetof(ConcordemFacts, reference_temperature) == 96 && sizeof(ConcordemFacts::reference_temperature) == 8, "ConcordemFacts::reference_temperature");
+static_assert(sizeof(ConcordemFacts) == 104 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
 static_assert(offsetof(ConcordemPairLists, atoms) == 0 && sizeof(ConcordemPairLists::atoms) == 4, "ConcordemPairLists::atoms");
 static_assert(offsetof(ConcordemPairLists, index_bits) == 4 && sizeof(ConcordemPairLists::index_bits) == 4, "ConcordemPairLists::index_bits");
 static_assert(offsetof(ConcordemPairLists, list) == 8 && sizeof(ConcordemPairLists::list) == 8, "ConcordemPairLists::list");
@@ -614,6 +670,10 @@ static_assert(sizeof(ConcordemPairLists) == 64 && alignof(ConcordemPairLists) ==
 static_assert(offsetof(ConcordemBondOfList, ids) == 0 && sizeof(ConcordemBondOfList::ids) == 16, "ConcordemBondOfList::ids");
 static_assert(offsetof(ConcordemBondOfList, length) == 16 && sizeof(ConcordemBondOfList::length) == 8, "ConcordemBondOfList::length");
 static_assert(sizeof(ConcordemBondOfList) == 24 && alignof(ConcordemBondOfList) == 8, "ConcordemBondOfList");
+static_assert(offsetof(ConcordemHeatEntry, ids) == 0 && sizeof(ConcordemHeatEntry::ids) == 16, "ConcordemHeatEntry::ids");
+static_assert(offsetof(ConcordemHeatEntry, reals) == 16 && sizeof(ConcordemHeatEntry::reals) == 24, "ConcordemHeatEntry::reals");
+static_assert(offsetof(ConcordemHeatEntry, line) == 40 && sizeof(ConcordemHeatEntry::line) == 8, "ConcordemHeatEntry::line");
+static_assert(sizeof(ConcordemHeatEntry) == 48 && alignof(ConcordemHeatEntry) == 8, "ConcordemHeatEntry");
 static_assert(offsetof(ConcordemPairForce, i) == 0 && sizeof(ConcordemPairForce::i) == 4, "ConcordemPairForce::i");
 static_assert(offsetof(ConcordemPairForce, j) == 4 && sizeof(ConcordemPairForce::j) == 4, "ConcordemPairForce::j");
 static_assert(offsetof(ConcordemPairForce, force) == 8 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
@@ -687,4 +747,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xe9f5fb62a4a54cb0)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xddbdab51c910b3cc)

@@ -87,6 +87,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
 {
   check_box(true);
   communicate(true);
+  give_heat_network();
   measure_heated_groups();
   rebuild();
   check_heat_step();
@@ -105,6 +106,7 @@ void FixConcordemBond::pre_force(int vflag)
   communicate(neighbor->ago == 0);
   show_temperatures();
   if (neighbor->ago == 0) {
+    give_heat_network();
     measure_heated_groups();
     rebuild();
     check_pair_style();
@@ -220,11 +222,11 @@ std::string FixBondBase::lost_in_restart() const
   return other;
 }
 
-void FixBondBase::print(double bonds)
+void FixBondBase::print(const std::string &text)
 {
   for (int k = 0; k < 2; k++) {
     FILE *out = k ? logfile : screen;
-    if (out) fprintf(out, "fix %s concordem/bond: %.0f bonds of law %s\n", id, bonds, law_.c_str());
+    if (out) fprintf(out, "fix %s concordem/bond: %s\n", id, text.c_str());
   }
 }
 

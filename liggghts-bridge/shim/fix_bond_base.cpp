@@ -105,6 +105,12 @@ FixBondBase::~FixBondBase()
   concordem_network_delete(network_);
 }
 
+void FixBondBase::fail_with_text_of(int processor)
+{
+  MPI_Bcast(text_, sizeof(text_), MPI_CHAR, processor, world);
+  fail(text_);
+}
+
 // Allows a bond to stretch by 5 % until the next rebuild, which detects longer ones.
 void FixBondBase::find_reach(double given, double *smallest)
 {
@@ -215,16 +221,22 @@ void FixBondBase::make_bonds()
   if (lists_) queue_bonds_of_lists();
   find_mean_radius();
   if (creates) {
+    ask_heat_network(OF_NEW_BONDS);
     rebuild();
     check_heat_network();
     check_heat_step();
   }
   made_ = true;
+  drop_heat_bonds();
   double total;
   if (!concordem_count(network_, world, &total))
     fail("a bond is longer than the ghost cutoff; add `reach LENGTH` with a larger length");
   if (comm->me != 0) return;
-  if (creates) print(total);
+  if (creates) {
+    char bonds[32];
+    snprintf(bonds, sizeof(bonds), "%.0f", total);
+    print(std::string(bonds) + " bonds of law " + law_);
+  }
   if (lost) warn("creates new bonds; those of fix " + lost_ + " in the restart file are lost. To keep them, give this fix the same id");
   if (total == 0.0 && law_ != "none")
     warn(lists_ ? EMPTY_LISTS :
@@ -288,6 +300,7 @@ void FixBondBase::rebuild()
   if (restored_) deliver_restored();
   if (made_ && lists_) follow_lists();
   if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean_radius_, &message_) < 0) fail_on_this_processor();
+  if (compares_) compare_heat_network();
 }
 
 /* -------------------------------------------------------------------------------------------- data per atom, migration */
@@ -306,7 +319,7 @@ void FixBondBase::copy_arrays(int i, int j, int)
 
 void FixBondBase::set_arrays(int i)
 {
-  concordem_network_initial_memory(network_, atom->tag[i], atom->mask[i], memory_[i]);
+  concordem_network_initial_memory(network_, atom->mask[i], memory_[i]);
 }
 
 int FixBondBase::pack_exchange(int i, double *buf)

@@ -69,7 +69,8 @@ class FixBondBase : public Fix {
   // Defined per host, in the file of the derived fix.
   [[noreturn]] void fail(const std::string &);      // on all processors
   [[noreturn]] void fail_on_this_processor();       // with the message in text_, which may exist on one processor only
-  void print(double bonds);
+  void fail_with_text_of(int);                      // on all processors, with the message in text_ of one of them; collective
+  void print(const std::string &);                  // to be called on one processor
   void warn(const std::string &);                   // to be called on one processor
   void communicate_ghosts();
 
@@ -97,6 +98,10 @@ class FixBondBase : public Fix {
 
   // Heat conduction (heat.cpp).
   bool conducts() const { return facts_.temperature >= 0; }
+  // What this processor asks for from the file of `heat_network`; the numbers are those of concordem_network_asked_heat_entries().
+  enum Asked { OF_NEW_ATOMS, OF_ATOMS, OF_NEW_BONDS, OF_BONDS };
+  void ask_heat_network(Asked);    // OF_NEW_BONDS: before the rebuild() that creates them; collective
+  void give_heat_network();        // before measure_heated_groups(); collective
   void measure_heated_groups();    // before rebuild()
   void check_heat_step();
   void conduct();                  // one step, before atoms change their processors
@@ -118,7 +123,12 @@ class FixBondBase : public Fix {
   std::vector<std::string> heat_groups_;     // groups that the tables of heat name
   std::vector<int> heat_bits_;               // their bits
 
+  bool compares_ = false;                    // until the first rebuild: atoms and bonds will be compared with the file of `heat_network`
+
   void begin_heat();
+  void read_heat_network();
+  void compare_heat_network();
+  void drop_heat_bonds();
   void check_heat_network();
   void check_other_fixes();
   ConcordemRestartHead head();    // collective

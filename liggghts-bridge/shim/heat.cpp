@@ -1,9 +1,11 @@
-/* Heat conduction of fix concordem/bond: groups, temperatures for output, and `fix_modify ID temperature GROUP VALUE`.
+/* Heat conduction of fix concordem/bond: groups, the file of `heat_network`, temperatures for output, and `fix_modify ID temperature GROUP
+   VALUE`.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include <stdlib.h>
 #include <string.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,24 @@
 #include "host.h"
 
 using namespace LAMMPS_NS;
+
+namespace {
+
+// Atoms and bonds of the file of `heat_network` that travel at once, to each processor and from each.
+const int CHUNK = 1 << 14;
+
+// Ids of an atom (and 0) or of the atoms of a bond.
+struct Ids {
+  int64_t of[2];
+};
+
+// Processor that keeps an atom or bond of the file.
+int keeper(const int64_t *ids, int processors)
+{
+  return static_cast<int>(ids[0] % processors);
+}
+
+}
 
 // Called by the constructor, before atoms get their data.
 void FixBondBase::begin_heat()
@@ -41,6 +61,9 @@ void FixBondBase::begin_heat()
   peratom_flag = 1;
   size_peratom_cols = 0;
   peratom_freq = 1;
+  if (!facts_.heat_network) return;
+  read_heat_network();
+  compares_ = true;
 }
 
 // The power of a source is shared in proportion to the volumes of its atoms, on all processors. Collective; before each rebuild, because atoms may
@@ -64,17 +87,105 @@ void FixBondBase::measure_heated_groups()
   }
 }
 
+// The file of `heat_network` may be larger than the memory of a processor. The first one reads it in pieces, and each keeps its share.
+// Collective.
+void FixBondBase::read_heat_network()
+{
+  std::vector<ConcordemHeatEntry> piece(CHUNK);
+  for (;;) {
+    int count = 0;
+    if (comm->me == 0) count = static_cast<int>(concordem_network_read_heat_network(network_, piece.data(), CHUNK, &message_));
+    MPI_Bcast(&count, 1, MPI_INT, 0, world);
+    if (count < 0) fail_with_text_of(0);
+    if (count == 0) break;
+    MPI_Bcast(piece.data(), count * static_cast<int>(sizeof(ConcordemHeatEntry)), MPI_BYTE, 0, world);
+    int mine = 0;
+    for (int k = 0; k < count; k++)
+      if (keeper(piece[k].ids, comm->nprocs) == comm->me) piece[mine++] = piece[k];
+    concordem_network_keep_heat_entries(network_, piece.data(), mine);
+  }
+  int64_t line = INT64_MAX, lowest;
+  if (concordem_network_sort_heat_entries(network_, &line, &message_) < 0 && line == INT64_MAX) fail_on_this_processor();
+  MPI_Allreduce(&line, &lowest, 1, MPI_INT64_T, MPI_MIN, world);
+  if (lowest < INT64_MAX) {
+    int keeps = line == lowest ? comm->me : -1, from;
+    MPI_Allreduce(&keeps, &from, 1, MPI_INT, MPI_MAX, world);
+    fail_with_text_of(from);
+  }
+  int64_t counts[4], all[2], most;
+  concordem_network_heat_counts(network_, counts);
+  MPI_Allreduce(counts, all, 2, MPI_INT64_T, MPI_SUM, world);
+  const int64_t kept = counts[0] + counts[1];
+  MPI_Allreduce(&kept, &most, 1, MPI_INT64_T, MPI_MAX, world);
+  if (comm->me == 0)
+    print("the file of `heat_network` has " + std::to_string(all[0]) + " atoms and " + std::to_string(all[1]) +
+          " bonds; a process keeps at most " + std::to_string(most) + " of them");
+}
+
+// Bring what the atoms or bonds of this processor need from the processors that keep it. Collective.
+void FixBondBase::ask_heat_network(Asked asked)
+{
+  if (!facts_.heat_network) return;
+  ConcordemAtoms atoms = arrays();
+  const int64_t count = concordem_network_asked_heat_entries(network_, &atoms, asked, NULL);
+  int64_t most;
+  MPI_Allreduce(&count, &most, 1, MPI_INT64_T, MPI_MAX, world);
+  if (most == 0) return;
+  std::vector<Ids> wanted(count);
+  if (count > 0) concordem_network_asked_heat_entries(network_, &atoms, asked, &wanted[0].of);
+  for (int64_t start = 0; start < most; start += CHUNK) {
+    std::vector<std::vector<Ids> > questions(comm->nprocs);
+    for (int64_t k = start; k < std::min(start + CHUNK, count); k++)
+      questions[keeper(wanted[k].of, comm->nprocs)].push_back(wanted[k]);
+    std::vector<int> from;
+    const std::vector<Ids> here = concordem_send(questions, world, &from);
+    std::vector<std::vector<ConcordemHeatEntry> > answers(comm->nprocs);
+    size_t at = 0;
+    for (int p = 0; p < comm->nprocs; p++) {
+      if (from[p] == 0) continue;
+      answers[p].resize(from[p]);
+      concordem_network_heat_entries(network_, &here[at].of, from[p], answers[p].data());
+      at += from[p];
+    }
+    const std::vector<ConcordemHeatEntry> arrived = concordem_send(answers, world);
+    concordem_network_take_heat_entries(network_, arrived.data(), arrived.size());
+  }
+  if (concordem_network_use_heat_entries(network_, &atoms, asked, &message_) < 0) fail_on_this_processor();
+}
+
+// New atoms get their numbers before the volumes of groups are summed, also those that were created in the run. At first, all ask: those of a
+// restart or data file brought numbers along.
+void FixBondBase::give_heat_network()
+{
+  ask_heat_network(compares_ ? OF_ATOMS : OF_NEW_ATOMS);
+}
+
+// The bonds of a restart or data file brought their numbers along as well. Once, after the first rebuild. Collective.
+void FixBondBase::compare_heat_network()
+{
+  compares_ = false;
+  ask_heat_network(OF_BONDS);
+  drop_heat_bonds();
+}
+
+// The bonds of the file are needed until those of the script are created. Bonds of the atoms' lists may be created at any time, and atoms as
+// well.
+void FixBondBase::drop_heat_bonds()
+{
+  if (made_ && !lists_) concordem_network_drop_heat_bonds(network_);
+}
+
 // Every atom and bond of the file of `heat_network` must exist. Collective.
 void FixBondBase::check_heat_network()
 {
-  double mine[4], all[4];
+  int64_t mine[4], all[4];
   concordem_network_heat_counts(network_, mine);
-  MPI_Allreduce(mine, all, 4, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(mine, all, 4, MPI_INT64_T, MPI_SUM, world);
   const char *const what[2] = {"atoms", "bonds"};
-  for (int k = 0; k < 2; k++)
-    if (all[2 + k] != mine[k])
-      fail("the file of `heat_network` has " + std::to_string(static_cast<long long>(mine[k])) + " " + what[k] + ", but " +
-           std::to_string(static_cast<long long>(all[2 + k])) + " exist; give the file of this body");
+  for (int k = 0; facts_.heat_network && k < 2; k++)
+    if (all[2 + k] != all[k])
+      fail("the file of `heat_network` has " + std::to_string(all[k]) + " " + what[k] + ", but " + std::to_string(all[2 + k]) +
+           " exist; give the file of this body");
 }
 
 void FixBondBase::check_heat_step()
@@ -105,6 +216,8 @@ int FixBondBase::modify_param(int narg, char **arg)
   const double value = strtod(arg[2], &end);
   if (end == arg[2] || *end || !(value >= 0.0 && value < 1e300))
     fail("`fix_modify " + std::string(id) + " temperature " + arg[1] + " " + arg[2] + "`: give a number, the absolute temperature in K, without a unit");
+  // Heat that atoms bring is summed from the first rebuild on.
+  if (!compares_) ask_heat_network(OF_NEW_ATOMS);
   ConcordemAtoms atoms = arrays();
   concordem_network_set_temperature(network_, &atoms, group->bitmask[found], value);
   // Ghosts need the temperatures before the next step, also of `run N pre no`.

@@ -8,6 +8,8 @@ mod groups;
 mod harness;
 #[path = "host_heat/refused.rs"]
 mod refused;
+#[path = "host_heat/shares.rs"]
+mod shares;
 #[path = "host_heat/tables.rs"]
 mod tables;
 

@@ -8,6 +8,7 @@ use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
 use super::atoms::AtomArrays;
 use super::network::{BondOfList, Facts, PairLists};
 use super::pair::{PairArrays, PairModel, PairProperties};
+use crate::heat_network::HeatEntry;
 use crate::pair::{PairForce, SingleContact, SingleResponse, WallContact};
 
 #[test]
@@ -21,6 +22,7 @@ fn c_header_is_current() {
         "src/abi/results.rs",
         "src/abi/pair.rs",
         "src/network/mod.rs",
+        "src/heat_network.rs",
         "src/law_names.rs",
         "src/pair.rs",
     ]
@@ -51,6 +53,7 @@ fn c_header_is_current() {
             Facts::type_layout(),
             PairLists::type_layout(),
             BondOfList::type_layout(),
+            HeatEntry::type_layout(),
             PairForce::type_layout(),
             WallContact::type_layout(),
             SingleContact::type_layout(),

@@ -31,6 +31,8 @@ pub struct Facts {
     temperature: i32,
     /// Number of groups that the tables of heat conduction name.
     heat_groups: i32,
+    /// Whether there is a file of `heat_network`.
+    heat_network: i32,
     /// Length of the name of the data file to continue with, bytes; 0: none.
     state_length: i32,
     /// Name of the contact law, padded with zeros.
@@ -84,6 +86,7 @@ pub unsafe extern "C" fn concordem_network_new(
                 record_reals: network.record_reals() as i32,
                 temperature: network.temperature_place().map_or(-1, |place| place as i32),
                 heat_groups: network.heat_groups().len() as i32,
+                heat_network: i32::from(options.heat.as_ref().is_some_and(|heat| heat.network.is_some())),
                 state_length: options.state.as_ref().map_or(0, |name| name.len() as i32),
                 contacts: law_names::padded(options.contact.key()),
                 at: options.at.unwrap_or(-1),
@@ -119,14 +122,9 @@ pub unsafe extern "C" fn concordem_network_delete(network: *mut Network) {
 
 /// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals. `mask`: bits of its groups.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_initial_memory(
-    network: *const Network,
-    tag: i64,
-    mask: i32,
-    memory: *mut f64,
-) {
+pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Network, mask: i32, memory: *mut f64) {
     // SAFETY: `atom_width` reals.
-    unsafe { (*network).initial_memory(tag, mask, slice_mut(memory, (*network).atom_width())) }
+    unsafe { (*network).initial_memory(mask, slice_mut(memory, (*network).atom_width())) }
 }
 
 /// Give new owned atoms their place in the order of the particles. The shim must then update the ghosts, with the real before

@@ -18,9 +18,9 @@ use concordem_solver::heat::{
 use concordem_solver::state::Particles;
 
 use super::exchange::Arriving;
+use super::heat_network::NetworkFile;
 use super::{Network, NetworkError};
 use crate::atoms::{Atoms, Tag};
-use crate::heat_network::HeatNetworkFile;
 use crate::options::HeatTables;
 use crate::records::{Record, THERMAL, ascending};
 
@@ -32,9 +32,9 @@ pub(super) struct ThermalBond {
     /// Length at the reference temperature, m.
     rest: f64,
     /// Area through which heat flows, m².
-    area: f64,
+    pub(super) area: f64,
     /// Distances of A and B from it, m.
-    lengths: [f64; 2],
+    pub(super) lengths: [f64; 2],
 }
 
 impl ThermalBond {
@@ -55,15 +55,11 @@ impl ThermalBond {
     }
 }
 
-/// Area (m²) of a bond in a file, and the distances of A and B from it (m).
-fn of_file(file: &HeatNetworkFile, tags: [Tag; 2]) -> Option<[f64; 3]> {
-    let &[area, of_lower, of_higher] = file.bonds.get(&ascending(tags))?;
-    Some(if tags[0] < tags[1] { [area, of_lower, of_higher] } else { [area, of_higher, of_lower] })
-}
-
 /// Heat conduction of a network.
 pub(super) struct Thermal {
-    tables: HeatTables,
+    pub(super) tables: HeatTables,
+    /// The file of `heat_network`, if there is one.
+    pub(super) file: Option<NetworkFile>,
     /// Bit of each group of the tables.
     bits: Vec<i32>,
     /// Volume of all atoms of each group, m³.
@@ -72,7 +68,7 @@ pub(super) struct Thermal {
     pass: HeatPass,
     expansion: Expansion,
     /// Of all bonds since the last rebuild, sorted by ids, the lower one first.
-    bonds: Vec<ThermalBond>,
+    pub(super) bonds: Vec<ThermalBond>,
     /// Bit mask of the groups of each particle.
     mask: Vec<i32>,
     /// Largest stable time step of the motion, s, and the atom that needs it.
@@ -81,8 +77,6 @@ pub(super) struct Thermal {
     stale: bool,
     /// Whether the heat at the start is known.
     pub(super) begun: bool,
-    /// Whether the numbers that atoms and bonds brought along were compared with the file of `heat_network`.
-    compared: bool,
 }
 
 impl Thermal {
@@ -106,6 +100,7 @@ impl Thermal {
         Self {
             bits: vec![0; tables.groups.len()],
             volumes: vec![0.0; tables.groups.len()],
+            file: tables.network.clone().map(NetworkFile::new),
             tables,
             model,
             pass: HeatPass::default(),
@@ -115,7 +110,6 @@ impl Thermal {
             bound: (f64::INFINITY, 0),
             stale: false,
             begun: false,
-            compared: false,
         }
     }
 
@@ -124,30 +118,6 @@ impl Thermal {
         let heat = &self.tables.heat;
         let of_group = heat.initials.iter().rev().find(|one| mask & self.bits[self.tables.group(&one.set)] != 0);
         of_group.map_or(heat.temperature.si(), |one| one.temperature.si())
-    }
-
-    /// Heat capacity (J/K) and volume (m³) of an atom from the file, if there is one; zeros if the atom is not in it.
-    pub(super) fn entry_of_file(&self, tag: Tag) -> Option<[f64; 2]> {
-        self.tables.network.as_ref().map(|file| file.atoms.get(&tag).copied().unwrap_or_default())
-    }
-
-    /// Fail if an atom that comes from a restart file has another capacity (J/K) or volume (m³) than in the file of `heat_network`.
-    fn compare_atom(&self, tag: Tag, stored: [f64; 2]) -> Result<(), NetworkError> {
-        let Some(file) = self.tables.network.as_ref().filter(|_| !self.compared) else { return Ok(()) };
-        if file.atoms.get(&tag) == Some(&stored) {
-            return Ok(());
-        }
-        Err(NetworkError::OtherHeatNetwork { of: format!("atom {tag}"), path: file.path.clone() })
-    }
-
-    /// Fail if a bond that comes from a restart file has another area or other lengths than in the file of `heat_network`.
-    fn compare_bond(&self, bond: &ThermalBond) -> Result<(), NetworkError> {
-        let Some(file) = self.tables.network.as_ref().filter(|_| !self.compared) else { return Ok(()) };
-        if of_file(file, bond.tags) == Some([bond.area, bond.lengths[0], bond.lengths[1]]) {
-            return Ok(());
-        }
-        let [a, b] = bond.tags;
-        Err(NetworkError::OtherHeatNetwork { of: format!("the bond of atoms {a} and {b}"), path: file.path.clone() })
     }
 
     /// Volume that an atom of the radius (m) stands for, m³.
@@ -189,13 +159,9 @@ impl Thermal {
         new: &[([Tag; 2], f64)],
         pairs: &[NearPair],
     ) -> Result<Vec<ThermalBond>, NetworkError> {
-        if let Some(file) = &self.tables.network {
+        if let Some(file) = &self.file {
             let of = |&(tags, rest): &([Tag; 2], f64)| {
-                let [area, of_a, of_b] = of_file(file, tags).ok_or_else(|| NetworkError::NoHeatBond {
-                    a: tags[0],
-                    b: tags[1],
-                    path: file.path.clone(),
-                })?;
+                let [area, of_a, of_b] = file.bond(tags)?;
                 Ok(ThermalBond { tags, rest, area, lengths: [of_a, of_b] })
             };
             return new.iter().map(of).collect();
@@ -291,16 +257,6 @@ impl Network {
         }
     }
 
-    /// Numbers of the atoms and bonds in the file of `heat_network`, and of those that this processor counts.
-    pub fn heat_network_counts(&self) -> [f64; 4] {
-        let Some(thermal) = &self.thermal else { return [0.0; 4] };
-        let Some(file) = &thermal.tables.network else { return [0.0; 4] };
-        let owns = |tag: Tag| self.particle(tag).is_some_and(|p| self.owned[p]);
-        let atoms = file.atoms.keys().filter(|&&tag| owns(tag)).count();
-        let bonds = thermal.bonds.iter().filter(|bond| owns(bond.tags[0])).count();
-        [file.atoms.len(), file.bonds.len(), atoms, bonds].map(|count| count as f64)
-    }
-
     /// Heat capacity (J/K) and volume (m³) of atom `i`.
     fn heat_of(&self, thermal: &Thermal, atoms: &Atoms<'_>, i: usize) -> [f64; 2] {
         if let Some(reals) = self.layout.heat_of_file(&atoms.memory[i * self.layout.width..]) {
@@ -318,11 +274,8 @@ impl Network {
         for (p, &i) in self.atom.iter().enumerate() {
             let [c, v] = self.heat_of(&thermal, atoms, i as usize);
             if c.is_nan() || c <= 0.0 {
-                let path = thermal.tables.network.as_ref().map_or_else(String::new, |file| file.path.clone());
+                let path = thermal.tables.network.clone().unwrap_or_default();
                 return Err(NetworkError::NoHeatAtom { tag: self.tags[p], path });
-            }
-            if self.owned[p] {
-                thermal.compare_atom(self.tags[p], [c, v])?;
             }
             capacity.push(c);
             volume.push(v);
@@ -356,6 +309,9 @@ impl Network {
         let mut known = std::mem::take(&mut thermal.bonds);
         known.extend(arriving);
         known.extend(thermal.measure(&self.state.particles, new, pairs)?);
+        if let Some(file) = &mut thermal.file {
+            file.forget_answers();
+        }
         known.sort_by_key(ThermalBond::key);
         known.dedup_by_key(|bond| bond.key());
         thermal.bonds = known;
@@ -365,7 +321,6 @@ impl Network {
         for pair in block.pairs() {
             let wanted = [pair.a, pair.b].map(|p| tags[p as usize]);
             let bond = thermal.bond(wanted).ok_or(NetworkError::BadRecord { tag: wanted[0] })?;
-            thermal.compare_bond(bond)?;
             bonds.push(*bond);
         }
         if thermal.expands() {
@@ -373,7 +328,6 @@ impl Network {
         }
         bonds.sort_by_key(ThermalBond::key);
         thermal.bonds = bonds;
-        thermal.compared = true;
         self.make_heat_pass();
         Ok(())
     }

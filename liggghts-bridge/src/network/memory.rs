@@ -6,7 +6,7 @@ use concordem_solver::neighbor::hilbert;
 use concordem_solver::state::Deformation;
 
 use super::{Network, NetworkError};
-use crate::atoms::{Atoms, Tag, add, vector};
+use crate::atoms::{Atoms, add, vector};
 
 /// Number of reals for the net force and torque of the last step.
 const NET: usize = 6;
@@ -41,6 +41,11 @@ impl Layout {
     /// Heat capacity (J/K) and volume (m³) of a file in the data of an atom; `None` without a file.
     pub(super) fn heat_of_file(&self, memory: &[f64]) -> Option<[f64; 2]> {
         (self.others == self.heat + 3).then(|| [memory[self.heat + 1], memory[self.heat + 2]])
+    }
+
+    /// The same, to be changed.
+    pub(super) fn heat_of_file_mut<'a>(&self, memory: &'a mut [f64]) -> Option<&'a mut [f64]> {
+        (self.others == self.heat + 3).then(|| &mut memory[self.heat + 1..self.heat + 3])
     }
 
     /// Set the temperature (K) in the data of an atom; returns the two parts of the old one.
@@ -84,15 +89,12 @@ impl Network {
         self.layout.temperature()
     }
 
-    /// Initialize the data of a new atom. `mask`: bits of its groups.
-    pub fn initial_memory(&self, tag: Tag, mask: i32, memory: &mut [f64]) {
+    /// Initialize the data of a new atom. `mask`: bits of its groups. Heat capacity and volume of a file follow before the next rebuild
+    /// ([`Self::use_heat_entries`]), since another processor may keep them.
+    pub fn initial_memory(&self, mask: i32, memory: &mut [f64]) {
         memory.fill(0.0);
         if let Some(thermal) = &self.thermal {
-            let Layout { heat, temperature, .. } = self.layout;
-            memory[temperature] = thermal.initial_temperature(mask);
-            if let Some(reals) = thermal.entry_of_file(tag) {
-                memory[heat + 1..heat + 3].copy_from_slice(&reals);
-            }
+            memory[self.layout.temperature] = thermal.initial_temperature(mask);
         }
         if self.needs_orientation() {
             memory[self.layout.orientation + 3] = 1.0;

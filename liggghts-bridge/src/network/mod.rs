@@ -13,6 +13,7 @@
 //! | `memory` | data stored per atom in the host's arrays |
 //! | `exchange` | records of bonds and contacts for migration and restart |
 //! | `heat` | heat conduction along bonds, and their expansion |
+//! | `heat_network` | the file of `heat_network`, of which each processor keeps a share |
 //! | `rebuild` | the state after migration |
 //! | `results` | counts, energies, virial, stress |
 
@@ -20,6 +21,7 @@ mod create;
 mod error;
 mod exchange;
 mod heat;
+mod heat_network;
 mod lists;
 mod memory;
 mod rebuild;
@@ -39,6 +41,7 @@ use create::Fresh;
 pub use error::NetworkError;
 use exchange::{Adjacency, Incoming, Pieces};
 use heat::Thermal;
+pub use heat_network::Asked;
 pub use lists::NeighborLists;
 use memory::Layout;
 pub use results::{Sums, TOTALS};

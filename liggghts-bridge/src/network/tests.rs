@@ -25,7 +25,7 @@ impl Arrays {
         let tags: Vec<Tag> = all.iter().map(|&k| ids(k)).collect();
         let mut memory = vec![0.0; count * network.atom_width()];
         for of_atom in memory.chunks_mut(network.atom_width()) {
-            network.initial_memory(0, 0, of_atom);
+            network.initial_memory(0, of_atom);
         }
         Self {
             narrow: if is_wide { Vec::new() } else { tags.iter().map(|&tag| i32::try_from(tag).unwrap()).collect() },

@@ -12,15 +12,14 @@ use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
 use super::OptionError;
-use crate::heat_network::HeatNetworkFile;
 
 /// Heat conduction as given by the user.
 #[derive(Debug, Clone)]
 pub struct HeatTables {
     /// The table `[heat]`.
     pub heat: Heat,
-    /// Heat capacities and areas from a file; `None`: those of a lattice, or of grains.
-    pub network: Option<HeatNetworkFile>,
+    /// File with heat capacities and areas; `None`: those of a lattice, or of grains.
+    pub network: Option<String>,
     /// Names of the groups that the table names as sets, without duplicates.
     pub groups: Vec<String>,
     /// Thermal constants by atom type.
@@ -29,6 +28,9 @@ pub struct HeatTables {
     pub curves: Vec<MaterialCurves>,
     /// Density that the volumes refer to, by atom type, kg/m³; `None`: heat capacities follow from the masses.
     pub bulk_density: Vec<Option<f64>>,
+    /// Name and text of `heat FILE`, for messages.
+    file: String,
+    text: String,
 }
 
 /// The file of `heat FILE`.
@@ -111,8 +113,7 @@ impl HeatTables {
         let HeatFile { heat } = toml::from_str(&text)
             .map_err(|error| OptionError::Parameters { place: file.to_owned(), message: error.to_string() })?;
         let place = Place { file, text: &text };
-        let network = network.map(HeatNetworkFile::read).transpose()?;
-        check_heat(&place, &heat, network.as_ref(), materials, beside)?;
+        check_heat(&place, &heat, network.is_some(), materials, beside)?;
         if beside.deforms {
             let message = "not with `deformable`";
             return Err(place.refuse("", message, "remove `deformable`, or use ConcorDEM's own solver"));
@@ -139,9 +140,23 @@ impl HeatTables {
                 .iter()
                 .map(|material| material.thermal.as_ref()?.bulk_density.map(Quantity::si))
                 .collect(),
-            network,
+            network: network.map(str::to_owned),
             heat,
+            file: file.to_owned(),
+            text,
         }))
+    }
+
+    /// Reject the model of the file of `heat_network` if it is not that of the table.
+    ///
+    /// # Errors
+    /// It is another one.
+    pub fn check_model_of_network(&self, model: HeatNetwork) -> Result<(), OptionError> {
+        if model == self.heat.model {
+            return Ok(());
+        }
+        let message = format!("the file of `heat_network` has the model {model}");
+        Err(Place { file: &self.file, text: &self.text }.refuse("model", &message, "give the same model"))
     }
 
     /// Number of a group that the table names.
@@ -161,7 +176,7 @@ fn of_material(name: &str, key: &str, message: &str, remedy: &str) -> OptionErro
 fn check_heat(
     place: &Place<'_>,
     heat: &Heat,
-    network: Option<&HeatNetworkFile>,
+    has_network: bool,
     materials: &[Material],
     beside: &Beside,
 ) -> Result<(), OptionError> {
@@ -216,7 +231,7 @@ fn check_heat(
     // Here, the heat content refers to this temperature, whether or not bonds expand, and restarts compare it.
     let fault = heat.faults(materials).into_iter().find(|fault| fault.key != "reference_temperature");
     place.without_fault("", fault)?;
-    check_model(place, heat, network, beside.bond_law)?;
+    check_model(place, heat, has_network, beside.bond_law)?;
     check_contact(place, contact.as_ref(), beside.contacts)?;
     for (at, source) in sources.iter().enumerate() {
         check_source(place, at, source)?;
@@ -228,20 +243,10 @@ fn check_heat(
 }
 
 /// The network: what conducts along bonds.
-fn check_model(
-    place: &Place<'_>,
-    heat: &Heat,
-    network: Option<&HeatNetworkFile>,
-    law: Option<LawName>,
-) -> Result<(), OptionError> {
+fn check_model(place: &Place<'_>, heat: &Heat, has_network: bool, law: Option<LawName>) -> Result<(), OptionError> {
     let Heat { model, pairs, .. } = heat;
     let refuse = |key: &str, message: &str, remedy: &str| Err(place.refuse(key, message, remedy));
-    if let Some(file) = network {
-        if file.model != *model {
-            let message = format!("the file of `heat_network` has the model {}", file.model);
-            return refuse("model", &message, "give the same model");
-        }
-    } else if matches!(model, HeatNetwork::Power | HeatNetwork::Disordered) {
+    if !has_network && matches!(model, HeatNetwork::Power | HeatNetwork::Disordered) {
         let remedy = "give heat capacities and areas with `heat_network FILE`, as `concordem export --format heat-network` writes them; or \
                       choose \"ordered\" with pairs = \"bonds\", or \"contacts\"";
         return refuse("model", "the areas depend on more than the two atoms of a bond (default: \"power\")", remedy);
