@@ -7,7 +7,10 @@ processor, our own solver is also timed (rust-core/app/examples/speed: whole ste
 Prints the median of several rounds. Rounds alternate between the styles, so that a busy machine slows them equally. On one
 processor the time is CPU time (LAMMPS' "CPU use"); on several it is wall time, because MPICH waits actively. --shuffled: ids in random
 order, as in data files of many programs; LAMMPS sorts its atoms in space. --json FILE writes the figures.
-  liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--shuffled] [--json FILE]
+--rebuild: instead, the time of a rebuild of our bonds, in steps: runs that rebuild the lists in every step, minus runs that never do,
+minus the same difference without our bonds. --impact: instead, whole runs of the example bpm/impact with our beams and with those of
+LAMMPS. Both on one processor, from the fastest round each.
+  liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--shuffled] [--rebuild | --impact] [--json FILE]
 """
 import argparse
 import itertools
@@ -119,9 +122,11 @@ def own(folder, law, edge, neighbors):
     return found["ns_per_bond_step_median"] * found["bonds"] * 1e-9, found["bonds"]
 
 
-def run(folder, style, data, boundary, processors, shuffled=False):
+def run(folder, style, data, boundary, processors, shuffled=False, lists=None):
     with open(os.path.join(folder, "in"), "w") as out:
         head = HEAD.format(data=data, boundary=boundary) + INTEGRATORS[style.startswith("bpm")] + STYLES[style]
+        if lists:
+            head = head.replace("neigh_modify delay 0", lists)
         if shuffled:
             head = head.replace("sort 0 0", f"sort 1000 {1.2 * SPACING}")
         out.write(head + f"thermo {STEPS}\nrun 20\nrun {STEPS}\n")
@@ -133,6 +138,44 @@ def run(folder, style, data, boundary, processors, shuffled=False):
         seconds *= float(re.findall(r"([\d.]+)% CPU use", printed)[-1]) / 100
     part = {name: float(share) for name, share in re.findall(r"^(\w+) +\| .*\| +([\d.]+)$", printed.split("Loop time")[-1], re.M)}
     return seconds / STEPS, part.get("Comm", float("nan"))
+
+
+def rebuilds(folder, edge, rounds):
+    """Time of a rebuild over that of a step, for our styles on an open lattice with nine bonds per sphere."""
+    bonds = packing(os.path.join(folder, "data"), edge, 9, False)
+    STYLES["zero"] = "bond_style zero\nbond_coeff *\n"
+    lists = {"never": "neigh_modify every 1000 delay 1000", "always": "neigh_modify every 1 delay 0 check no"}
+    styles = ("zero", "concordem/cohesive_beam", "concordem/cpm", "concordem/linear_bond")
+    best = {(style, when): math.inf for style in styles for when in lists}
+    for _ in range(rounds):
+        for style, when in best:
+            best[style, when] = min(best[style, when], run(folder, style, "data", "f f f", 1, lists=lists[when])[0])
+    host = best["zero", "always"] - best["zero", "never"]
+    for style in styles[1:]:
+        # The step of LAMMPS without bonds is not part of a step's worth of bonds.
+        step, rebuild = best[style, "never"], best[style, "always"] - best[style, "never"] - host
+        yield {"style": style, "spheres": edge**3, "bonds": bonds, "step_s": step, "rebuild_s": rebuild, "rebuild_in_steps": rebuild / step}
+        print(f"{style:26} step {step * 1e3:6.1f} ms, rebuild {rebuild * 1e3:6.1f} ms: {rebuild / step:.2f} steps", flush=True)
+
+
+def impacts(rounds):
+    """Processor time (s) of whole runs of bpm/impact, and the bonds that are left."""
+    best = {}
+    for _ in range(rounds):
+        for bonds in ("bpm", "concordem"):
+            before = os.times()
+            printed = subprocess.run(
+                [os.path.join(VENV, "mpirun"), "-np", "1", os.path.join(VENV, "lmp"), "-log", "none", "-var", "bonds", bonds,
+                 "-in", os.path.join(ROOT, "liggghts-bridge/examples/bpm-impact-lammps.in")],
+                cwd=ROOT, env=dict(os.environ, LAMMPS_PLUGIN_PATH=PLUGINS), check=True, capture_output=True, text=True).stdout
+            after = os.times()
+            seconds = after.children_user + after.children_system - before.children_user - before.children_system
+            last = [line.split() for line in printed.splitlines() if re.match(r" *\d+( +-?[\d.e+-]+){7} *$", line)][-1]
+            if bonds not in best or seconds < best[bonds]["processor_s"]:
+                best[bonds] = {"bonds": bonds, "processor_s": seconds, "bond_ends_left": float(last[6]), "speed": float(last[7])}
+    for found in best.values():
+        print(f"bpm/impact with the bonds of {found['bonds']:9}: {found['processor_s']:6.2f} s", flush=True)
+        yield found
 
 
 def processor():
@@ -147,11 +190,19 @@ def main():
     parser.add_argument("--edge", type=int, default=22)
     parser.add_argument("--processors", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--shuffled", action="store_true")
+    only = parser.add_mutually_exclusive_group()
+    only.add_argument("--rebuild", action="store_true")
+    only.add_argument("--impact", action="store_true")
     parser.add_argument("--json")
     arguments = parser.parse_args()
     figures = []
     with tempfile.TemporaryDirectory() as folder:
-        for boundary, neighbors in itertools.product(("f f f", "p p p"), (3, 9)):
+        if arguments.rebuild:
+            figures += rebuilds(folder, arguments.edge, arguments.rounds)
+        if arguments.impact:
+            figures += impacts(arguments.rounds)
+        cases = [] if arguments.rebuild or arguments.impact else itertools.product(("f f f", "p p p"), (3, 9))
+        for boundary, neighbors in cases:
             bonds = packing(os.path.join(folder, "data"), arguments.edge, neighbors, boundary[0] == "p", arguments.shuffled)
             for processors in arguments.processors:
                 ours = OWN if processors == 1 and boundary == "f f f" else {}

@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <cstring>
+#include <numeric>
 #include <set>
 #include <thread>
 #include <vector>
@@ -376,6 +377,7 @@ namespace {
 std::vector<std::array<int64_t, 3>> listed_ends(const Atom *atom)
 {
   std::vector<std::array<int64_t, 3>> ends;
+  ends.reserve(std::accumulate(atom->num_bond, atom->num_bond + atom->nlocal, size_t(0)));
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++)
       if (atom->bond_type[i][m] > 0) ends.push_back({atom->tag[i], atom->bond_atom[i][m], atom->bond_type[i][m]});

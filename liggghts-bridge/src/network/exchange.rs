@@ -422,12 +422,11 @@ pub(super) fn adjacency(state: &State) -> Adjacency {
     let mut start = vec![0u32; state.particles.len() + 1];
     let each = |visit: &mut dyn FnMut(Pair, Kind, u32)| {
         for (kind, block) in blocks(state) {
-            for k in 0..block.len() {
-                let view = block.view(k);
-                if view.flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0
-                    && !view.flags.has(ContactFlags::BROKEN)
+            for (k, (pair, flags)) in block.pairs().iter().zip(block.flags()).enumerate() {
+                if flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0
+                    && !flags.has(ContactFlags::BROKEN)
                 {
-                    visit(view.pair, kind, k as u32);
+                    visit(*pair, kind, k as u32);
                 }
             }
         }

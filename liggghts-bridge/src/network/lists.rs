@@ -158,7 +158,7 @@ impl Network {
             if p != ABSENT && !all {
                 for link in &contacts[start[p as usize] as usize..start[p as usize + 1] as usize] {
                     if link.kind() == Kind::Bond {
-                        let pair = bonds.view(link.index()).pair;
+                        let pair = bonds.pairs()[link.index()];
                         bonded_to[(if pair.a == p { pair.b } else { pair.a }) as usize] = p;
                     }
                 }

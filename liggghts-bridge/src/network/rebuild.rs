@@ -1,12 +1,13 @@
 //! Builds the solver's state from the atoms and bonds of a processor after migration. Bonds and contacts that stay keep their place in
 //! memory, because copies of all of them would double it; only those that arrive or are new are added.
 
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::Solver;
 use concordem_solver::heat::network::NearPair;
-use concordem_solver::state::contacts::{ContactFlags, ContactView, Contacts, Pair};
+use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
 use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::create::Fresh;
@@ -141,17 +142,19 @@ impl Network {
     fn check_held(&mut self, before: &Before, number: &[u32], cutoff: f64) -> Result<f64, NetworkError> {
         let (mut longest, mut alone) = (0.0f64, Vec::new());
         for (kind, block) in blocks(&self.state) {
-            for k in 0..block.len() {
-                let view = block.view(k);
-                match Self::fate(&self.owned, [view.pair.a, view.pair.b].map(|p| number[p as usize])) {
+            let geometries = block.references().iter().zip(block.previous());
+            for (k, ((pair, flags), (reference, previous))) in
+                block.pairs().iter().zip(block.flags()).zip(geometries).enumerate()
+            {
+                match Self::fate(&self.owned, [pair.a, pair.b].map(|p| number[p as usize])) {
                     Fate::Leaves => {}
                     Fate::Alone if kind == Kind::Bond => {
-                        return Err(self.out_of_sight(before.tags_of(view.pair), cutoff));
+                        return Err(self.out_of_sight(before.tags_of(*pair), cutoff));
                     }
                     Fate::Alone => alone.extend(self.record_of(&before.tags, kind, k)),
                     Fate::Stays(ends) => {
-                        self.row_of(kind, ends, view.flags.row)?;
-                        longest = longest.max(length_of(&view));
+                        self.row_of(kind, ends, flags.row)?;
+                        longest = longest.max(length_of(*flags, reference, previous));
                     }
                 }
             }
@@ -230,8 +233,7 @@ impl Network {
                 image: image_of(&(position[b] - position[a]), edge),
                 padding: 0,
             };
-            let view = ContactView { pair, flags, reference: record.reference, previous: record.frame };
-            longest = longest.max(length_of(&view));
+            longest = longest.max(length_of(flags, &record.reference, &record.frame));
             if let Some(block) = self.block_mut(record.kind) {
                 block.push_with_history(pair, flags, record.reference, record.frame, &record.history);
             }
@@ -283,7 +285,7 @@ impl Network {
             }
             let bits = ownership(ContactFlags::BONDED | ContactFlags::ACTIVE, self.owned[a]);
             let flags = ContactFlags { row, bits, image, padding: 0 };
-            placed.longest = placed.longest.max(length_of(&ContactView { pair, flags, reference, previous }));
+            placed.longest = placed.longest.max(length_of(flags, &reference, &previous));
             block.push_with_history(pair, flags, reference, previous, &[0.0; HISTORY]);
         }
         Ok(placed)
@@ -343,9 +345,9 @@ impl Network {
 }
 
 /// The larger of the reference and, if it carries a force, current length of a contact (m).
-fn length_of(view: &ContactView) -> f64 {
-    let current = if view.flags.has(ContactFlags::ACTIVE) { view.previous.length } else { 0.0 };
-    view.reference.length.max(current)
+fn length_of(flags: ContactFlags, reference: &Reference, previous: &PreviousGeometry) -> f64 {
+    let current = if flags.has(ContactFlags::ACTIVE) { previous.length } else { 0.0 };
+    reference.length.max(current)
 }
 
 /// Flags of a contact whose A this processor owns or not.

@@ -99,11 +99,14 @@ impl<L: ContactLaw> ContactBlock<L> {
 
     /// Sort by (a, b, image).
     pub fn sort(&mut self) {
-        let mut order: Vec<u32> = (0..self.len() as u32).collect();
-        order.sort_unstable_by_key(|&k| (self.pair[k as usize], self.flags[k as usize].image));
-        if order.iter().enumerate().any(|(k, &o)| k != o as usize) {
-            self.permute(&order);
+        let key = |k: u32| (self.pair[k as usize], self.flags[k as usize].image);
+        let count = self.len() as u32;
+        if (1..count).all(|k| key(k - 1) <= key(k)) {
+            return;
         }
+        let mut order: Vec<u32> = (0..count).collect();
+        order.sort_unstable_by_key(|&k| key(k));
+        self.permute(&order);
     }
 
     /// Keep the contacts for which `keep` holds.
@@ -225,6 +228,10 @@ pub trait Contacts: Send + Sync {
     fn pairs(&self) -> &[Pair];
     /// Flags of all contacts.
     fn flags(&self) -> &[ContactFlags];
+    /// References of all contacts.
+    fn references(&self) -> &[Reference];
+    /// Normals and lengths of all contacts in the last step.
+    fn previous(&self) -> &[PreviousGeometry];
     /// Replace the image of every contact by `image` of its particles and image.
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
     /// Make room for `count` more contacts, and no more.
@@ -402,6 +409,12 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn flags(&self) -> &[ContactFlags] {
         &self.flags
+    }
+    fn references(&self) -> &[Reference] {
+        &self.reference
+    }
+    fn previous(&self) -> &[PreviousGeometry] {
+        &self.previous
     }
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]) {
         for (pair, flags) in self.pair.iter().zip(&mut self.flags) {
