@@ -17,6 +17,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <typeinfo>
 
 namespace yade {
 
@@ -86,7 +87,12 @@ namespace {
 	        nullptr;
 #endif
 
-	bool isBall(const shared_ptr<Body>& body) { return body && dynamic_cast<const Sphere*>(body->shape.get()); }
+	/* Not of a derived class, as in the engine without headers. */
+	bool isBall(const shared_ptr<Body>& body)
+	{
+		const Shape* shape = body ? body->shape.get() : nullptr;
+		return shape && typeid(*shape) == typeid(Sphere);
+	}
 
 } // namespace
 
@@ -310,9 +316,10 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		for (const auto& f : loop->physDispatcher->functors)
 			if (const auto* found = dynamic_cast<const Ip2_CpmMat_CpmMat_CpmPhys*>(f.get())) ip2 = found;
 	}
-	if (loops > 1) refuse("O.engines has " + std::to_string(loops) + " active engines InteractionLoop; keep exactly one");
-	if (!law || !ig2 || !ip2)
-		refuse("InteractionLoop needs Ig2_Sphere_Sphere_ScGeom, Ip2_CpmMat_CpmMat_CpmPhys, and a law of CpmPhys; add them, or set `scenario`");
+	if (loops != 1 || !law || !ig2 || !ip2) {
+		inPython([&](const boost::python::object& rules) { rules.attr("functors_of_concrete")(listOf(scene->engines)); });
+		refuse("internal error of concordem, please report it: a functor of concrete was not found");
+	}
 	if (!now && scene->iter < ip2->cohesiveThresholdIter) return false;
 	inPython([&](const boost::python::object& rules) {
 		rules.attr("check_creation")(ip2->cohesiveThresholdIter, scene->iter);
@@ -327,9 +334,16 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	for (const auto& body : *scene->bodies) {
 		if (!isBall(body)) continue;
 		const auto* material = dynamic_cast<const CpmMat*>(body->material.get());
+		if (!material != !dynamic_cast<const CpmState*>(body->state.get()))
+			inPython([&](const boost::python::object& rules) {
+				rules.attr("refuse_sphere")(body->id, body->material ? body->material->getClassName() : "NoneType", body->state->getClassName());
+			});
 		if (!material) continue;
 		const auto found = numbers.emplace(material, int(materials.size()));
-		if (found.second) materials.push_back(material);
+		if (found.second) {
+			inPython([&](const boost::python::object& rules) { rules.attr("check_damage_law")(body->id, material->damLaw); });
+			materials.push_back(material);
+		}
 		row[body->id] = int(columns.id.size());
 		columns.add(*body, static_cast<const Sphere&>(*body->shape), found.first->second);
 	}
@@ -365,13 +379,16 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		if (!I->isReal()) continue;
 		const int one = row[I->id1], two = row[I->id2];
 		if (one < 0 || two < 0) continue;
-		const string which = "the contact of bodies " + std::to_string(I->id1) + " and " + std::to_string(I->id2);
 		const auto * phys = dynamic_cast<const CpmPhys*>(I->phys.get());
 		const auto * geom = dynamic_cast<const ScGeom*>(I->geom.get());
-		if (!phys || !geom) refuse(which + " must have CpmPhys and ScGeom");
+		if (!phys || !geom)
+			inPython([&](const boost::python::object& rules) {
+				rules.attr("refuse_contact")(I->id1, I->id2, I->phys->getClassName(), I->geom->getClassName());
+			});
 		const ConcordemPairCoefficients& r = between(one, two);
 		for (int k = 0; k < 3; k++) {
-			if (std::abs(I->cellDist[k]) > 127) refuse(which + " spans more than 127 periodic cells, which is the maximum");
+			if (std::abs(I->cellDist[k]) > 127)
+				inPython([&](const boost::python::object& rules) { rules.attr("refuse_image")(I->id1, I->id2); });
 			image.push_back(I->cellDist[k]);
 		}
 		pair.push_back(one), pair.push_back(two), bonded.push_back(phys->isCohesive);
@@ -382,7 +399,8 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		put(history, phys->epsT), put(history, phys->epsTPl);
 		radiusSum.push_back(geom->refR1 + geom->refR2), overlap.push_back(phys->refPD);
 		// The library compares them with the materials; their order is that of STORED.
-		for (Real x : { phys->E, phys->G, phys->tanFrictionAngle, phys->undamagedCohesion, phys->epsCrackOnset, phys->epsFracture })
+		for (Real x : { phys->E, phys->G, phys->tanFrictionAngle, phys->undamagedCohesion, phys->epsCrackOnset, phys->epsFracture,
+		                phys->equivStrainShearContrib, phys->isoPrestress, Real(phys->damLaw), Real(phys->neverDamage) })
 			stored.push_back(x);
 	}
 	const ConcordemBodyArrays   bodies   = columns.view();

@@ -239,54 +239,6 @@ def test_files_for_paraview():
     assert glob.glob(os.path.join(WORK, "native-intrs.*.vtp"))
 
 
-def test_both_engines_refuse_the_same_scenes():
-    """With the same words: contacts that a script has changed, functors, materials."""
-
-    def change(name, factor):
-        def do():
-            phys = next(iter(O.interactions)).phys
-            setattr(phys, name, getattr(phys, name) * factor)
-
-        return do
-
-    def factor():
-        O.engines[2].geomDispatcher.functors[0].interactionDetectionFactor = 1.5
-
-    def forever():
-        O.engines[2].physDispatcher.functors[0].cohesiveThresholdIter = -1
-
-    def later():
-        O.engines[2].physDispatcher.functors[0].cohesiveThresholdIter = 100
-
-    def two_loops():
-        O.engines = O.engines[:3] + [InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_CpmMat_CpmMat_CpmPhys()], [Law2_ScGeom_CpmPhys_Cpm()])] + O.engines[3:]
-
-    def damage_laws():
-        O.bodies[5].material = CpmMat(**MATERIAL, damLaw=0)
-
-    for do, text in (
-        *((change(name, 1 + 1e-6), f" has {name} = ") for name in ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture")),
-        (change("refLength", 1 + 1e-6), "do not change only one of them"),
-        (change("refPD", 1 + 1e-6), "do not change only one of them"),
-        (change("refLength", np.nan), "has not been evaluated by its law"),
-        (lambda: setattr(O.bodies[5].shape, "radius", 1.001 * O.bodies[5].shape.radius), "do not change radii after bonding"),
-        (factor, "so new contacts would start at a distance; set it to 1 after the bonds have been created"),
-        (forever, "cohesiveThresholdIter"),
-        (later, "YADE creates bonds until iteration 100 (cohesiveThresholdIter)"),
-        (two_loops, "O.engines has 2 active engines InteractionLoop; keep exactly one"),
-        (damage_laws, "different damLaw"),
-        (lambda: O.interactions.clear(), "there are no bonds to take over; let YADE create them first"),
-    ):
-        for native in (False, True):
-            concrete()
-            steps(2)
-            do()
-            count = len(O.interactions)
-            with raises((YadeError, RuntimeError), text):
-                taken_over_now(native)
-            assert len(O.interactions) == count
-
-
 def test_a_dead_loop_gives_no_settings():
     """A dead InteractionLoop behind the one that acts has another law; both engines read the active one."""
     for native in (False, True):

@@ -1,7 +1,7 @@
 //! Takes over concrete with its histories from the host.
 
 use concordem_contact::kinematics::PreviousGeometry;
-use concordem_contact::law::cpm::{Cpm, CpmParameters, CpmState};
+use concordem_contact::law::cpm::{Cpm, CpmParameters, CpmState, DamageLaw};
 use concordem_contact::law::{LawState, Reference};
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_solver::integrate::Damping;
@@ -68,7 +68,19 @@ pub struct Contacts<'a> {
 }
 
 /// Parameters in [`Contacts::stored`], named as in YADE's `CpmPhys`. YADE sets them once, and scripts can change them.
-pub const STORED: [&str; 6] = ["E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture"];
+/// Flags and numbers of laws are reals here.
+pub const STORED: [&str; 10] = [
+    "E",
+    "G",
+    "tanFrictionAngle",
+    "undamagedCohesion",
+    "epsCrackOnset",
+    "epsFracture",
+    "equivStrainShearContrib",
+    "isoPrestress",
+    "damLaw",
+    "neverDamage",
+];
 
 /// The values of [`STORED`] between two materials.
 fn stored_of(parameters: &CpmParameters) -> [f64; STORED.len()] {
@@ -79,6 +91,10 @@ fn stored_of(parameters: &CpmParameters) -> [f64; STORED.len()] {
         parameters.cohesion,
         parameters.limit_strain,
         parameters.limit_strain * parameters.relative_ductility,
+        parameters.shear_contribution,
+        parameters.isotropic_prestress,
+        f64::from(u8::from(parameters.damage_law == DamageLaw::Exponential)),
+        f64::from(u8::from(parameters.never_damage)),
     ]
 }
 
@@ -314,8 +330,8 @@ impl Contacts<'_> {
         for ((name, &found), &wanted) in STORED.iter().zip(found).zip(stored) {
             if differ(found, wanted) {
                 return Err(format!(
-                    "{which} has {name} = {found}, but its materials give {wanted}; contacts with changed parameters cannot be \
-                     taken over"
+                    "{which} has {name} = {found}, but its materials give {wanted}, with which we would compute it; set it back, \
+                     or set the materials before the contact is created"
                 ));
             }
         }

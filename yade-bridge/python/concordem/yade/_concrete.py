@@ -11,8 +11,18 @@ from numpy.typing import NDArray
 from .. import _core
 from ._clumps import Clumps
 from ._memory import address_of
-from ._rules import check_creation, check_distance, is_a, refuse
-from ._scene import Reals, bodies, gather, host, interactions, of_class
+from ._rules import (
+    check_creation,
+    check_damage_law,
+    check_distance,
+    functors_of_concrete,
+    is_a,
+    refuse,
+    refuse_contact,
+    refuse_image,
+    refuse_sphere,
+)
+from ._scene import Bodies, Reals, bodies, gather, host, interactions, of_class
 
 #: Engines that our solver replaces while it advances a scene.
 REPLACED = {"ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"}
@@ -33,8 +43,11 @@ def engine_of(name: str) -> Any:
     return found[0]
 
 
-#: Parameters of a contact that must be those of its materials, in the order of the solver.
-STORED = ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture")
+#: Parameters of a contact that must be those of its materials, in the order of the solver, with their types in memory.
+STORED = {
+    **dict.fromkeys(("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture"), "f64"),
+    **{"equivStrainShearContrib": "f64", "isoPrestress": "f64", "damLaw": "i32", "neverDamage": "u8"},
+}
 
 
 class Settings:
@@ -42,19 +55,10 @@ class Settings:
 
     def __init__(self) -> None:
         omega = host().omega
-        loop = engine_of("InteractionLoop")
-        laws = {class_of(functor): functor for functor in loop.lawDispatcher.functors}
-        law = laws.get("Law2_ScGeom_CpmPhys_Cpm")
-        if law is None:
-            raise refuse(f"InteractionLoop has the laws {sorted(laws)}; add Law2_ScGeom_CpmPhys_Cpm", "NotConcrete")
+        geometry, physics, law = functors_of_concrete(omega.engines)
         self.omega_threshold, self.eps_soft, self.rel_kn_soft = law.omegaThreshold, law.epsSoft, law.relKnSoft
-        geometry = {class_of(functor): functor for functor in loop.geomDispatcher.functors}.get("Ig2_Sphere_Sphere_ScGeom")
-        if geometry is None:
-            raise refuse("InteractionLoop has no Ig2_Sphere_Sphere_ScGeom; add it", "Engines")
         self.ratcheting = bool(geometry.avoidGranularRatcheting)
-        for functor in loop.physDispatcher.functors:
-            if is_a(functor, "Ip2_CpmMat_CpmMat_CpmPhys"):
-                check_creation(functor.cohesiveThresholdIter, omega.iter)
+        check_creation(physics.cohesiveThresholdIter, omega.iter)
         check_distance(geometry.interactionDetectionFactor)
         self.newton = engine_of("NewtonIntegrator")
         self.damping, self.gravity = self.newton.damping, tuple(self.newton.gravity)
@@ -82,8 +86,6 @@ class Settings:
             a, b = getattr(one, name), getattr(two, name)
             return float(a if a == b else 0.5 * (a + b))
 
-        if one.damLaw not in (0, 1):
-            raise refuse(f"damLaw of a material is {one.damLaw}; give 0 or 1", "NotConcrete")
         return {
             "mode": mode,
             "normal_modulus": mean("young"),
@@ -102,6 +104,14 @@ class Settings:
         }
 
 
+def _of_concrete(everything: Bodies) -> NDArray[np.bool_]:
+    """Which bodies have a CpmMat."""
+    omega = host().omega
+    _, first, number = np.unique(everything.material, return_index=True, return_inverse=True)
+    found = [is_a(omega.bodies[int(everything.ids[k])].material, "CpmMat") for k in first]
+    return np.array(found, bool)[number.reshape(-1)]
+
+
 class Concrete:
     """The concrete of a scene: spheres of CpmMat and the contacts between them."""
 
@@ -109,7 +119,12 @@ class Concrete:
         omega = host().omega
         self.settings = Settings()
         everything = bodies()
-        ball = of_class(everything.shape, "Sphere.vtable") & of_class(everything.state, "CpmState.vtable")
+        ball = of_class(everything.shape, "Sphere.vtable")
+        concrete, stateful = ball & _of_concrete(everything), ball & of_class(everything.state, "CpmState.vtable")
+        for k in np.flatnonzero(concrete != stateful):
+            body = omega.bodies[int(everything.ids[k])]
+            refuse_sphere(body.id, class_of(body.material), class_of(body.state))
+        ball = concrete
         self.bodies = everything.of(ball)
         self.others = everything.of(~ball)
         if not len(self.bodies.ids):
@@ -120,8 +135,10 @@ class Concrete:
         found = interactions()
         one, two = self._row[found.id1], self._row[found.id2]
         inner = (one >= 0) & (two >= 0)
-        if not of_class(found.phys[inner], "CpmPhys.vtable").all() or not of_class(found.geom[inner], "ScGeom.vtable").all():
-            raise refuse("a contact between spheres of CpmMat does not have CpmPhys and ScGeom; use only these functors")
+        known = of_class(found.phys, "CpmPhys.vtable") & of_class(found.geom, "ScGeom.vtable")
+        for k in np.flatnonzero(inner & ~known):
+            contact = omega.interactions[int(found.id1[k]), int(found.id2[k])]
+            refuse_contact(contact.id1, contact.id2, class_of(contact.phys), class_of(contact.geom))
         self.foreign = int((~inner).sum())
         """Number of interactions with other bodies."""
         self.contacts = found.of(inner)
@@ -132,9 +149,8 @@ class Concrete:
         omega = host().omega
         distinct, first, number = np.unique(self.bodies.material, return_index=True, return_inverse=True)
         materials = [omega.bodies[int(self.bodies.ids[k])].material for k in first]
-        for material in materials:
-            if class_of(material) != "CpmMat":
-                raise refuse(f"a sphere with CpmState has material {class_of(material)}; give it a CpmMat", "NotConcrete")
+        for k, material in zip(first, materials):
+            check_damage_law(int(self.bodies.ids[k]), material.damLaw)
         assert len(distinct) == len(materials)
         return materials, number.astype(np.uint32).reshape(-1)
 
@@ -192,7 +208,7 @@ class Concrete:
                 clumps=self.clumps.arrays(settings.newton, settings.dt),
             )
         except ValueError as error:
-            raise refuse(f"the scene cannot be taken over: {error}") from error
+            raise refuse(str(error)) from error
 
     def _contact_arrays(self, mode: str) -> dict[str, Any]:
         contacts = self.contacts
@@ -223,8 +239,8 @@ class Concrete:
             ],
             axis=1,
         )
-        if np.abs(contacts.image).max(initial=0) > 127:
-            raise refuse("a contact spans more than 127 periodic cells, which is the maximum")
+        for k in np.flatnonzero(np.abs(contacts.image).max(axis=1, initial=0) > 127):
+            refuse_image(int(contacts.id1[k]), int(contacts.id2[k]))
         return {
             "pair": self.pair,
             "image": contacts.image.astype(np.int8),
@@ -236,7 +252,7 @@ class Concrete:
             "history": history,
             "radii": radii,
             "reference_overlap": physics("refPD"),
-            "stored": np.stack([physics(name) for name in STORED], axis=1),
+            "stored": np.stack([gather(contacts.phys, f"CpmPhys.{name}", kind).astype(float) for name, kind in STORED.items()], axis=1),
         }
 
 

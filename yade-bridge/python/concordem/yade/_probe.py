@@ -186,7 +186,9 @@ def find_layout(yade: Any) -> Layout:
         raise YadeError("YADE's memory: the spheres of the probing scene separated; please report this", "Layout")
     layout = observer.layout()
     contact = omega.interactions.nth(0)
-    layout["CpmPhys.isCohesive"] = _cohesive_flag(contact.phys)
+    layout["CpmPhys.isCohesive"] = _flag_of_physics(contact.phys, "isCohesive")
+    layout["CpmPhys.neverDamage"] = _flag_of_physics(contact.phys, "neverDamage")
+    layout.update(_parameters_of_physics(contact.phys))
     layout["CpmState.numBrokenCohesive"] = _broken_count(omega.bodies[0].state)
     layout["Interaction.cellDist"] = find_cell_distance(yade, contact)
     find_motion(yade, layout)
@@ -196,11 +198,22 @@ def find_layout(yade: Any) -> Layout:
     return layout
 
 
-def _cohesive_flag(physics: Any) -> int:
-    def set_cohesive(value: bool) -> None:
-        physics.isCohesive = value
+def _flag_of_physics(physics: Any, name: str) -> int:
+    def set_flag(value: bool) -> None:
+        setattr(physics, name, value)
 
-    return flag_offset("CpmPhys", "isCohesive", physics, set_cohesive)
+    return flag_offset("CpmPhys", name, physics, set_flag)
+
+
+def _parameters_of_physics(physics: Any) -> Layout:
+    """Offsets of parameters of CpmPhys that are the same in all contacts of the scene; they are set here."""
+    finder = Finder("CpmPhys")
+    for k in range(1, 4):
+        physics.equivStrainShearContrib, physics.isoPrestress, physics.damLaw = 0.13 * k, -1.7e5 * k, 70001 * k
+        for field in ("equivStrainShearContrib", "isoPrestress"):
+            finder.observe(field, address_of(physics), pack_real(getattr(physics, field)), 8)
+        finder.observe("damLaw", address_of(physics), pack_int(physics.damLaw))
+    return {f"CpmPhys.{field}": finder.offset(field) for field in ("equivStrainShearContrib", "isoPrestress", "damLaw")}
 
 
 def _broken_count(state: Any) -> int:

@@ -118,6 +118,56 @@ _MATERIAL = (
 )
 
 
+#: What concrete needs in InteractionLoop: a functor of this class in each dispatcher.
+_FUNCTORS = {"geomDispatcher": _GEOMETRY[0], "physDispatcher": "Ip2_CpmMat_CpmMat_CpmPhys", "lawDispatcher": LAW[0]}
+_OR_BOND = "or bond the spheres with bond() or BondedEngine_Rust(scenario=...)"
+
+
+def functors_of_concrete(engines: Iterable[Any]) -> list[Any]:
+    """The functors of concrete for geometry, physics, and law; raise YadeError if one is missing."""
+    loops = [engine for engine in engines if is_a(engine, "InteractionLoop") and not engine.dead]
+    if not loops:
+        raise refuse(f"O.engines has no active InteractionLoop; add one with {', '.join(_FUNCTORS.values())}, {_OR_BOND}", "Engines")
+    if len(loops) > 1:
+        raise refuse(f"O.engines has {len(loops)} active engines InteractionLoop; keep exactly one", "Engines")
+    found = []
+    for dispatcher, name in _FUNCTORS.items():
+        matching = [functor for functor in getattr(loops[0], dispatcher).functors if is_a(functor, name)]
+        if not matching:
+            raise refuse(f"InteractionLoop has no {name}, which concrete needs; add it, {_OR_BOND}", "NotConcrete")
+        found.append(matching[-1])
+    return found
+
+
+def refuse_sphere(body: int, material: str, state: str) -> None:
+    """Raise YadeError: a sphere has only one of CpmMat and CpmState. The arguments are the names of its classes."""
+    raise refuse(
+        f"body {body} has {material} and {state}, but a sphere of concrete has CpmMat and CpmState; give it both, or neither", "NotConcrete"
+    )
+
+
+def check_damage_law(body: int, law: int) -> None:
+    """Raise YadeError if there is no such damage law. `body`: a body of the material."""
+    if law not in (0, 1):
+        raise refuse(f"damLaw of the material of body {body} is {law}; give 0 or 1", "NotConcrete")
+
+
+def refuse_contact(one: int, two: int, physics: str, geometry: str) -> None:
+    """Raise YadeError: a contact of concrete has objects of other functors. The arguments are the names of their classes."""
+    raise refuse(
+        f"the contact of bodies {one} and {two} has {physics} and {geometry}, but a contact of concrete has CpmPhys and ScGeom; use only "
+        "their functors between spheres of CpmMat"
+    )
+
+
+def refuse_image(one: int, two: int) -> None:
+    """Raise YadeError: a contact spans more periodic cells than a bond can store."""
+    raise refuse(
+        f"the contact of bodies {one} and {two} spans more than 127 periodic cells, which is the maximum; move the bodies into one cell "
+        "(O.cell.wrap) before YADE creates the contact"
+    )
+
+
 def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]:
     """Settings of concrete that the engine has read at the take-over: attributes of functors and materials, as text."""
     found: dict[str, str] = {}
