@@ -105,7 +105,9 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
             // A NaN area makes the stress NaN, and the contact takes the scalar path.
             let area = if bonded { area } else { f64::NAN };
             input.reference.set(i + r, Reference { length, area });
-            if B::PERIODIC && let Some(shift) = batch.shift(place) {
+            if B::PERIODIC
+                && let Some(shift) = batch.shift(place)
+            {
                 input.shift.set(i + r, shift);
             }
         }
