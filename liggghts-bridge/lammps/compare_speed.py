@@ -8,8 +8,8 @@ Prints the median of several rounds. Rounds alternate between the styles, so tha
 processor the time is CPU time (LAMMPS' "CPU use"); on several it is wall time, because MPICH waits actively. --shuffled: ids in random
 order, as in data files of many programs; LAMMPS sorts its atoms in space. --json FILE writes the figures.
 --rebuild: instead, the time of a rebuild of our bonds, in steps: runs that rebuild the lists in every step, minus runs that never do,
-minus the same difference without our bonds. --impact: instead, whole runs of the example bpm/impact with our beams and with those of
-LAMMPS. Both on one processor, from the fastest round each.
+minus the same difference without our bonds. --impact: instead, processor time of whole runs of the example bpm/impact with our beams
+and with those of LAMMPS. Both on one processor, from the fastest round each.
   liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--shuffled] [--rebuild | --impact] [--json FILE]
 """
 import argparse
@@ -152,7 +152,7 @@ def rebuilds(folder, edge, rounds):
             best[style, when] = min(best[style, when], run(folder, style, "data", "f f f", 1, lists=lists[when])[0])
     host = best["zero", "always"] - best["zero", "never"]
     for style in styles[1:]:
-        # The step of LAMMPS without bonds is not part of a step's worth of bonds.
+        # A whole step of LAMMPS, with our bonds; LAMMPS' own rebuild is subtracted.
         step, rebuild = best[style, "never"], best[style, "always"] - best[style, "never"] - host
         yield {"style": style, "spheres": edge**3, "bonds": bonds, "step_s": step, "rebuild_s": rebuild, "rebuild_in_steps": rebuild / step}
         print(f"{style:26} step {step * 1e3:6.1f} ms, rebuild {rebuild * 1e3:6.1f} ms: {rebuild / step:.2f} steps", flush=True)
@@ -187,14 +187,19 @@ def main():
     started = time.monotonic()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--edge", type=int, default=22)
-    parser.add_argument("--processors", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--edge", type=int)
+    parser.add_argument("--processors", type=int, nargs="+")
     parser.add_argument("--shuffled", action="store_true")
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--rebuild", action="store_true")
     only.add_argument("--impact", action="store_true")
     parser.add_argument("--json")
     arguments = parser.parse_args()
+    if (arguments.rebuild or arguments.impact) and (arguments.processors or arguments.shuffled):
+        parser.error("--rebuild and --impact run on one processor, with ids in order; leave --processors and --shuffled out")
+    if arguments.impact and arguments.edge:
+        parser.error("--impact runs the example as it is; leave --edge out")
+    arguments.edge, arguments.processors = arguments.edge or 22, arguments.processors or [1, 2]
     figures = []
     with tempfile.TemporaryDirectory() as folder:
         if arguments.rebuild:

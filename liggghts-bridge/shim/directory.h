@@ -39,6 +39,12 @@ std::vector<T> concordem_send(const std::vector<std::vector<T> > &to, MPI_Comm w
   return incoming;
 }
 
+// Processor that keeps what belongs to an id. Scrambled, because ids may be multiples of the number of processors.
+inline int concordem_keeper(int64_t id, int processors)
+{
+  return static_cast<int>((static_cast<uint64_t>(id) * UINT64_C(0x9E3779B97F4A7C15) >> 33) % processors);
+}
+
 struct ConcordemPlace {
   int64_t tag;
   int64_t owner;   // processor, −1 if there is no such atom
@@ -50,7 +56,7 @@ inline bool operator<(const ConcordemPlace &a, const ConcordemPlace &b)
   return a.tag < b.tag;
 }
 
-// The places that this processor keeps: processor `id mod processors` keeps that of an atom of the group. Sorted by id. Collective.
+// The places of atoms of the group that this processor keeps. Sorted by id. Collective.
 inline std::vector<ConcordemPlace> concordem_directory(const Atom *atom, int groupbit, MPI_Comm world)
 {
   int me, processors;
@@ -60,7 +66,7 @@ inline std::vector<ConcordemPlace> concordem_directory(const Atom *atom, int gro
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit)) continue;
     const ConcordemPlace place = {static_cast<int64_t>(atom->tag[i]), me, {atom->x[i][0], atom->x[i][1], atom->x[i][2]}};
-    known[place.tag % processors].push_back(place);
+    known[concordem_keeper(place.tag, processors)].push_back(place);
   }
   std::vector<ConcordemPlace> kept = concordem_send(known, world);
   std::sort(kept.begin(), kept.end());
@@ -74,7 +80,7 @@ inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &
   int processors;
   MPI_Comm_size(world, &processors);
   std::vector<std::vector<int64_t> > questions(processors);
-  for (size_t k = 0; k < wanted.size(); k++) questions[wanted[k] % processors].push_back(wanted[k]);
+  for (size_t k = 0; k < wanted.size(); k++) questions[concordem_keeper(wanted[k], processors)].push_back(wanted[k]);
   std::vector<int> from;
   const std::vector<int64_t> asked = concordem_send(questions, world, &from);
   std::vector<std::vector<ConcordemPlace> > answers(processors);
@@ -92,7 +98,7 @@ inline std::vector<ConcordemPlace> concordem_places(const std::vector<int64_t> &
   for (int p = 1; p < processors; p++) next[p] = next[p - 1] + from[p - 1];
   std::vector<ConcordemPlace> places;
   places.reserve(wanted.size());
-  for (size_t k = 0; k < wanted.size(); k++) places.push_back(answered[next[wanted[k] % processors]++]);
+  for (size_t k = 0; k < wanted.size(); k++) places.push_back(answered[next[concordem_keeper(wanted[k], processors)]++]);
   return places;
 }
 

@@ -31,12 +31,6 @@ struct Ids {
   int64_t of[2];
 };
 
-// Processor that keeps an atom or bond of the file.
-int keeper(const int64_t *ids, int processors)
-{
-  return static_cast<int>(ids[0] % processors);
-}
-
 }
 
 // Called by the constructor, before atoms get their data.
@@ -101,7 +95,7 @@ void FixBondBase::read_heat_network()
     MPI_Bcast(piece.data(), count * static_cast<int>(sizeof(ConcordemHeatEntry)), MPI_BYTE, 0, world);
     int mine = 0;
     for (int k = 0; k < count; k++)
-      if (keeper(piece[k].ids, comm->nprocs) == comm->me) piece[mine++] = piece[k];
+      if (concordem_keeper(piece[k].ids[0], comm->nprocs) == comm->me) piece[mine++] = piece[k];
     concordem_network_keep_heat_entries(network_, piece.data(), mine);
   }
   int64_t line = INT64_MAX, lowest;
@@ -136,7 +130,7 @@ void FixBondBase::ask_heat_network(Asked asked)
   for (int64_t start = 0; start < most; start += CHUNK) {
     std::vector<std::vector<Ids> > questions(comm->nprocs);
     for (int64_t k = start; k < std::min(start + CHUNK, count); k++)
-      questions[keeper(wanted[k].of, comm->nprocs)].push_back(wanted[k]);
+      questions[concordem_keeper(wanted[k].of[0], comm->nprocs)].push_back(wanted[k]);
     std::vector<int> from;
     const std::vector<Ids> here = concordem_send(questions, world, &from);
     std::vector<std::vector<ConcordemHeatEntry> > answers(comm->nprocs);
@@ -216,8 +210,8 @@ int FixBondBase::modify_param(int narg, char **arg)
   const double value = strtod(arg[2], &end);
   if (end == arg[2] || *end || !(value >= 0.0 && value < 1e300))
     fail("`fix_modify " + std::string(id) + " temperature " + arg[1] + " " + arg[2] + "`: give a number, the absolute temperature in K, without a unit");
-  // Heat that atoms bring is summed from the first rebuild on.
-  if (!compares_) ask_heat_network(OF_NEW_ATOMS);
+  // The heat of the change is summed, so new atoms need their capacities.
+  ask_heat_network(OF_NEW_ATOMS);
   ConcordemAtoms atoms = arrays();
   concordem_network_set_temperature(network_, &atoms, group->bitmask[found], value);
   // Ghosts need the temperatures before the next step, also of `run N pre no`.

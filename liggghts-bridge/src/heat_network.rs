@@ -82,13 +82,18 @@ impl HeatNetworkReader {
         Ok(count)
     }
 
-    /// The model that gave the numbers. Call at the end of the file: its line may be anywhere.
+    /// The model that gave the numbers, as far as its line was read: it may be anywhere.
+    pub fn model(&self) -> Option<HeatNetwork> {
+        self.model
+    }
+
+    /// The file has ended.
     ///
     /// # Errors
-    /// There is no such line.
-    pub fn model(&self) -> Result<HeatNetwork, OptionError> {
+    /// There was no line with the model.
+    pub fn end(&self) -> Result<(), OptionError> {
         let missing = "the line `model NAME` is missing; add `model disordered`, for example";
-        self.model.ok_or_else(|| self.wrong(missing.to_owned()))
+        self.model.map(|_| ()).ok_or_else(|| self.wrong(missing.to_owned()))
     }
 
     fn wrong(&self, message: String) -> OptionError {
@@ -164,6 +169,8 @@ impl HeatEntries {
     /// Sort by ids, so that [`Self::get`] finds them.
     pub fn sort(&mut self) {
         if !self.sorted {
+            // No more will come soon.
+            self.entries.shrink_to_fit();
             self.entries.sort_unstable_by_key(|entry| (entry.ids, entry.line));
             self.sorted = true;
         }
@@ -215,7 +222,8 @@ mod tests {
             let count = reader.read(&mut piece).map_err(|error| error.to_string())?;
             all.extend_from_slice(&piece[..count]);
             if count < most {
-                return Ok((all, reader.model().map_err(|error| error.to_string())?));
+                reader.end().map_err(|error| error.to_string())?;
+                return Ok((all, reader.model().unwrap()));
             }
         }
     }

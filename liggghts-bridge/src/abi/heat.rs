@@ -126,14 +126,15 @@ pub unsafe extern "C" fn concordem_network_heat_entries(
     }
 }
 
-/// What a processor asks for. 0: the numbers of atoms that have none; 1: those of all atoms, to compare them; 2: those of bonds that the
-/// next rebuild creates; 3: those of all bonds, to compare them.
+/// What a processor asks for, by its number in the shim ([`Asked`]).
 fn asked_for(asked: i32) -> Asked {
     match asked {
         0 => Asked::NewAtoms,
         1 => Asked::Atoms,
         2 => Asked::NewBonds,
-        _ => Asked::Bonds,
+        3 => Asked::Bonds,
+        // An error of the shim: the process ends here, since no panic may cross to C++.
+        _ => std::process::abort(),
     }
 }
 

@@ -77,8 +77,12 @@ impl Network {
             none => none.insert(HeatNetworkReader::open(&file.path)?),
         };
         let count = reader.read(entries)?;
+        // Before the rest of a large file is read.
+        if let Some(model) = reader.model() {
+            thermal.tables.check_model_of_network(model)?;
+        }
         if count == 0 {
-            thermal.tables.check_model_of_network(reader.model()?)?;
+            reader.end()?;
             file.reader = None;
         }
         Ok(count)

@@ -18,6 +18,11 @@ fn of_atom(id: usize) -> [f64; 2] {
     [CAPACITY * (1.0 + scatter(id, 0)), 8.0 * R * R * R * (1.0 + scatter(id, 1))]
 }
 
+/// The process that keeps the lines of an atom, as directory.h says.
+fn keeper(id: usize, processes: usize) -> usize {
+    ((id as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 33) as usize % processes
+}
+
 /// Area of a bond, and the distances of its atoms.
 fn of_bond([a, b]: [usize; 2]) -> [f64; 3] {
     [4.0 * R * R * (0.5 + scatter(a, b)), R * (0.9 + 0.2 * scatter(a, b + 1)), R * (0.9 + 0.2 * scatter(a, b + 2))]
@@ -108,11 +113,11 @@ fn each_process_keeps_a_share_of_the_file() {
         for processes in [1, 2, 4] {
             let printed = run_in(host, folder, &script, processes);
             let share = |process: usize| {
-                let keeps = |id: &usize| id % processes == process;
+                let keeps = |id: &usize| keeper(*id, processes) == process;
                 (1..=atoms.len()).filter(keeps).count() + bonds.iter().filter(|bond| keeps(&bond[0])).count()
             };
             let largest = (0..processes).map(share).max().unwrap();
-            // The bonds of the last planes, which have fewer, are not shared evenly.
+            // Ids are scrambled, and the bonds of the last planes are fewer: nearly even.
             assert!(largest * 100 < lines * 102 / processes, "{largest} of {lines} on {processes}");
             let wanted = format!(
                 "fix bonds concordem/bond: the file of `heat_network` has {} atoms and {} bonds; a process keeps at most {largest} of them",
@@ -130,6 +135,90 @@ fn each_process_keeps_a_share_of_the_file() {
             assert!((found - wanted).abs() < 1e-11, "{host:?}: atom {}: {found} {wanted}", k + 1);
         }
         assert!(found[0] > 400.05 && found[hot] > 301.0, "heat enters and flows: {} {}", found[0], found[hot]);
+    }
+}
+
+/// Ids that are multiples of the number of processes are shared as evenly as others.
+#[test]
+fn ids_with_a_stride_are_shared_evenly() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("heat.toml"), TABLE).unwrap();
+    let mut text = "model disordered\natom 1 1 1\natom 2 1 1\n".to_owned();
+    (1..=4000).for_each(|k| writeln!(text, "atom {} 1 1", 16 * k).unwrap());
+    std::fs::write(folder.join("network.txt"), text).unwrap();
+    let script = format!(
+        "{}fix bonds all concordem/bond {LINEAR} {GLASS} heat heat.toml heat_network network.txt bond none\nrun 0\n",
+        start(Host::Liggghts, folder, &lattice([2, 1, 1], 0.0), 1e-6)
+    );
+    let printed = run_in(Host::Liggghts, folder, &script, 4);
+    let most: usize =
+        printed.split("a process keeps at most ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((1000..1050).contains(&most), "{most} of 4002");
+}
+
+/// Bonds that the fix creates after some steps find their numbers.
+#[test]
+fn bonds_at_a_step_get_their_numbers() {
+    let counts = [4, 2, 1];
+    let (atoms, bonds) = (lattice(counts, 0.0), bonds_of(counts));
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        std::fs::write(
+            folder.join("heat.toml"),
+            format!("{TABLE}[[heat.initial]]\nset = \"hot\"\ntemperature = 400\n"),
+        )
+        .unwrap();
+        std::fs::write(folder.join("network.txt"), file(atoms.len(), &bonds)).unwrap();
+        for processes in [1, 2] {
+            let script = format!(
+                "{}group hot id <= 3\nfix bonds all concordem/bond {LINEAR} {GLASS} heat heat.toml heat_network network.txt \
+                 bond distance 1.01 at 4\n{}run 4\nrun 3\n",
+                start(host, folder, &atoms, 1e-6),
+                output(host, 7)
+            );
+            run_in(host, folder, &script, processes);
+            for (found, wanted) in temperatures(folder).iter().zip(&expected(atoms.len(), &bonds, 3, 0.0, 3)) {
+                // 300 K are rounded at 6e-14 in each step.
+                assert!((found - wanted).abs() < 1e-11, "{host:?}, {processes}: {found} {wanted}");
+            }
+        }
+    }
+}
+
+/// An atom that joins the group after a restart has its numbers before the first step: what `fix_modify` brings to it counts. (Both hosts
+/// refuse `create_atoms` there.)
+#[test]
+fn atoms_that_join_after_a_restart_get_their_numbers() {
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        std::fs::write(folder.join("heat.toml"), TABLE).unwrap();
+        std::fs::write(folder.join("network.txt"), file(3, &[])).unwrap();
+        let fix = format!(
+            "fix bonds body concordem/bond {LINEAR} {GLASS} heat heat.toml heat_network network.txt bond none\n"
+        );
+        let first = start(host, folder, &lattice([3, 1, 1], 0.0), 1e-6);
+        let output = output(host, 1);
+        let first = format!("{first}group body id 1 2\n{fix}{output}run 1\nwrite_restart half\n");
+        run_in(host, folder, &first, 1);
+        let read = match host {
+            Host::Liggghts => {
+                "units si\natom_modify sort 0 0\nnewton off\ncommunicate single vel yes\nread_restart half\n"
+            }
+            Host::Lammps => "comm_modify vel yes\nread_restart half\n",
+        };
+        let script = format!(
+            "{read}neighbor 2e-4 bin\nneigh_modify delay 0\ntimestep 1e-6\n{fix}{output}group body id 3\ngroup late id 3\n\
+             fix_modify bonds temperature late 350\nrun 1\n"
+        );
+        for processes in [1, 2] {
+            let rows = thermo(&run_in(host, folder, &script, processes));
+            let boundary = rows.last().unwrap()[5];
+            // A few roundings.
+            assert!((boundary / (50.0 * of_atom(3)[0]) - 1.0).abs() < 1e-13, "{host:?}, {processes}: {boundary}");
+        }
     }
 }
 

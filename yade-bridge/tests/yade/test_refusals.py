@@ -21,6 +21,7 @@ from concordem.yade import _concrete, _memory
 FORMS = (False, True) if os.environ.get("CONCORDEM_YADE_PLUGINS") else (False,)
 if True in FORMS:
     bridge.load_native()
+print("forms:", len(FORMS))
 PREFIX = "BondedEngine_Rust: "
 
 
@@ -81,7 +82,7 @@ def loop(lists):
 
 
 def test_parameters_of_a_contact_are_those_of_its_materials():
-    """A script has changed one attribute of one contact, by far more than rounding."""
+    """A script has changed one attribute of one contact, by far more than rounding (1e-16)."""
 
     def change(name, value):
         def do():
@@ -93,11 +94,11 @@ def test_parameters_of_a_contact_are_those_of_its_materials():
 
     changed = {}
     for name in ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture"):
-        line = refused(change(name, lambda x: 2 * x), f" has {name} = ", "set it back, or set the materials")
+        line = refused(change(name, lambda x: (1 + 1e-6) * x), f" has {name} = ", "set it back, or set the materials")
         assert all(str(number) in line.partition(" has ")[0] for number in changed["ids"]), line
         # Rust and Python write the digits of a number alike, but not its exponent.
         found, given = line.partition(f" has {name} = ")[2].split(", but its materials give ")
-        assert abs(float(found) / changed["was"] - 2) < 1e-12 and abs(float(given.partition(",")[0]) / changed["was"] - 1) < 1e-12, line
+        assert abs(float(found) / changed["was"] - 1 - 1e-6) < 1e-12 and abs(float(given.partition(",")[0]) / changed["was"] - 1) < 1e-12, line
     for name, value, text in (
         ("equivStrainShearContrib", 0.25, "0.25, but its materials give 0,"),
         ("isoPrestress", 1e5, "100000, but its materials give 0,"),
@@ -227,7 +228,7 @@ def test_contacts_of_other_functors():
         i.phys = FrictPhys()
 
     changed = []
-    line = refused(physics, "has FrictPhys and ScGeom, but a contact of concrete has CpmPhys and ScGeom; use only their functors")
+    line = refused(physics, "has FrictPhys and ScGeom, but a contact of concrete has CpmPhys and ScGeom; between spheres of CpmMat use only Ip2_CpmMat_CpmMat_CpmPhys")
     assert "the contact of bodies %d and %d " % tuple(changed) in line, line
 
 

@@ -330,7 +330,7 @@ impl Contacts<'_> {
         for ((name, &found), &wanted) in STORED.iter().zip(found).zip(stored) {
             if differ(found, wanted) {
                 return Err(format!(
-                    "{which} has {name} = {found}, but its materials give {wanted}, with which we would compute it; set it back, \
+                    "{which} has {name} = {found}, but its materials give {wanted}, and ConcorDEM takes the values of the materials; set it back, \
                      or set the materials before the contact is created"
                 ));
             }

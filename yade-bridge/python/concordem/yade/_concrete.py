@@ -121,8 +121,8 @@ class Concrete:
         everything = bodies()
         ball = of_class(everything.shape, "Sphere.vtable")
         concrete, stateful = ball & _of_concrete(everything), ball & of_class(everything.state, "CpmState.vtable")
-        for k in np.flatnonzero(concrete != stateful):
-            body = omega.bodies[int(everything.ids[k])]
+        if (halves := everything.ids[concrete != stateful]).size:
+            body = omega.bodies[int(halves[0])]
             refuse_sphere(body.id, class_of(body.material), class_of(body.state))
         ball = concrete
         self.bodies = everything.of(ball)
@@ -136,8 +136,8 @@ class Concrete:
         one, two = self._row[found.id1], self._row[found.id2]
         inner = (one >= 0) & (two >= 0)
         known = of_class(found.phys, "CpmPhys.vtable") & of_class(found.geom, "ScGeom.vtable")
-        for k in np.flatnonzero(inner & ~known):
-            contact = omega.interactions[int(found.id1[k]), int(found.id2[k])]
+        if (foreign := np.flatnonzero(inner & ~known)).size:
+            contact = omega.interactions[int(found.id1[foreign[0]]), int(found.id2[foreign[0]])]
             refuse_contact(contact.id1, contact.id2, class_of(contact.phys), class_of(contact.geom))
         self.foreign = int((~inner).sum())
         """Number of interactions with other bodies."""
@@ -239,8 +239,8 @@ class Concrete:
             ],
             axis=1,
         )
-        for k in np.flatnonzero(np.abs(contacts.image).max(axis=1, initial=0) > 127):
-            refuse_image(int(contacts.id1[k]), int(contacts.id2[k]))
+        if (far := np.flatnonzero(np.abs(contacts.image).max(axis=1, initial=0) > 127)).size:
+            refuse_image(int(contacts.id1[far[0]]), int(contacts.id2[far[0]]))
         return {
             "pair": self.pair,
             "image": contacts.image.astype(np.int8),

@@ -296,7 +296,7 @@ class BondedEngine:
 
         >>> with engine.interactions():                         # doctest: +SKIP
         ...     print(sum(i.phys.normalForce.norm() for i in O.interactions))
-        ...     recorder()                                      # a VTKRecorder with dead=True in O.engines
+        ...     recorder()                                      # a VTKRecorder(dead=True, multiblock=True) in O.engines
 
         Within the block, O.interactions contains them, and functions of YADE that read it work as usual; a step is refused. For bonds of
         :func:`take_over`, all attributes are those of YADE's law. For bonds of :func:`bond`, the functors of the scene make the

@@ -155,8 +155,8 @@ def check_damage_law(body: int, law: int) -> None:
 def refuse_contact(one: int, two: int, physics: str, geometry: str) -> None:
     """Raise YadeError: a contact of concrete has objects of other functors. The arguments are the names of their classes."""
     raise refuse(
-        f"the contact of bodies {one} and {two} has {physics} and {geometry}, but a contact of concrete has CpmPhys and ScGeom; use only "
-        "their functors between spheres of CpmMat"
+        f"the contact of bodies {one} and {two} has {physics} and {geometry}, but a contact of concrete has CpmPhys and ScGeom; between "
+        "spheres of CpmMat use only Ip2_CpmMat_CpmMat_CpmPhys and Ig2_Sphere_Sphere_ScGeom"
     )
 
 
