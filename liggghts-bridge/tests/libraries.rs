@@ -4,7 +4,7 @@ mod harness;
 
 use harness::built;
 
-/// Stripped, each has 6.2 to 6.3 MB; with its symbols, that for LAMMPS has 12.1 MB. The bound leaves a tenth for growth.
+/// Stripped, each has 6.6 to 6.8 MB; with its symbols, that for LAMMPS has 12.1 MB. The bound leaves a twentieth for growth.
 #[test]
 fn the_libraries_are_stripped_and_small() {
     for (name, script) in [

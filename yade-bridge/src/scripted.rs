@@ -301,12 +301,10 @@ impl ContactLaw for Scripted {
         }
         let motions: Vec<PointKinematics> = (0..count).map(|i| measure_contact(mode, i, dt, batch)).collect();
         let responses = {
-            let moved = |i: usize| {
-                let (law, old) = batch.law(i);
-                Moved { motion: &motions[i], old, materials: law.materials }
-            };
+            let histories: Vec<ScriptedState> = (0..count).map(|i| batch.history(i)).collect();
+            let moved = |i: usize| Moved { motion: &motions[i], old: &histories[i], materials: batch.law(i).materials };
             let moved: Vec<Moved<'_>> = (0..count).map(moved).collect();
-            or_unwind(batch.law(0).0.law().respond(&moved, dt))
+            or_unwind(batch.law(0).law().respond(&moved, dt))
         };
         for (i, (motion, response)) in motions.iter().zip(&responses).enumerate() {
             batch.commit(i, motion, response);

@@ -262,15 +262,10 @@ pub fn contact_table<'py>(
     ];
     // Laws keep these names free.
     assert!(columns.iter().map(|column| column.0).eq(COLUMNS_OF_EVERY_CONTACT.iter().copied()));
-    let (fields, history) = block.history_reals();
-    let width: usize = fields.iter().map(|field| field.components).sum();
     let mut first = 0;
-    for field in fields {
-        let values: Vec<f64> = kept
-            .iter()
-            .flat_map(|&k| &history[k * width + first..k * width + first + field.components])
-            .copied()
-            .collect();
+    for field in block.history_fields() {
+        let row = |&k: &usize| (first..first + field.components).map(move |n| block.history_column(n)[k]);
+        let values: Vec<f64> = kept.iter().flat_map(row).collect();
         let flat = scalars(py, &values).into_any();
         let values =
             if field.components == 1 { flat } else { flat.call_method1("reshape", (kept.len(), field.components))? };

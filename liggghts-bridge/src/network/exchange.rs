@@ -316,10 +316,11 @@ impl Network {
         if view.flags.has(ContactFlags::BROKEN) || !remembers {
             return None;
         }
-        let (fields, reals) = block.history_reals();
-        let width: usize = fields.iter().map(|field| field.components).sum();
+        let width: usize = block.history_fields().iter().map(|field| field.components).sum();
         let mut history = [0.0; HISTORY];
-        history[..width].copy_from_slice(&reals[k * width..(k + 1) * width]);
+        for (n, number) in history[..width].iter_mut().enumerate() {
+            *number = block.history_column(n)[k];
+        }
         // The previous geometry of a contact that does not touch has no effect and differs between processors.
         let previous = if view.flags.has(ContactFlags::ACTIVE) {
             view.previous

@@ -121,7 +121,7 @@ impl Network {
         };
         let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
         let width = |block: &dyn EvaluatedContacts| {
-            block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()
+            block.contacts().history_fields().iter().map(|field| field.components).sum::<usize>()
         };
         let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
         let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };

@@ -142,7 +142,7 @@ impl Network {
     fn check_held(&mut self, before: &Before, number: &[u32], cutoff: f64) -> Result<f64, NetworkError> {
         let (mut longest, mut alone) = (0.0f64, Vec::new());
         for (kind, block) in blocks(&self.state) {
-            let geometries = block.references().iter().zip(block.previous());
+            let geometries = block.references().iter().zip(block.previous().iter());
             for (k, ((pair, flags), (reference, previous))) in
                 block.pairs().iter().zip(block.flags()).zip(geometries).enumerate()
             {
@@ -154,7 +154,7 @@ impl Network {
                     Fate::Alone => alone.extend(self.record_of(&before.tags, kind, k)),
                     Fate::Stays(ends) => {
                         self.row_of(kind, ends, flags.row)?;
-                        longest = longest.max(length_of(*flags, reference, previous));
+                        longest = longest.max(length_of(*flags, &reference, &previous));
                     }
                 }
             }

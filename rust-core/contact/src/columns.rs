@@ -361,6 +361,12 @@ impl Columns {
         arrays::<O>(&self.output)
     }
 
+    /// [`Self::output`], to change.
+    #[inline(always)]
+    pub fn output_mut<O: Item>(&mut self) -> &mut O::Arrays {
+        arrays_mut::<O>(&mut self.output)
+    }
+
     /// The input arrays of a formula that reads `I`, and the output arrays of one that returns `O`.
     #[inline(always)]
     pub fn both<I: Item, O: Item>(&mut self) -> (&mut I::Arrays, &O::Arrays) {

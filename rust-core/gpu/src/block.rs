@@ -1,11 +1,14 @@
 //! A block of contacts on a device.
 
+use bytemuck::Pod;
+use concordem_contact::columns::Item;
 use concordem_contact::geometry::{PreviousGeometry, Reference};
 use concordem_contact::law::{ContactLaw, EnergySplit};
 use concordem_contact::math::Mat3;
 use concordem_contact::pair::{ContactFlags, Pair};
 use concordem_solver::StretchStep;
 use concordem_solver::state::contacts::{ContactBlock, Contacts};
+use concordem_solver::state::table::Table;
 
 use crate::arguments::{ContactArrays, Dissipated, Launch, ParticleArrays, Sampled, Stops};
 use crate::buffer::Buffer;
@@ -111,6 +114,27 @@ impl<L: ContactLaw> Block<L> {
     }
 }
 
+/// Replace the rows on a device by those of a table.
+fn put_table<T: Item + Pod>(
+    rows: &mut Buffer<T>,
+    device: &mut dyn Device,
+    table: &Table<T>,
+) -> Result<(), DeviceError> {
+    rows.put(device, bytemuck::cast_slice(&table.numbers(0..table.len())))
+}
+
+/// Read rows from a device into a table of the same length.
+fn get_table<T: Item + Pod>(
+    rows: &Buffer<T>,
+    device: &mut dyn Device,
+    table: &mut Table<T>,
+) -> Result<(), DeviceError> {
+    let mut numbers = vec![T::zeroed(); table.len()];
+    rows.get(device, &mut numbers)?;
+    *table = Table::from_numbers(bytemuck::cast_slice(&numbers));
+    Ok(())
+}
+
 impl<L: ContactLaw> BlockOnDevice for Block<L> {
     fn law(&self) -> &'static str {
         L::NAME
@@ -133,13 +157,13 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         self.rows.put_raw(device, &block.rows)?;
         self.pair.put(device, &block.pair)?;
         self.flags[0].put(device, &block.flags)?;
-        self.reference[0].put(device, &block.reference)?;
+        put_table(&mut self.reference[0], device, &block.reference)?;
         if let ([_, flags], [_, reference]) = (&mut self.flags[..], &mut self.reference[..]) {
             flags.resize(device, self.count)?;
             reference.resize(device, self.count)?;
         }
-        self.previous[0].put(device, &block.previous)?;
-        self.history[0].put(device, &block.history)?;
+        put_table(&mut self.previous[0], device, &block.previous)?;
+        put_table(&mut self.history[0], device, &block.history)?;
         self.previous[1].resize(device, self.count)?;
         self.history[1].resize(device, self.count)?;
         self.dissipated.resize(device, self.count)?;
@@ -211,10 +235,10 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         let block = block.filter(|block| block.len() == self.count).ok_or_else(wrong)?;
         if !self.bonds() {
             self.flags[from as usize].get(device, &mut block.flags)?;
-            self.reference[from as usize].get(device, &mut block.reference)?;
+            get_table(&self.reference[from as usize], device, &mut block.reference)?;
         }
-        self.previous[from as usize].get(device, &mut block.previous)?;
-        self.history[from as usize].get(device, &mut block.history)
+        get_table(&self.previous[from as usize], device, &mut block.previous)?;
+        get_table(&self.history[from as usize], device, &mut block.history)
     }
 
     fn free(&mut self, device: &mut dyn Device) {

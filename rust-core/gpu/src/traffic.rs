@@ -19,7 +19,8 @@ pub fn bytes_per_step(state: &State) -> u64 {
     // Loads: written; force and one torque read for each of two ends, by number. Energies: written, and read by the third kernel.
     let exchanged = size_of::<Loads>() + 4 * size_of::<Vec3>() + 2 * size_of::<u32>() + 2 * size_of::<Dissipated>();
     let of_block = |(k, block): (usize, &dyn concordem_solver::state::contacts::Contacts)| {
-        let history = size_of_val(block.history_reals().1);
+        let width: usize = block.history_fields().iter().map(|field| field.components).sum();
+        let history = block.len() * width * size_of::<f64>();
         let copies = if k < state.bonds.len() { 1 } else { 2 };
         block.len() * (size_of::<Pair>() + copies * link + 2 * size_of::<PreviousGeometry>() + exchanged) + 2 * history
     };

@@ -320,7 +320,7 @@ mod tests {
             }
             let mut block = ContactBlock::new(vec![beam]);
             assert_eq!(bond(&mut block, &rows, &particles, None, 1.0).unwrap().bonds, 2);
-            block.reference[0].area
+            block.reference.get(0).area
         };
         // Exact sums of few digits.
         assert_eq!(area(None), std::f64::consts::PI);

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use super::cloud::random_cloud;
 use super::{PackingError, Random, SizeDistribution, positive, within};
-use concordem_contact::law::{Elastic, HertzMindlin};
+use concordem_contact::law::{Elastic, HertzMindlin, Reference};
 use concordem_contact::math::{Vec3, cbrt};
 use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
@@ -198,9 +198,9 @@ fn grow(state: &mut State, factor: f64) {
     }
     for block in state.contacts.iter_mut().chain(&mut state.wall_contacts) {
         if let Some(block) = block.contacts_mut().as_any_mut().downcast_mut::<ContactBlock<HertzMindlin>>() {
-            for reference in &mut block.reference {
-                reference.length *= factor;
-                reference.area *= factor * factor;
+            for k in 0..block.len() {
+                let Reference { length, area } = block.reference.get(k);
+                block.reference.set(k, Reference { length: length * factor, area: area * (factor * factor) });
             }
         }
     }

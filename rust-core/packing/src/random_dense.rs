@@ -306,9 +306,9 @@ impl Servo {
             }
             let geometry = block.geometry(k, &state.particles, false);
             let (normal, shear) = block.rows[usize::from(block.flags[k].row)].stiffness.of(&geometry);
-            let previous = &block.previous[k];
+            let previous = block.previous.get(k);
             let stretch = previous.length - geometry.reference_length;
-            force += (previous.normal * (normal * stretch) + block.history[k].shear_displacement * shear).abs();
+            force += (previous.normal * (normal * stretch) + block.history.get(k).shear_displacement * shear).abs();
             stiffness += (normal + 2.0 * shear) / 3.0;
             count += 1;
         }

@@ -9,7 +9,7 @@ use super::error::{At, OutputError};
 use super::hash::StateHasher;
 use super::hdf::{self, GroupSink, kind};
 use super::sealed;
-use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, ColumnStore, WriteColumns};
+use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, ColumnStore, RowsOfReals, WriteColumns};
 
 /// A verified checkpoint.
 #[derive(Debug)]
@@ -115,6 +115,11 @@ impl ColumnSink for HashingSink<'_> {
         self.file.column(path, column)
     }
 
+    fn rows(&mut self, path: &str, rows: &RowsOfReals<'_>) -> Result<(), ColumnError> {
+        self.hasher.rows(path, rows)?;
+        self.file.rows(path, rows)
+    }
+
     fn described_column(&mut self, path: &str, column: Column<'_>, description: &str) -> Result<(), ColumnError> {
         self.hasher.column(path, column)?;
         self.file.described_column(path, column, description)
@@ -139,6 +144,47 @@ mod tests {
         store.column("material", Column::u16(&[1, 2, 3])).unwrap();
         store.column("constraint", Column::u8(&[63])).unwrap();
         store
+    }
+
+    /// Reals that are not stored as rows, or the same as columns.
+    struct Reals {
+        as_rows: bool,
+        columns: Vec<(usize, Vec<f64>)>,
+    }
+
+    impl WriteColumns for Reals {
+        fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+            for (k, (components, values)) in self.columns.iter().enumerate() {
+                let (path, components, unit) = (format!("reals/{k}"), *components, "m");
+                if self.as_rows {
+                    let numbers =
+                        |rows: std::ops::Range<usize>| values[components * rows.start..components * rows.end].to_vec();
+                    let count = values.len() / components;
+                    sink.rows(&path, &RowsOfReals { components, unit, count, numbers: &numbers })?;
+                } else {
+                    sink.column(&path, Column::f64(values, components, unit))?;
+                }
+            }
+            Ok(())
+        }
+    }
+
+    /// Files of rows in pieces (of 32,768) and of whole columns have the same bytes: with zeros before, between, and after other
+    /// numbers, of zeros only, and without rows.
+    #[test]
+    fn rows_in_pieces_give_the_same_file() {
+        let mut sparse = vec![0.0; 2 * 200_000];
+        (sparse[2 * 70_000], sparse[2 * 140_001 + 1]) = (1.0, -2.0);
+        let full: Vec<f64> = (1..=100_000).map(f64::from).collect();
+        let columns = vec![(2, sparse), (1, full), (4, vec![0.0; 4 * 40_000]), (3, Vec::new())];
+        let folder = tempfile::tempdir().unwrap();
+        let written = [true, false].map(|as_rows| {
+            let path = folder.path().join(format!("{as_rows}.h5"));
+            let hash = write(&path, &Reals { as_rows, columns: columns.clone() }, "scenario\n").unwrap();
+            (hash, fs::read(&path).unwrap())
+        });
+        assert!(written[0].0 == written[1].0, "hashes");
+        assert!(written[0].1 == written[1].1, "bytes");
     }
 
     #[test]

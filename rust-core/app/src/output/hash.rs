@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
+use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, RowsOfReals, WriteColumns};
 
 #[cfg(target_endian = "big")]
 compile_error!("the state hash and the file formats are defined for little-endian numbers");
@@ -28,21 +28,43 @@ impl StateHasher {
     }
 }
 
-impl ColumnSink for StateHasher {
-    fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError> {
-        column.rows(path)?;
+impl StateHasher {
+    /// Begin the hash of a column of `length` numbers that has the type and the components of `column`.
+    fn begin(path: &str, column: &Column<'_>, length: usize) -> blake3::Hasher {
         let mut hasher = blake3::Hasher::new();
         // Hashing lengths before variable parts makes the byte sequences of different columns differ.
         hasher.update(&(path.len() as u64).to_le_bytes());
         hasher.update(path.as_bytes());
         hasher.update(column.kind().to_string().as_bytes());
         hasher.update(&(column.components() as u64).to_le_bytes());
-        hasher.update(&(column.len() as u64).to_le_bytes());
-        hasher.update_rayon(column.bytes());
+        hasher.update(&(length as u64).to_le_bytes());
+        hasher
+    }
+
+    /// Keep the hash of a column.
+    fn keep(&mut self, path: &str, hasher: &blake3::Hasher) -> Result<(), ColumnError> {
         if self.columns.insert(path.to_owned(), hasher.finalize()).is_some() {
             return Err(ColumnError::Duplicate { path: path.to_owned() });
         }
         Ok(())
+    }
+}
+
+impl ColumnSink for StateHasher {
+    fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError> {
+        column.rows(path)?;
+        let mut hasher = Self::begin(path, &column, column.len());
+        hasher.update_rayon(column.bytes());
+        self.keep(path, &hasher)
+    }
+
+    fn rows(&mut self, path: &str, rows: &RowsOfReals<'_>) -> Result<(), ColumnError> {
+        rows.column(&[]).rows(path)?;
+        let mut hasher = Self::begin(path, &rows.column(&[]), rows.count * rows.components);
+        for (_, piece) in rows.pieces() {
+            hasher.update_rayon(rows.column(&piece).bytes());
+        }
+        self.keep(path, &hasher)
     }
 }
 
@@ -69,6 +91,16 @@ mod tests {
     fn order_of_writing_does_not_matter() {
         let (x, n) = (Column::f64(&[1.0, 2.0], 1, "m"), Column::u32(&[7]));
         assert_eq!(hash(&[("x", x), ("n", n)]), hash(&[("n", n), ("x", x)]));
+    }
+
+    /// More rows than a piece has.
+    #[test]
+    fn rows_hash_as_their_column() {
+        let values: Vec<f64> = (0..200_000).map(f64::from).collect();
+        let numbers = |rows: std::ops::Range<usize>| values[2 * rows.start..2 * rows.end].to_vec();
+        let mut hasher = StateHasher::default();
+        hasher.rows("x", &RowsOfReals { components: 2, unit: "m", count: 100_000, numbers: &numbers }).unwrap();
+        assert_eq!(hasher.finish(), hash(&[("x", Column::f64(&values, 2, "m"))]));
     }
 
     #[test]

@@ -5,9 +5,12 @@ use std::str::FromStr;
 
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, Group, H5Type, Location};
+use ndarray::{ArrayView1, ArrayView2, s};
 
 use super::error::{At, OutputError};
-use concordem_solver::state::columns::{Column, ColumnData, ColumnError, ColumnSink, ColumnStore, StoredColumn};
+use concordem_solver::state::columns::{
+    Column, ColumnData, ColumnError, ColumnSink, ColumnStore, RowsOfReals, StoredColumn,
+};
 
 /// Version of the layout of all our files.
 pub(crate) const FORMAT_VERSION: u64 = 3;
@@ -146,17 +149,53 @@ pub(crate) fn write_array<T: H5Type + bytemuck::NoUninit>(
     components: usize,
     path: &Path,
 ) -> Result<Dataset, OutputError> {
-    let rows = data.len() / components.max(1);
-    let shape = if components == 1 { vec![rows] } else { vec![rows, components] };
-    let dataset = group
-        .new_dataset::<T>()
-        .obj_track_times(false)
-        .create_intermediate_group(true)
-        .shape(shape)
-        .create(name)
-        .at(path)?;
+    let dataset = create_array::<T>(group, name, data.len() / components.max(1), components, path)?;
     if !is_zero(data) {
         dataset.write_raw(data).at(path)?;
+    }
+    Ok(dataset)
+}
+
+/// Creates the dataset of an array.
+fn create_array<T: H5Type>(
+    group: &Group,
+    name: &str,
+    rows: usize,
+    components: usize,
+    path: &Path,
+) -> Result<Dataset, OutputError> {
+    let shape = if components == 1 { vec![rows] } else { vec![rows, components] };
+    group.new_dataset::<T>().obj_track_times(false).create_intermediate_group(true).shape(shape).create(name).at(path)
+}
+
+/// Writes rows piece by piece; the file is that of [`write_array`].
+fn write_rows(group: &Group, name: &str, rows: &RowsOfReals<'_>, path: &Path) -> Result<Dataset, OutputError> {
+    let width = rows.components;
+    rows.column(&[]).rows(name).at(path)?;
+    let dataset = create_array::<f64>(group, name, rows.count, width, path)?;
+    let write = |first: usize, piece: &[f64]| {
+        let end = first + piece.len() / width;
+        if width == 1 {
+            dataset.write_slice(ArrayView1::from(piece), s![first..end]).at(path)
+        } else {
+            let table = ArrayView2::from_shape((end - first, width), piece).map_err(hdf5::Error::from).at(path)?;
+            dataset.write_slice(table, s![first..end, ..]).at(path)
+        }
+    };
+    // HDF5 allocates the whole dataset at the first write, and then does not fill what is not written.
+    let mut written = false;
+    for (first, piece) in rows.pieces() {
+        if !written && is_zero(&piece) {
+            continue;
+        }
+        if !written {
+            let zeros = vec![0.0; piece.len().max(width)];
+            for start in (0..first).step_by(zeros.len() / width) {
+                write(start, &zeros[..width * (first - start).min(zeros.len() / width)])?;
+            }
+        }
+        written = true;
+        write(first, &piece)?;
     }
     Ok(dataset)
 }
@@ -282,6 +321,22 @@ impl ColumnSink for GroupSink<'_> {
     }
 
     fn described_column(&mut self, path: &str, column: Column<'_>, description: &str) -> Result<(), ColumnError> {
+        self.check(path)?;
+        let written = write_column(self.group, path, &column, column.unit(), description, self.path);
+        self.store(path, written)
+    }
+
+    fn rows(&mut self, path: &str, rows: &RowsOfReals<'_>) -> Result<(), ColumnError> {
+        self.check(path)?;
+        let written = write_rows(self.group, path, rows, self.path)
+            .and_then(|dataset| describe(&dataset, rows.unit, "", self.path));
+        self.store(path, written)
+    }
+}
+
+impl GroupSink<'_> {
+    /// Whether a column may have this path.
+    fn check(&self, path: &str) -> Result<(), ColumnError> {
         let storage = |message: String| ColumnError::Storage { path: path.to_owned(), message };
         if path.is_empty() || path.split('/').any(|part| check_name(part, "a column").is_err()) {
             return Err(storage("the path has an empty or impossible part".into()));
@@ -292,10 +347,15 @@ impl ColumnSink for GroupSink<'_> {
         if self.group.link_exists(path) {
             return Err(ColumnError::Duplicate { path: path.to_owned() });
         }
-        write_column(self.group, path, &column, column.unit(), description, self.path).map_err(|error| {
+        Ok(())
+    }
+
+    /// Keep the error of a column that was not written.
+    fn store(&mut self, path: &str, written: Result<(), OutputError>) -> Result<(), ColumnError> {
+        written.map_err(|error| {
             let message = error.to_string();
             self.failure = Some(error);
-            storage(message)
+            ColumnError::Storage { path: path.to_owned(), message }
         })
     }
 }

@@ -202,14 +202,14 @@ fn contacts(
     shown.chunks(ROWS_AT_A_TIME).for_each(|part| columns.extend(part, live, &particles.id));
     columns.extend(broken, gone, &particles.id);
     columns.write(&path, sink)?;
-    let (fields, reals) = block.history_reals();
-    let width: usize = fields.iter().map(|field| field.components).sum();
     let mut offset = 0;
-    for field in fields {
+    for field in block.history_fields() {
         // Broken bonds keep zeros.
         let mut values = vec![0.0; field.components * (shown.len() + broken.len())];
         values.par_chunks_mut(field.components).zip(&shown).with_min_len(SMALL).for_each(|(row, &k)| {
-            row.copy_from_slice(&reals[k * width + offset..][..field.components]);
+            for (n, number) in row.iter_mut().enumerate() {
+                *number = block.history_column(offset + n)[k];
+            }
         });
         sink.column(&path(&format!("history_{}", field.name)), Column::f64(&values, field.components, field.unit))?;
         offset += field.components;

@@ -1,7 +1,7 @@
 //! Motion of particles in a step, and the inputs of the motion measures.
 
 use crate::Cell;
-use crate::columns::Lanes;
+use crate::columns::{Item, Lanes};
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::math::{Quat, Symmetric, Vec3};
 use crate::wall::ClosestPoint;
@@ -127,7 +127,8 @@ pub struct WallInput<'a> {
     pub dt: f64,
 }
 
-/// Motion of the contacts of a batch. The data of a contact stay constant until it is evaluated.
+/// Motion of the contacts of a batch. The data of a contact stay constant until it is evaluated, or its results are stored
+/// ([`Batch::store_geometries`](crate::law::Batch::store_geometries)).
 pub trait MotionSource {
     /// Whether there may be a periodic cell.
     const PERIODIC: bool;
@@ -165,23 +166,18 @@ pub trait MotionSource {
     /// Constants, geometry of the previous step, and whether the contact is a bond.
     fn constants(&self, i: usize) -> (ContactGeometry, PreviousGeometry, bool);
 
-    /// Part of [`Self::constants`]: unstrained geometry, and whether the contact is a bond.
-    fn reference(&self, i: usize) -> (Reference, bool);
+    /// Whether contact `i` is a bond.
+    fn bonded(&self, i: usize) -> bool;
 
-    /// [`Self::reference`] of four contacts.
-    #[inline(always)]
-    fn four_references(&self, [i, j, k, l]: [usize; 4]) -> [(Reference, bool); 4] {
-        [self.reference(i), self.reference(j), self.reference(k), self.reference(l)]
-    }
+    /// Read the unstrained geometries of the first `count` contacts. As all methods that read, it fills a group of four places to its
+    /// end.
+    fn read_references(&self, count: usize, arrays: &mut <Reference as Item>::Arrays);
 
-    /// Part of [`Self::constants`]: geometry of the previous step.
-    fn previous(&self, i: usize) -> &PreviousGeometry;
+    /// Geometry of contact `i` in the previous step.
+    fn previous(&self, i: usize) -> PreviousGeometry;
 
-    /// [`Self::previous`] of four contacts.
-    #[inline(always)]
-    fn four_previous(&self, [i, j, k, l]: [usize; 4]) -> [&PreviousGeometry; 4] {
-        [self.previous(i), self.previous(j), self.previous(k), self.previous(l)]
-    }
+    /// Read the geometries of the first `count` contacts in the previous step.
+    fn read_previous(&self, count: usize, arrays: &mut <PreviousGeometry as Item>::Arrays);
 
     /// Part of [`Self::constants`]: masses of A and B, kg.
     fn masses(&self, i: usize) -> [f64; 2];

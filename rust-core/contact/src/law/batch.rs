@@ -1,7 +1,7 @@
 //! Evaluation of many contacts of one law at a time.
 
 use super::contract::{ContactLaw, Response};
-use crate::columns::{Columns, Lanes};
+use crate::columns::{Arrays, Columns, Item, Lanes};
 use crate::geometry::PreviousGeometry;
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::{
@@ -12,22 +12,19 @@ use crate::wrench::Wrenches;
 /// Contacts of law `L` that are measured and evaluated together.
 ///
 /// Each contact is evaluated once, in ascending order, by one of [`evaluate`](MotionSink::evaluate), [`commit`](Self::commit),
-/// and [`commit_result`](Self::commit_result).
+/// [`commit_result`](Self::commit_result), and [`commit_four`](Self::commit_four). Before the last two, its geometry and history are stored.
 pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// Whether the evaluation also needs stored energies.
     const SAMPLE: bool;
 
     /// History of contact `i`.
-    fn history(&self, i: usize) -> &L::State;
+    fn history(&self, i: usize) -> L::State;
 
-    /// Histories of four contacts.
-    #[inline(always)]
-    fn four_histories(&self, [i, j, k, l]: [usize; 4]) -> [&L::State; 4] {
-        [self.history(i), self.history(j), self.history(k), self.history(l)]
-    }
+    /// Read the histories of the first `count` contacts.
+    fn read_histories(&self, count: usize, arrays: &mut <L::State as Item>::Arrays);
 
-    /// The law with the parameters of contact `i`, and the contact's history.
-    fn law(&self, i: usize) -> (&L, &L::State);
+    /// The law with the parameters of contact `i`.
+    fn law(&self, i: usize) -> &L;
 
     /// Whether the first `count` contacts have equal parameters.
     fn alike(&self, count: usize) -> bool;
@@ -49,49 +46,66 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// Store the motion and response of contact `i`.
     fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
 
-    /// Store the result that the law computed in columns for contact `i`, which survives the step.
-    fn commit_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R);
+    /// Store the geometries of the first `count` contacts after the step. A contact that is evaluated later, on the scalar path, must keep
+    /// its old geometry here: that is what its measure reads.
+    fn store_geometries(&mut self, count: usize, arrays: &<PreviousGeometry as Item>::Arrays);
 
-    /// Store the results that the law computed in columns for contacts `i` to `i + 3`, which survive the step.
-    fn commit_four<R: ColumnResults<L>>(&mut self, i: usize, results: &R);
+    /// Store the histories of the first `count` contacts after the step; as [`Self::store_geometries`].
+    fn store_histories(&mut self, count: usize, arrays: &<L::State as Item>::Arrays);
+
+    /// Add the forces and energies that the law computed in columns for contact `i`, which survives the step. Its geometry and history are
+    /// stored before.
+    fn commit_result(&mut self, i: usize, result: &impl ColumnResult);
+
+    /// As [`Self::commit_result`] for contacts `i` to `i + 3`.
+    fn commit_four(&mut self, i: usize, results: &impl ColumnResults<L>);
 }
 
-/// Results of a law in columns, in steps without a sample. The numbers that the caller stores as rows come from the columns four by
-/// four ([`Lanes`]), the others one by one.
+/// Results of a law in columns, in steps without a sample. The caller stores geometries and histories as columns. Forces, which it adds
+/// to rows, come from the columns four by four ([`Lanes`]), energies one by one.
 pub trait ColumnResults<L: ContactLaw> {
     /// Whether contact `i` needs the scalar path, because it ends, or because of what the columns leave out.
     fn need_scalar_path<B: Batch<L>>(&self, i: usize, batch: &B) -> bool;
-    /// Normals and lengths of contacts `i` to `i + 3` after the step.
-    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4];
-    /// Histories of contacts `i` to `i + 3` after the step; `None` if they did not change.
-    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[L::State; 4]>;
+    /// Normals and lengths of the contacts after the step.
+    fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays;
+    /// Histories of the contacts after the step; `None` if they did not change.
+    fn histories(&mut self) -> Option<&mut <L::State as Item>::Arrays>;
     /// Forces and torques of contacts `i` to `i + 3`.
     fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4];
     /// Result for contact `i`.
-    fn result(&self, i: usize) -> impl ColumnResult<L::State>;
+    fn result(&self, i: usize) -> impl ColumnResult;
 }
 
-/// Commit the first `count` contacts of a batch from columns, four at a time where none of them needs the scalar path.
+/// Commit the first `count` contacts of a batch from columns: geometries and histories all at once, forces and energies four at a time
+/// where none of the four needs the scalar path.
 #[inline(always)]
 pub(super) fn commit_columns<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(
     mode: MotionMeasure,
     count: usize,
     dt: f64,
     batch: &mut B,
-    results: &R,
+    results: &mut R,
 ) {
+    // Bit `i`: contact `i` takes the scalar path.
+    let mut scalar = 0_u32;
+    for i in 0..count {
+        scalar |= u32::from(results.need_scalar_path(i, batch)) << i;
+    }
+    if scalar != 0 {
+        keep(scalar, count, batch, results);
+    }
+    batch.store_geometries(count, results.geometries());
+    if let Some(histories) = results.histories() {
+        batch.store_histories(count, histories);
+    }
     for first in (0..count).step_by(4) {
         let group = first..count.min(first + 4);
-        let mut scalar = group.len() < 4;
-        for i in group.clone() {
-            scalar |= results.need_scalar_path(i, batch);
-        }
-        if !scalar {
+        if group.len() == 4 && (scalar >> first).trailing_zeros() >= 4 {
             batch.commit_four(first, results);
             continue;
         }
         for i in group {
-            if results.need_scalar_path(i, batch) {
+            if scalar >> i & 1 == 1 {
                 evaluate_one(mode, i, dt, batch);
             } else {
                 batch.commit_result(i, &results.result(i));
@@ -100,11 +114,23 @@ pub(super) fn commit_columns<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(
     }
 }
 
+/// Put the old geometry and history of the contacts that take the scalar path into the columns: they are evaluated after the columns are
+/// stored.
+#[inline(always)]
+fn keep<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(scalar: u32, count: usize, batch: &B, results: &mut R) {
+    for i in (0..count).filter(|i| scalar >> i & 1 == 1) {
+        results.geometries().set(i, batch.previous(i));
+        if let Some(histories) = results.histories() {
+            histories.set(i, batch.history(i));
+        }
+    }
+}
+
 /// Result of a law for a contact that survives the step, in steps without a sample.
 ///
 /// The caller reads each part when it stores it. A law that reads them from its columns keeps few numbers in registers;
 /// [`BatchResult`] is a result whose parts are known.
-pub trait ColumnResult<S> {
+pub trait ColumnResult {
     /// Line between the centers.
     fn branch(&self) -> BranchVector;
     /// Forces and torques on A and B.
@@ -113,8 +139,6 @@ pub trait ColumnResult<S> {
     fn energy(&self) -> Option<[f64; 2]>;
     /// [`EnergySplit::friction`](super::EnergySplit), J; `None` if it is zero.
     fn friction(&self) -> Option<f64>;
-    /// History after the step; `None` if it did not change.
-    fn state(&self) -> Option<S>;
     /// Contribution to the deformation of the particles, if they deform.
     fn virial(&self) -> Option<ParticleVirial>;
     /// [`EnergySplit::damage`](super::EnergySplit), J; `None` under laws without damage.
@@ -125,7 +149,7 @@ pub trait ColumnResult<S> {
 
 /// [`ColumnResult`] of a contact under a law without damage.
 #[derive(Debug, Clone, Copy)]
-pub struct BatchResult<S> {
+pub struct BatchResult {
     /// Line between the centers.
     pub branch: BranchVector,
     /// Forces and torques on A and B.
@@ -134,13 +158,11 @@ pub struct BatchResult<S> {
     pub energy: Option<[f64; 2]>,
     /// [`EnergySplit::friction`](super::EnergySplit), J; `None` if it is zero.
     pub friction: Option<f64>,
-    /// History after the step; `None` if it did not change.
-    pub state: Option<S>,
     /// Contribution to the deformation of the particles, if they deform.
     pub virial: Option<ParticleVirial>,
 }
 
-impl<S: Copy> ColumnResult<S> for BatchResult<S> {
+impl ColumnResult for BatchResult {
     #[inline(always)]
     fn branch(&self) -> BranchVector {
         self.branch
@@ -159,11 +181,6 @@ impl<S: Copy> ColumnResult<S> for BatchResult<S> {
     #[inline(always)]
     fn friction(&self) -> Option<f64> {
         self.friction
-    }
-
-    #[inline(always)]
-    fn state(&self) -> Option<S> {
-        self.state
     }
 
     #[inline(always)]

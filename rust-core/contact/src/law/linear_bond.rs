@@ -21,7 +21,7 @@
 use super::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_batch};
 use super::common::{ParameterError, reciprocal_of_step, require};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
-use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes};
 use crate::geometry::PreviousGeometry;
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::FiniteInput;
@@ -200,8 +200,8 @@ crate::columns! {
     /// Input of [`Intact`].
     struct IntactInput {
         motion: FiniteInput,
-        /// Reference length, m; NaN for a contact that is not a bond.
-        reference_length: f64,
+        /// Its length is NaN for a contact that is not a bond.
+        reference: Reference,
         /// Mass, kg; zero without dashpots.
         mass_a: f64,
         mass_b: f64,
@@ -254,11 +254,11 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         input: &IntactInput,
         surface_displacement: impl FnOnce(&Vec3) -> f64,
     ) -> (IntactOutput, Response<LinearBondState>) {
-        let IntactInput { motion, reference_length, mass_a, mass_b, history } = *input;
+        let IntactInput { motion, reference: Reference { length: reference_length, area }, mass_a, mass_b, history } =
+            *input;
         let FiniteInput { a, b, previous, .. } = motion;
         let (radius_a, radius_b) = (a.radius, b.radius);
-        // The law does not use the area.
-        let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a, mass_b };
         let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
         let point = motion.measure().point(&geometry, &previous, true);
         let point = point.with_surface_displacement(surface_displacement(&point.normal), f64::NAN);
@@ -312,7 +312,7 @@ impl<const DAMPED: bool> Formula for IntactStraining<'_, DAMPED> {
 }
 
 /// Results of all bonds of a batch; those that deform particles have virials.
-struct Results<'a, const DEFORM: bool>(&'a <StrainingOutput as Item>::Arrays);
+struct Results<'a, const DEFORM: bool>(&'a mut <StrainingOutput as Item>::Arrays);
 
 impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
     #[inline(always)]
@@ -321,13 +321,13 @@ impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
     }
 
     #[inline(always)]
-    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
-        self.0.bond.geometry.get_four(i, lanes)
+    fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
+        &mut self.0.bond.geometry
     }
 
     #[inline(always)]
-    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[LinearBondState; 4]> {
-        Some(self.0.bond.history.get_four(i, lanes))
+    fn histories(&mut self) -> Option<&mut <LinearBondState as Item>::Arrays> {
+        Some(&mut self.0.bond.history)
     }
 
     #[inline(always)]
@@ -336,7 +336,7 @@ impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
     }
 
     #[inline(always)]
-    fn result(&self, i: usize) -> impl ColumnResult<LinearBondState> {
+    fn result(&self, i: usize) -> impl ColumnResult {
         let Self(columns) = self;
         let bond = &columns.bond;
         let PreviousGeometry { normal, length } = bond.geometry.get(i);
@@ -347,7 +347,6 @@ impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
             wrenches: bond.wrenches.get(i),
             energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
             friction: None,
-            state: Some(bond.history.get(i)),
             virial,
         }
     }
@@ -415,7 +414,7 @@ impl ContactLaw for LinearBond {
         if count == 0 {
             return;
         }
-        let bond = *batch.law(0).0;
+        let bond = *batch.law(0);
         // `evaluate_batch` covers steps with a sample, for rigid and deformable particles.
         if mode != MotionMeasure::Finite || B::SAMPLE || !batch.alike(count) {
             evaluate_batch(mode, count, dt, batch, columns);
@@ -426,12 +425,12 @@ impl ContactLaw for LinearBond {
         let arrays = columns.input::<StrainingInput>();
         let input = &mut arrays.bond;
         FiniteInput::write(&mut input.motion, count, batch);
-        for i in (0..count).step_by(4) {
-            input.history.set_four(i, batch.four_histories(places(i, count)), batch.lanes());
-        }
+        batch.read_histories(count, &mut input.history);
+        batch.read_references(count, &mut input.reference);
         for i in 0..count {
-            let (Reference { length, .. }, bonded) = batch.reference(i);
-            input.reference_length.set(i, if bonded { length } else { f64::NAN });
+            if !batch.bonded(i) {
+                input.reference.length[i] = f64::NAN;
+            }
             let [mass_a, mass_b] = if damped { batch.masses(i) } else { [0.0; 2] };
             input.mass_a.set(i, mass_a);
             input.mass_b.set(i, mass_b);
@@ -448,9 +447,9 @@ impl ContactLaw for LinearBond {
             (true, true) => columns.apply(&IntactStraining::<true> { bond: &bond, dt, dashpots_strain }),
         }
         if B::DEFORM {
-            commit_columns(mode, count, dt, batch, &Results::<true>(columns.output::<StrainingOutput>()));
+            commit_columns(mode, count, dt, batch, &mut Results::<true>(columns.output_mut::<StrainingOutput>()));
         } else {
-            commit_columns(mode, count, dt, batch, &Results::<false>(columns.output::<StrainingOutput>()));
+            commit_columns(mode, count, dt, batch, &mut Results::<false>(columns.output_mut::<StrainingOutput>()));
         }
     }
 

@@ -5,7 +5,7 @@
 
 use super::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_batch};
 use super::{ContactGeometry, ContactLaw, Reference, Response};
-use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes};
 use crate::geometry::PreviousGeometry;
 use crate::kinematics::sphere_sphere::FiniteInput;
 use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics};
@@ -113,32 +113,24 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
         evaluate_batch(mode, count, dt, batch, columns);
         return;
     }
-    let law = *batch.law(0).0;
+    let law = *batch.law(0);
     let input = columns.input::<PressingInput>();
     FiniteInput::write(&mut input.motion, count, batch);
-    for i in (0..count).step_by(4) {
-        let places = places(i, count);
-        let [a, b, c, d] = batch.four_histories(places);
-        let histories = [bytemuck::cast_ref(a), bytemuck::cast_ref(b), bytemuck::cast_ref(c), bytemuck::cast_ref(d)];
-        input.history.set_four(i, histories, batch.lanes());
-        let [a, b, c, d] = batch.four_references(places);
-        input.reference.set_four(i, [&a.0, &b.0, &c.0, &d.0], batch.lanes());
-        for (k, place) in (i..).zip(places) {
-            let [mass_a, mass_b] = batch.masses(place);
-            input.mass_a.set(k, mass_a);
-            input.mass_b.set(k, mass_b);
-        }
+    batch.read_histories(count, bytemuck::cast_mut(&mut input.history));
+    batch.read_references(count, &mut input.reference);
+    for i in 0..count {
+        [input.mass_a[i], input.mass_b[i]] = batch.masses(i);
     }
     if law.has_shear_dashpot() {
         columns.apply(&Evaluated::<L, true> { law: &law, dt });
     } else {
         columns.apply(&Evaluated::<L, false> { law: &law, dt });
     }
-    commit_columns(mode, count, dt, batch, &Results(columns.output::<PressingOutput>()));
+    commit_columns(mode, count, dt, batch, &mut Results(columns.output_mut::<PressingOutput>()));
 }
 
 /// Results of all contacts of a batch.
-struct Results<'a>(&'a <PressingOutput as Item>::Arrays);
+struct Results<'a>(&'a mut <PressingOutput as Item>::Arrays);
 
 impl<L: Pressing> ColumnResults<L> for Results<'_> {
     /// It opens, or inherits the energy of a bond.
@@ -149,14 +141,13 @@ impl<L: Pressing> ColumnResults<L> for Results<'_> {
     }
 
     #[inline(always)]
-    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
-        self.0.geometry.get_four(i, lanes)
+    fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
+        &mut self.0.geometry
     }
 
     #[inline(always)]
-    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[L::State; 4]> {
-        let [a, b, c, d] = self.0.history.get_four(i, lanes);
-        Some([bytemuck::cast(a), bytemuck::cast(b), bytemuck::cast(c), bytemuck::cast(d)])
+    fn histories(&mut self) -> Option<&mut <L::State as Item>::Arrays> {
+        Some(bytemuck::cast_mut(&mut self.0.history))
     }
 
     #[inline(always)]
@@ -165,7 +156,7 @@ impl<L: Pressing> ColumnResults<L> for Results<'_> {
     }
 
     #[inline(always)]
-    fn result(&self, i: usize) -> impl ColumnResult<L::State> {
+    fn result(&self, i: usize) -> impl ColumnResult {
         let Self(columns) = self;
         let PreviousGeometry { normal, length } = columns.geometry.get(i);
         BatchResult {
@@ -173,7 +164,6 @@ impl<L: Pressing> ColumnResults<L> for Results<'_> {
             wrenches: columns.wrenches.get(i),
             energy: Some([columns.viscous[i], columns.integration[i]]),
             friction: Some(columns.friction[i]),
-            state: Some(bytemuck::cast(columns.history.get(i))),
             virial: None,
         }
     }

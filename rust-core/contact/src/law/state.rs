@@ -39,12 +39,16 @@ pub trait LawState: Pod + Item + Default + Send + Sync + core::fmt::Debug + Part
 
     /// The history as reals, in the order of [`Self::FIELDS`].
     fn as_reals(&self) -> &[f64] {
-        bytemuck::cast_slice(core::slice::from_ref(self))
+        // A history without numbers need not be aligned for them.
+        if size_of::<Self>() == 0 { &[] } else { bytemuck::cast_slice(core::slice::from_ref(self)) }
     }
 
     /// The same contact seen with A and B exchanged.
     fn swapped(&self) -> Self {
         let mut out = *self;
+        if size_of::<Self>() == 0 {
+            return out;
+        }
         let reals: &mut [f64] = bytemuck::cast_slice_mut(core::slice::from_mut(&mut out));
         let mut offset = 0;
         for field in Self::FIELDS {

@@ -108,9 +108,9 @@ fn tiles<'a, L: LawLoops>(
     let mut tiles = Vec::with_capacity(map.contact_start.len());
     let mut pair = &block.pair[..];
     let mut flags = &mut block.flags[..];
-    let mut reference = &mut block.reference[..];
-    let mut previous = &mut block.previous[..];
-    let mut history = &mut block.history[..];
+    let mut reference = block.reference.rows_mut();
+    let mut previous = block.previous.rows_mut();
+    let mut history = block.history.rows_mut();
     let mut rest_length = &block.rest_length[..];
     let mut halo = &mut map.halo[..];
     let mut virial_halo = &mut map.virial_halo[..];
@@ -123,9 +123,9 @@ fn tiles<'a, L: LawLoops>(
             length,
             pair: pair.split_off(..contacts).unwrap_or_default(),
             flags: flags.split_off_mut(..contacts).unwrap_or_default(),
-            reference: reference.split_off_mut(..contacts).unwrap_or_default(),
-            previous: previous.split_off_mut(..contacts).unwrap_or_default(),
-            history: history.split_off_mut(..contacts).unwrap_or_default(),
+            reference: reference.split_off(contacts),
+            previous: previous.split_off(contacts),
+            history: history.split_off(contacts),
             rest_length: rest_length.split_off(..contacts.min(rest_length.len())).unwrap_or_default(),
             net,
             halo: halo.split_off_mut(..slots).unwrap_or_default(),

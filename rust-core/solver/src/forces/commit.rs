@@ -38,7 +38,6 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         let k = contact as usize;
         let a = pair.a as usize;
         let flags = &mut self.tile.flags[k];
-        let history = &mut self.tile.history[k];
         let totals = &mut self.totals;
         let &PointKinematics { normal, arm_a, arm_b, .. } = point;
         let mut dissipated = response.energy.dissipated();
@@ -49,7 +48,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             dissipated -= regained;
             totals.energy.integration -= undone;
         }
-        self.tile.previous[k] = PreviousGeometry { normal, length: point.length };
+        self.tile.previous.set(k, PreviousGeometry { normal, length: point.length });
         if counted {
             totals.energy.damage += response.energy.damage;
             totals.energy.friction += response.energy.friction;
@@ -57,7 +56,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             totals.energy.integration += response.energy.integration;
         }
         if response.status != Status::Lives {
-            end(flags, history, response.status, response.state);
+            self.tile.history.set(k, end(flags, response.status, response.state));
             if response.status == Status::Broke {
                 let position = self.context.poses[a].position + normal * arm_a;
                 let row = flags.row as usize;
@@ -81,8 +80,8 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             }
             return;
         }
-        *history = response.state;
-        let damage = L::damage(history);
+        self.tile.history.set(k, response.state);
+        let damage = L::damage(&response.state);
         if damage >= self.context.damage_threshold && !flags.has(ContactFlags::REPORTED) {
             flags.bits |= ContactFlags::REPORTED;
             let position = self.context.poses[a].position + normal * arm_a;
@@ -111,17 +110,11 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         self.accumulate(i, slot, &Action { normal: &normal, wrenches: &wrenches, virial });
     }
 
-    /// Commit the result that a law computed in columns for contact `i` of the batch, which survives.
+    /// Add the forces and energies that a law computed in columns for contact `i` of the batch, which survives.
     ///
-    /// Each part of the result is read where it is stored, so that the parts need no registers before.
+    /// Each part of the result is read where it is added, so that the parts need no registers before.
     #[inline(always)]
-    pub(super) fn commit_batch_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R) {
-        let k = self.pending[i].contact as usize;
-        let BranchVector { length, normal } = result.branch();
-        self.tile.previous[k] = PreviousGeometry { normal, length };
-        if let Some(state) = result.state() {
-            self.tile.history[k] = state;
-        }
+    pub(super) fn commit_batch_result(&mut self, i: usize, result: &impl ColumnResult) {
         let mut energy = self.totals.energy;
         self.add_energies(i, result, &mut energy);
         self.totals.energy = energy;
@@ -132,15 +125,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
 
     /// As [`Self::commit_batch_result`] for contacts `i` to `i + 3` of the batch.
     #[inline(always)]
-    pub(super) fn commit_four_results<R: ColumnResults<L>>(&mut self, i: usize, results: &R) {
-        let (geometries, states) = (results.geometries(i, self.lanes), results.states(i, self.lanes));
-        for (r, geometry) in geometries.into_iter().enumerate() {
-            let k = self.pending[i + r].contact as usize;
-            self.tile.previous[k] = geometry;
-            if let Some(states) = &states {
-                self.tile.history[k] = states[r];
-            }
-        }
+    pub(super) fn commit_four_results(&mut self, i: usize, results: &impl ColumnResults<L>) {
         // A copy, which stays in registers.
         let mut energy = self.totals.energy;
         for r in 0..4 {
@@ -162,7 +147,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
 
     /// Add the energies of contact `i` of the batch to `energy`.
     #[inline(always)]
-    fn add_energies<R: ColumnResult<L::State>>(&self, i: usize, result: &R, energy: &mut EnergySplit) {
+    fn add_energies(&self, i: usize, result: &impl ColumnResult, energy: &mut EnergySplit) {
         if self.pending[i].counted {
             if let Some(damage) = result.damage() {
                 energy.damage += damage;
@@ -179,7 +164,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
 
     /// Add the forces of contact `i` of the batch.
     #[inline(always)]
-    fn add_result<R: ColumnResult<L::State>>(&mut self, i: usize, result: &R, wrenches: &Wrenches) {
+    fn add_result(&mut self, i: usize, result: &impl ColumnResult, wrenches: &Wrenches) {
         let slot = self.pending[i].slot;
         let BranchVector { normal, .. } = result.branch();
         let virial = result.virial();
@@ -288,15 +273,15 @@ fn not_released([old, now]: [f64; 2], energy: &EnergySplit) -> f64 {
     (-energy.integration).min(energy.damage)
 }
 
-/// Mark a contact that broke or opened. `last`: its history after the step.
+/// Mark a contact that broke or opened; returns the history that it keeps. `last`: its history after the step.
 #[inline(always)]
-fn end<S: LawState>(flags: &mut ContactFlags, history: &mut S, status: Status, last: S) {
+fn end<S: LawState>(flags: &mut ContactFlags, status: Status, last: S) -> S {
     if status == Status::Broke {
-        *history = last;
         flags.bits |= ContactFlags::BROKEN;
+        last
     } else {
-        *history = S::default();
         flags.bits &= !(ContactFlags::ACTIVE | ContactFlags::REPORTED);
+        S::default()
     }
 }
 

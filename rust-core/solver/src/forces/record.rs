@@ -159,7 +159,7 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
     }
     let particles = context.particles;
     let (pair, mut flags) = (block.pair[k], block.flags[k]);
-    let (mut reference, mut previous) = (block.reference[k], block.previous[k]);
+    let (mut reference, mut previous) = (block.reference.get(k), block.previous.get(k));
     if flags.has(ContactFlags::BROKEN) {
         return ContactRecord { force: None, damage: [1.0; 2] };
     }
@@ -209,7 +209,7 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
         let (now, before) = context.surface_approach(a, b, &normal, &previous.normal);
         kinematics = kinematics.with_surface_displacement(now, before);
     }
-    let (law, history) = (&block.rows[flags.row as usize], &block.history[k]);
+    let (law, history) = (&block.rows[flags.row as usize], &block.history.get(k));
     let Response { force, moment, status, state, .. } = match &context.softening {
         Some(softened) => law.respond_at(&softened.of(pair.a, pair.b), &kinematics, history, context.dt),
         None => law.respond(&kinematics, history, context.dt),
@@ -234,7 +234,7 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
 /// Force and damage of contact `k` in the step that has just been evaluated.
 fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'_>) -> ContactRecord {
     let particles = context.particles;
-    let (pair, flags, previous) = (block.pair[k], block.flags[k], block.previous[k]);
+    let (pair, flags, previous) = (block.pair[k], block.flags[k], block.previous.get(k));
     if flags.has(ContactFlags::BROKEN) {
         return ContactRecord { force: None, damage: [1.0; 2] };
     }
@@ -273,7 +273,7 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
         let approach = sum.quadratic(&normal);
         kinematics = kinematics.with_surface_displacement(approach, approach);
     }
-    let (law, history) = (&block.rows[flags.row as usize], &block.history[k]);
+    let (law, history) = (&block.rows[flags.row as usize], &block.history.get(k));
     let (force, moment) = match &context.softening {
         Some(softened) => {
             let factors = softened.of(pair.a, pair.b);

@@ -29,13 +29,13 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         let k = contact as usize;
         let Pair { a, b } = self.tile.pair[k];
         let law = self.rows[self.tile.flags[k].row as usize];
-        let old = self.tile.history[k];
+        let old = self.tile.history.get(k);
         let response = law.respond_at(&softened.of(a, b), kinematics, &old, self.context.dt);
         // A contact that begins has stored nothing.
         if !begins && !self.tile.flags[k].has(ContactFlags::NOT_OWNED) {
             let of_change = 1.0 - softened.past(a, b);
             if of_change != 0.0 {
-                let normal_before = self.tile.previous[k].normal;
+                let normal_before = self.tile.previous.get(k).normal;
                 self.totals.stiffness_work +=
                     of_change * reversible_work::<L>(kinematics, &old, &normal_before, &response);
             }

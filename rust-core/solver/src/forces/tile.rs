@@ -4,8 +4,9 @@
 //! touch, measure the batch and evaluate the law ([`Batch`]), then commit each result. Everything here is inlined into
 //! one loop per law and kind of step; only rare cases are separate functions.
 
+use bytemuck::Pod;
 use concordem_contact::activate::{activate, length_of};
-use concordem_contact::columns::{BATCH, Columns, Lanes, Scalar};
+use concordem_contact::columns::{BATCH, Columns, Item, Lanes, Scalar};
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
 use concordem_contact::kinematics::{MotionMeasure, MotionSink, MotionSource, PointKinematics, Pose, PreviousGeometry};
@@ -20,6 +21,7 @@ use super::tile_map::is_local;
 use super::{BegunContact, StepContext, TILE, Totals, motion_of};
 use crate::lanes::{LanesFnOnce, dispatch};
 use crate::state::contacts::{ContactFlags, Pair};
+use crate::state::table::Rows;
 
 /// The contacts of a tile, and the particles and halo slots they act on.
 pub struct Tile<'a, L: ContactLaw> {
@@ -29,9 +31,9 @@ pub struct Tile<'a, L: ContactLaw> {
     pub(super) length: usize,
     pub(super) pair: &'a [Pair],
     pub(super) flags: &'a mut [ContactFlags],
-    pub(super) reference: &'a mut [Reference],
-    pub(super) previous: &'a mut [PreviousGeometry],
-    pub(super) history: &'a mut [L::State],
+    pub(super) reference: Rows<'a, Reference>,
+    pub(super) previous: Rows<'a, PreviousGeometry>,
+    pub(super) history: Rows<'a, L::State>,
     /// Empty if bonds do not expand.
     pub(super) rest_length: &'a [f64],
     pub(super) net: &'a mut [Wrench],
@@ -119,20 +121,21 @@ fn run<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const 
     let (pairs, poses, base, length) = (tile.pair, context.poses, tile.base, tile.length);
     let count = pairs.len();
     let (totals, pending) = (Totals::default(), [PendingContact::default(); SIZE]);
+    let run = None;
     let mut evaluator =
-        TileEvaluator::<L, T, PERIODIC, SAMPLE, DEFORM, SIZE> { context, rows, tile, totals, pending, lanes };
+        TileEvaluator::<L, T, PERIODIC, SAMPLE, DEFORM, SIZE> { context, rows, tile, totals, pending, run, lanes };
     let mut columns = Columns::default();
     let (mut k, mut next_slot) = (0, 0);
     while k < count {
         let mut pending = 0;
+        evaluator.run = None;
+        if let Some(next) = evaluator.list_run(mode, pairs, poses, k, next_slot) {
+            (k, next_slot, pending) = (k + SIZE, next, SIZE);
+        }
+        // After a run the batch is full. One call of the law in the loop: it is inlined.
         while k < count && pending < SIZE {
-            if let Some(pair) = pairs.get(k + 2 * BATCH) {
-                prefetch_row(poses, pair.b as usize);
-                // A tile of usual size stays in the cache.
-                if length > TILE {
-                    prefetch_row(evaluator.tile.net, (pair.b as usize).wrapping_sub(base));
-                }
-                evaluator.prefetch(mode, pair.b as usize);
+            if let Some(pair) = pairs.get(k + AHEAD) {
+                evaluator.prefetch(mode, poses, pair.b as usize);
             }
             let slot = if is_local(pairs[k].b, base, length) {
                 LOCAL
@@ -158,6 +161,9 @@ fn run<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const 
     evaluator.totals
 }
 
+/// How many contacts ahead particles are prefetched.
+const AHEAD: usize = 2 * BATCH;
+
 /// In place of a halo slot: B lies in the tile.
 pub(super) const LOCAL: u32 = u32::MAX;
 
@@ -178,6 +184,8 @@ pub(super) struct TileEvaluator<
     pub(super) tile: Tile<'a, L>,
     pub(super) totals: Totals,
     pub(super) pending: [PendingContact; SIZE],
+    /// The first contact of the batch, if the batch is full and its contacts follow each other.
+    run: Option<usize>,
     /// How it moves numbers between rows and columns.
     pub(super) lanes: T,
 }
@@ -206,6 +214,61 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         DEFORM && (!PERIODIC || !self.context.surface_displacement.is_empty())
     }
 
+    /// List the contacts from `k` on, if they fill a batch, and all of them have forces and count; returns the next slot of the halo.
+    #[inline(always)]
+    fn list_run(
+        &mut self,
+        mode: MotionMeasure,
+        pairs: &[Pair],
+        poses: &[Pose],
+        k: usize,
+        mut slot: u32,
+    ) -> Option<u32> {
+        const WATCHED: u8 = ContactFlags::ACTIVE | ContactFlags::BROKEN | ContactFlags::NOT_OWNED;
+        if SIZE != BATCH {
+            return None;
+        }
+        let flags = self.tile.flags.get(k..k + BATCH)?;
+        // Without branches, so that the compiler uses vector registers.
+        let other = flags.iter().fold(0, |other, flags| other | (flags.bits & WATCHED) ^ ContactFlags::ACTIVE);
+        if other != 0 {
+            return None;
+        }
+        for pair in pairs.get(k + AHEAD..).unwrap_or_default().iter().take(BATCH) {
+            self.prefetch(mode, poses, pair.b as usize);
+        }
+        let (base, length) = (self.tile.base, self.tile.length);
+        let pairs = pairs.get(k..k + BATCH)?;
+        for (i, (pending, pair)) in self.pending.iter_mut().zip(pairs).enumerate() {
+            let local = is_local(pair.b, base, length);
+            let place = if local { LOCAL } else { slot };
+            slot += u32::from(!local);
+            *pending =
+                PendingContact { contact: (k + i) as u32, slot: place, pair: *pair, begins: false, counted: true };
+        }
+        self.run = Some(k);
+        Some(slot)
+    }
+
+    /// The contacts of a batch of columns.
+    #[inline(always)]
+    fn listed(&self) -> [u32; BATCH] {
+        let mut contacts = [0; BATCH];
+        for (contact, pending) in contacts.iter_mut().zip(&self.pending) {
+            *contact = pending.contact;
+        }
+        contacts
+    }
+
+    /// Read the rows of the first `count` contacts.
+    #[inline(always)]
+    fn read<R: Item + Pod>(&self, rows: &Rows<'_, R>, count: usize, arrays: &mut R::Arrays) {
+        match self.run {
+            Some(first) => rows.read_run(first, arrays),
+            None => rows.read(&self.listed()[..count], arrays),
+        }
+    }
+
     /// Write zeros to the halo slot of a contact without force.
     #[inline(always)]
     pub(super) fn clear_slot(&mut self, slot: u32) {
@@ -223,11 +286,15 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         }
     }
 
-    /// Prefetch what a contact will read of its particle `b` besides the pose. A needs no prefetch, because it follows the order of
-    /// the contacts.
+    /// Prefetch what a contact will read and write of its particle `b`. A needs no prefetch, because it follows the order of the contacts.
     #[inline(always)]
-    fn prefetch(&self, mode: MotionMeasure, b: usize) {
+    fn prefetch(&self, mode: MotionMeasure, poses: &[Pose], b: usize) {
         let particles = self.context.particles;
+        prefetch_row(poses, b);
+        // A tile of usual size stays in the cache.
+        if self.tile.length > TILE {
+            prefetch_row(self.tile.net, b.wrapping_sub(self.tile.base));
+        }
         if !PERIODIC && !L::Kinematics::ONE_MODE && mode != MotionMeasure::Finite {
             prefetch_row(&particles.velocity, b);
             prefetch_row(&particles.angular_velocity, b);
@@ -250,7 +317,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     fn surface_approach_before(&self, contact: u32) -> f64 {
         let before = |p: u32| self.context.surface_displacement_before(p as usize);
         let Pair { a, b } = self.tile.pair[contact as usize];
-        (before(a) + before(b)).quadratic(&self.tile.previous[contact as usize].normal)
+        (before(a) + before(b)).quadratic(&self.tile.previous.get(contact as usize).normal)
     }
 
     /// Evaluate contact `i` again, because it ends in this step and its response then also depends on the elongation
@@ -260,8 +327,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     fn evaluate_again(&mut self, i: usize, kinematics: L::Kinematics, approach: f64) {
         let contact = self.pending[i].contact;
         let deformed = kinematics.with_surface_displacement(approach, self.surface_approach_before(contact));
-        let (law, history) = self.law(i);
-        let response = law.respond(&deformed, history, self.context.dt);
+        let response = self.law(i).respond(&deformed, &self.history(i), self.context.dt);
         self.commit(i, deformed.point(), &response);
     }
 
@@ -287,10 +353,14 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             0.0
         };
         let tile = &mut self.tile;
-        let (flags, reference, previous) = (&mut tile.flags[k], &mut tile.reference[k], &mut tile.previous[k]);
-        let radii = [radius_a, radius_b];
+        let (mut reference, mut previous) = (tile.reference.get(k), tile.previous.get(k));
+        let (flags, radii) = (&mut tile.flags[k], [radius_a, radius_b]);
         let length = length_of(&between, self.context.mode);
-        let begins = activate::<L>(flags, reference, previous, length, &before, radii, surface_displacement);
+        let begins = activate::<L>(flags, &mut reference, &mut previous, length, &before, radii, surface_displacement);
+        if begins {
+            tile.reference.set(k, reference);
+            tile.previous.set(k, previous);
+        }
         if L::STIFFENS && begins {
             let ContactFlags { row, image, .. } = *flags;
             self.totals.begun.push(BegunContact { pair: tile.pair[k], image, row });
@@ -355,20 +425,30 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     fn constants(&self, i: usize) -> (ContactGeometry, PreviousGeometry, bool) {
         let Pair { a, b } = self.pending[i].pair;
         let [radius_a, radius_b] = [a, b].map(|p| self.context.poses[p as usize].radius);
-        let ([mass_a, mass_b], (Reference { length, area }, bonded)) = (self.masses(i), self.reference(i));
-        let geometry = ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a, mass_b };
-        (geometry, *self.previous(i), bonded)
+        let ([mass_a, mass_b], k) = (self.masses(i), self.pending[i].contact as usize);
+        let Reference { length: reference_length, area } = self.tile.reference.get(k);
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a, mass_b };
+        (geometry, self.previous(i), self.bonded(i))
     }
 
     #[inline(always)]
-    fn reference(&self, i: usize) -> (Reference, bool) {
-        let k = self.pending[i].contact as usize;
-        (self.tile.reference[k], self.tile.flags[k].has(ContactFlags::BONDED))
+    fn bonded(&self, i: usize) -> bool {
+        self.tile.flags[self.pending[i].contact as usize].has(ContactFlags::BONDED)
     }
 
     #[inline(always)]
-    fn previous(&self, i: usize) -> &PreviousGeometry {
-        &self.tile.previous[self.pending[i].contact as usize]
+    fn read_references(&self, count: usize, arrays: &mut <Reference as Item>::Arrays) {
+        self.read(&self.tile.reference, count, arrays);
+    }
+
+    #[inline(always)]
+    fn previous(&self, i: usize) -> PreviousGeometry {
+        self.tile.previous.get(self.pending[i].contact as usize)
+    }
+
+    #[inline(always)]
+    fn read_previous(&self, count: usize, arrays: &mut <PreviousGeometry as Item>::Arrays) {
+        self.read(&self.tile.previous, count, arrays);
     }
 
     #[inline(always)]
@@ -396,9 +476,9 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             self.evaluate_softened(i, kinematics, &softened);
             return;
         }
-        let (law, history) = self.law(i);
+        let (law, history) = (self.law(i), self.history(i));
         if !self.deforms() {
-            let response = law.respond(kinematics, history, self.context.dt);
+            let response = law.respond(kinematics, &history, self.context.dt);
             self.commit(i, kinematics.point(), &response);
             return;
         }
@@ -409,7 +489,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         let reads_before = L::READS_OLD_ELONGATION || begins;
         let before = if reads_before { self.surface_approach_before(contact) } else { f64::NAN };
         let deformed = kinematics.with_surface_displacement(now, before);
-        let response = law.respond(&deformed, history, self.context.dt);
+        let response = law.respond(&deformed, &history, self.context.dt);
         if !reads_before && response.status != Status::Lives {
             self.evaluate_again(i, *kinematics, now);
             return;
@@ -424,14 +504,18 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     const SAMPLE: bool = SAMPLE;
 
     #[inline(always)]
-    fn history(&self, i: usize) -> &L::State {
-        &self.tile.history[self.pending[i].contact as usize]
+    fn history(&self, i: usize) -> L::State {
+        self.tile.history.get(self.pending[i].contact as usize)
     }
 
     #[inline(always)]
-    fn law(&self, i: usize) -> (&L, &L::State) {
-        let k = self.pending[i].contact as usize;
-        (&self.rows[self.tile.flags[k].row as usize], &self.tile.history[k])
+    fn read_histories(&self, count: usize, arrays: &mut <L::State as Item>::Arrays) {
+        self.read(&self.tile.history, count, arrays);
+    }
+
+    #[inline(always)]
+    fn law(&self, i: usize) -> &L {
+        &self.rows[self.tile.flags[self.pending[i].contact as usize].row as usize]
     }
 
     #[inline(always)]
@@ -474,12 +558,28 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     }
 
     #[inline(always)]
-    fn commit_result<R: ColumnResult<L::State>>(&mut self, i: usize, found: &R) {
-        self.commit_batch_result(i, found);
+    fn store_geometries(&mut self, count: usize, arrays: &<PreviousGeometry as Item>::Arrays) {
+        match self.run {
+            Some(first) => self.tile.previous.write_run(first, arrays),
+            None => self.tile.previous.write(&self.listed()[..count], arrays),
+        }
     }
 
     #[inline(always)]
-    fn commit_four<R: ColumnResults<L>>(&mut self, i: usize, results: &R) {
+    fn store_histories(&mut self, count: usize, arrays: &<L::State as Item>::Arrays) {
+        match self.run {
+            Some(first) => self.tile.history.write_run(first, arrays),
+            None => self.tile.history.write(&self.listed()[..count], arrays),
+        }
+    }
+
+    #[inline(always)]
+    fn commit_result(&mut self, i: usize, result: &impl ColumnResult) {
+        self.commit_batch_result(i, result);
+    }
+
+    #[inline(always)]
+    fn commit_four(&mut self, i: usize, results: &impl ColumnResults<L>) {
         self.commit_four_results(i, results);
     }
 }

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use concordem_contact::kinematics::deformable::ParticleVirial;
 use concordem_contact::kinematics::{Motion, PreviousGeometry, WallInput};
-use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
+use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status};
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
 use concordem_contact::wall::ClosestPoint;
 
@@ -251,9 +251,9 @@ impl WallEvaluator<'_> {
                 && let Some(other) = self.predecessor(block, k, &closest_point.normal)
             {
                 block.flags[k].bits |= ContactFlags::ACTIVE;
-                block.reference[k] = block.reference[other];
-                block.previous[k] = block.previous[other];
-                block.history[k] = block.history[other];
+                block.reference.set(k, block.reference.get(other));
+                block.previous.set(k, block.previous.get(other));
+                block.history.set(k, block.history.get(other));
                 deactivate(block, other);
             }
         }
@@ -266,7 +266,7 @@ impl WallEvaluator<'_> {
         let mut best = None;
         let mut nearest = SAME_SURFACE;
         for (other, _) in self.contacts.clone().zip(&self.acts).filter(|(_, acts)| !**acts) {
-            let cosine = block.previous[other].normal.dot(normal);
+            let cosine = block.previous.get(other).normal.dot(normal);
             if block.flags[other].has(ContactFlags::ACTIVE)
                 && wall(other) == wall(k)
                 && block.flags[other].row == block.flags[k].row
@@ -295,8 +295,8 @@ impl WallEvaluator<'_> {
             self.totals.begun.push(BegunContact { pair: block.pair[k], image, row });
         }
         let context = self.context;
-        let response = block.rows[block.flags[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
-        block.previous[k] = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };
+        let response = block.rows[block.flags[k].row as usize].respond(&kinematics, &block.history.get(k), context.dt);
+        block.previous.set(k, PreviousGeometry { normal: closest_point.normal, length: closest_point.distance });
         self.totals.energy += response.energy;
         if context.heats {
             // The wall takes up nothing.
@@ -320,7 +320,7 @@ impl WallEvaluator<'_> {
             return None;
         }
         let Response { force, moment, state, .. } = response;
-        block.history[k] = state;
+        block.history.set(k, state);
         let viscous = L::viscous_force(&closest_point.normal, &state);
         let virial = ParticleVirial::of(&closest_point.normal, &force, &viscous, context.dashpots_strain);
         let moment = if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() };
@@ -355,7 +355,8 @@ impl WallEvaluator<'_> {
         let others = self.contacts.clone().zip(&self.closest_points).filter(|(other, _)| wall(*other) == wall(k));
         // A face that the particle still touches, as the other one of a fold, has a contact of its own.
         let same_surface = |point: &ClosestPoint| {
-            block.previous[k].normal.dot(&point.normal) > SAME_SURFACE && point.distance >= self.extent(&point.normal)
+            block.previous.get(k).normal.dot(&point.normal) > SAME_SURFACE
+                && point.distance >= self.extent(&point.normal)
         };
         let points = others.filter_map(|(other, point)| Some((other, point.filter(same_surface)?)));
         Some(points.fold(
@@ -380,23 +381,22 @@ impl WallEvaluator<'_> {
         let motion: Motion = motion_of(context.particles, a);
         if !block.flags[k].has(ContactFlags::ACTIVE) {
             block.flags[k].bits |= ContactFlags::ACTIVE;
-            block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
+            block.reference.set(k, L::unbonded_reference(radius, radius, 0.0));
             // The velocities give the distance one step ago, so candidates need not store it.
             let approach = (motion.velocity - surface.velocity).dot(&closest_point.normal);
-            block.previous[k] = PreviousGeometry {
-                normal: closest_point.normal,
-                length: closest_point.distance + approach * context.dt,
-            };
+            let length = closest_point.distance + approach * context.dt;
+            block.previous.set(k, PreviousGeometry { normal: closest_point.normal, length });
         }
+        let Reference { length: reference_length, area } = block.reference.get(k);
         let geometry = ContactGeometry {
-            reference_length: block.reference[k].length,
-            area: block.reference[k].area,
+            reference_length,
+            area,
             radius_a: radius,
             radius_b: 0.0,
             mass_a: context.particles.mass[a],
             mass_b: f64::INFINITY,
         };
-        let previous = &block.previous[k];
+        let previous = &block.previous.get(k);
         // Halfway between the contact points at the start and the end of the step, so that the slip is work-conjugate, under the
         // trapezoidal rule, to the moment on a turning wall.
         let turned = wall.turning.map(|_| {
@@ -460,5 +460,5 @@ impl WallEvaluator<'_> {
 /// Deactivate contact `k` and clear its history.
 fn deactivate<L: ContactLaw>(block: &mut ContactBlock<L>, k: usize) {
     block.flags[k].bits &= !ContactFlags::ACTIVE;
-    block.history[k] = L::State::default();
+    block.history.set(k, L::State::default());
 }

@@ -4,6 +4,7 @@
 //! bit for bit. Checkpoints, the state hash, and tests implement these traits.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// One column: contiguous rows of `components` numbers each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -223,10 +224,54 @@ pub enum ColumnError {
     },
 }
 
+/// A column of reals whose rows are not stored as such: they are made when they are needed.
+pub struct RowsOfReals<'a> {
+    /// Numbers per row.
+    pub components: usize,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Number of rows.
+    pub count: usize,
+    /// The numbers of some rows, row by row.
+    pub numbers: &'a dyn Fn(Range<usize>) -> Vec<f64>,
+}
+
+impl RowsOfReals<'_> {
+    /// Rows of a piece: some megabytes.
+    const PIECE: usize = 1 << 15;
+
+    /// The rows in pieces: first row, and numbers row by row.
+    pub fn pieces(&self) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
+        (0..self.count).step_by(Self::PIECE).map(|first| (first, self.of(first..self.count.min(first + Self::PIECE))))
+    }
+
+    /// All rows.
+    pub fn all(&self) -> Vec<f64> {
+        self.of(0..self.count)
+    }
+
+    fn of(&self, rows: Range<usize>) -> Vec<f64> {
+        let expected = rows.len() * self.components;
+        let numbers = (self.numbers)(rows);
+        assert_eq!(numbers.len(), expected, "numbers of the rows");
+        numbers
+    }
+
+    /// A column of the same shape whose numbers are `data`.
+    pub fn column<'a>(&self, data: &'a [f64]) -> Column<'a> {
+        Column::f64(data, self.components, self.unit)
+    }
+}
+
 /// Receives columns. Paths are `group/name`, unique, without a leading slash.
 pub trait ColumnSink {
     /// Receive one column.
     fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError>;
+
+    /// Receive one column as [`RowsOfReals`]: by default as a copy of all rows.
+    fn rows(&mut self, path: &str, rows: &RowsOfReals<'_>) -> Result<(), ColumnError> {
+        self.column(path, rows.column(&rows.all()))
+    }
 
     /// Receive one column with a description for readers; by default the description is ignored.
     fn described_column(&mut self, path: &str, column: Column<'_>, _description: &str) -> Result<(), ColumnError> {
@@ -369,6 +414,11 @@ impl ColumnSink for ColumnStore {
             Column::I8 { data, .. } => ColumnData::I8(data.to_vec()),
         };
         self.insert(path, StoredColumn { data, components: column.components() })
+    }
+
+    fn rows(&mut self, path: &str, rows: &RowsOfReals<'_>) -> Result<(), ColumnError> {
+        rows.column(&[]).rows(path)?;
+        self.insert(path, StoredColumn { data: ColumnData::F64(rows.all()), components: rows.components })
     }
 }
 

@@ -2,14 +2,21 @@
 
 use std::any::Any;
 
+use bytemuck::Pod;
+use concordem_contact::columns::Item;
 use rayon::prelude::*;
 
-use super::columns::{Column, ColumnError, ColumnSink, ColumnSource};
+use super::columns::{Column, ColumnError, ColumnSink, ColumnSource, RowsOfReals};
+use super::table::Table;
 use crate::state::Particles;
 use concordem_contact::kinematics::PreviousGeometry;
-use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, LawState, Reference, Stiffness};
+use concordem_contact::law::{ContactGeometry, ContactLaw, Field, Kinematics, LawState, Reference, Stiffness};
 
 pub use super::pairs::{BrokenBond, ContactFlags, Pair};
+
+/// Column of the length in a table of references, and in one of geometries.
+const LENGTH: usize = 0;
+const PREVIOUS_LENGTH: usize = 3;
 
 /// All contacts under one law.
 #[derive(Debug, Clone, Default)]
@@ -21,11 +28,11 @@ pub struct ContactBlock<L: ContactLaw> {
     /// Image, pair coefficients, flags.
     pub flags: Vec<ContactFlags>,
     /// Reference length and area.
-    pub reference: Vec<Reference>,
+    pub reference: Table<Reference>,
     /// Normal and length of the last step.
-    pub previous: Vec<PreviousGeometry>,
+    pub previous: Table<PreviousGeometry>,
     /// History.
-    pub history: Vec<L::State>,
+    pub history: Table<L::State>,
     /// Reference lengths of the bonds at the reference temperature, m; empty if bonds do not expand.
     pub rest_length: Vec<f64>,
     /// Largest factor on the stiffness by material, over all temperatures (part of the model); empty if it is constant.
@@ -52,9 +59,9 @@ impl<L: ContactLaw> ContactBlock<L> {
             rows,
             pair: Vec::new(),
             flags: Vec::new(),
-            reference: Vec::new(),
-            previous: Vec::new(),
-            history: Vec::new(),
+            reference: Table::default(),
+            previous: Table::default(),
+            history: Table::default(),
             rest_length: Vec::new(),
             largest_factor: Vec::new(),
         }
@@ -89,9 +96,9 @@ impl<L: ContactLaw> ContactBlock<L> {
         }
         pick(&mut self.pair, order);
         pick(&mut self.flags, order);
-        pick(&mut self.reference, order);
-        pick(&mut self.previous, order);
-        pick(&mut self.history, order);
+        self.reference.change_columns(|column| pick(column, order));
+        self.previous.change_columns(|column| pick(column, order));
+        self.history.change_columns(|column| pick(column, order));
         if !self.rest_length.is_empty() {
             pick(&mut self.rest_length, order);
         }
@@ -133,9 +140,9 @@ impl<L: ContactLaw> ContactBlock<L> {
         }
         close(&mut self.pair, removed);
         close(&mut self.flags, removed);
-        close(&mut self.reference, removed);
-        close(&mut self.previous, removed);
-        close(&mut self.history, removed);
+        self.reference.change_columns(|column| close(column, removed));
+        self.previous.change_columns(|column| close(column, removed));
+        self.history.change_columns(|column| close(column, removed));
         if !self.rest_length.is_empty() {
             close(&mut self.rest_length, removed);
         }
@@ -163,9 +170,10 @@ impl<L: ContactLaw> ContactBlock<L> {
     #[inline(always)]
     pub fn geometry(&self, k: usize, particles: &Particles, with_wall: bool) -> ContactGeometry {
         let (a, b) = (self.pair[k].a as usize, self.pair[k].b as usize);
+        let Reference { length: reference_length, area } = self.reference.get(k);
         ContactGeometry {
-            reference_length: self.reference[k].length,
-            area: self.reference[k].area,
+            reference_length,
+            area,
             radius_a: particles.radius[a],
             radius_b: if with_wall { 0.0 } else { particles.radius[b] },
             mass_a: particles.mass[a],
@@ -210,7 +218,7 @@ pub trait Contacts: Send + Sync {
     fn lost_strength(&self, k: usize) -> f64;
     /// Add a contact without history; call [`Self::sort`] after the last one.
     fn push(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry);
-    /// Add a contact with the history `history`, in the order of [`Self::history_reals`]; call [`Self::sort`] after the
+    /// Add a contact with the history `history`, in the order of [`Self::history_fields`]; call [`Self::sort`] after the
     /// last one. Missing numbers are zero, surplus ones are ignored.
     fn push_with_history(
         &mut self,
@@ -229,9 +237,9 @@ pub trait Contacts: Send + Sync {
     /// Flags of all contacts.
     fn flags(&self) -> &[ContactFlags];
     /// References of all contacts.
-    fn references(&self) -> &[Reference];
+    fn references(&self) -> &Table<Reference>;
     /// Normals and lengths of all contacts in the last step.
-    fn previous(&self) -> &[PreviousGeometry];
+    fn previous(&self) -> &Table<PreviousGeometry>;
     /// Replace the image of every contact by `image` of its particles and image.
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
     /// Make room for `count` more contacts, and no more.
@@ -271,8 +279,10 @@ pub trait Contacts: Send + Sync {
     /// Give each bond its reference length at the thermal strains `strain` of the particles ([`crate::heat::expansion`]).
     /// `continued`: the lengths of the last step move along.
     fn expand(&mut self, strain: &[f64], continued: bool);
-    /// Fields of the history, and the histories of all contacts as numbers.
-    fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]);
+    /// Fields of the history.
+    fn history_fields(&self) -> &'static [Field];
+    /// Number `n` of the histories of all contacts, in the order of [`Self::history_fields`]; a vector has three.
+    fn history_column(&self, n: usize) -> &[f64];
     /// Write all columns under `path`.
     fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError>;
     /// Replace all columns by those under `path`.
@@ -303,20 +313,34 @@ fn write_columns<L: ContactLaw>(
         &only
     };
     let u32s = |data, components| Column::U32 { data, components, unit: "1" };
-    let reals = |data, components, unit| Column::F64 { data, components, unit };
     sink.column(&format!("{path}/pair"), u32s(bytemuck::cast_slice(&block.pair), 2))?;
     sink.column(
         &format!("{path}/link"),
         Column::U8 { data: bytemuck::cast_slice(&block.flags), components: 8, unit: "1" },
     )?;
-    sink.column(&format!("{path}/reference"), reals(bytemuck::cast_slice(&block.reference), 2, "m, m^2"))?;
-    sink.column(&format!("{path}/frame"), reals(bytemuck::cast_slice(&block.previous), 4, "1, 1, 1, m"))?;
-    let width = size_of::<L::State>() / 8;
-    sink.column(&format!("{path}/history"), reals(bytemuck::cast_slice(&block.history), width, "see fields"))?;
+    write_table(&block.reference, &format!("{path}/reference"), "m, m^2", sink)?;
+    write_table(&block.previous, &format!("{path}/frame"), "1, 1, 1, m", sink)?;
+    write_table(&block.history, &format!("{path}/history"), "see fields", sink)?;
     if block.rest_length.is_empty() {
         return Ok(());
     }
-    sink.column(&format!("{path}/rest_length"), reals(&block.rest_length, 1, "m"))
+    sink.column(&format!("{path}/rest_length"), Column::f64(&block.rest_length, 1, "m"))
+}
+
+/// Write a table row by row.
+fn write_table<T: Item + Pod>(
+    table: &Table<T>,
+    path: &str,
+    unit: &'static str,
+    sink: &mut dyn ColumnSink,
+) -> Result<(), ColumnError> {
+    // A law without memory has no history.
+    if Table::<T>::WIDTH == 0 {
+        return Ok(());
+    }
+    let rows =
+        RowsOfReals { components: Table::<T>::WIDTH, unit, count: table.len(), numbers: &|rows| table.numbers(rows) };
+    sink.rows(path, &rows)
 }
 
 impl<L: ContactLaw> Contacts for ContactBlock<L> {
@@ -339,8 +363,8 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         ContactView {
             pair: self.pair[k],
             flags: self.flags[k],
-            reference: self.reference[k],
-            previous: self.previous[k],
+            reference: self.reference.get(k),
+            previous: self.previous.get(k),
         }
     }
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness {
@@ -374,10 +398,10 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         self.rows[row as usize].stiffness_at(geometry, overlap)
     }
     fn damage(&self, k: usize) -> f64 {
-        L::damage(&self.history[k])
+        L::damage(&self.history.get(k))
     }
     fn lost_strength(&self, k: usize) -> f64 {
-        self.rows[self.flags[k].row as usize].lost_strength(&self.history[k])
+        self.rows[self.flags[k].row as usize].lost_strength(&self.history.get(k))
     }
     fn push(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry) {
         Self::push(self, pair, flags, reference, previous);
@@ -391,12 +415,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         history: &[f64],
     ) {
         Self::push(self, pair, flags, reference, previous);
-        if let Some(state) = self.history.last_mut() {
-            let reals: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(state));
-            for (to, from) in reals.iter_mut().zip(history) {
-                *to = *from;
-            }
-        }
+        self.history.set_numbers(self.len() - 1, history);
     }
     fn sort(&mut self) {
         Self::sort(self);
@@ -410,10 +429,10 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn flags(&self) -> &[ContactFlags] {
         &self.flags
     }
-    fn references(&self) -> &[Reference] {
+    fn references(&self) -> &Table<Reference> {
         &self.reference
     }
-    fn previous(&self) -> &[PreviousGeometry] {
+    fn previous(&self) -> &Table<PreviousGeometry> {
         &self.previous
     }
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]) {
@@ -458,7 +477,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64> {
         let geometry = self.geometry(k, particles, false);
-        self.rows[self.flags[k].row as usize].axial_force(&geometry, self.previous[k].length)
+        self.rows[self.flags[k].row as usize].axial_force(&geometry, self.previous.get(k).length)
     }
     fn arms(&self, k: usize, particles: &Particles, length: f64) -> (f64, f64) {
         L::Kinematics::arms(&self.geometry(k, particles, false), length)
@@ -474,7 +493,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         L::unbonded_reference(length, radius_a, radius_b)
     }
     fn kept_reference(&self, k: usize) -> Option<Reference> {
-        self.rows[self.flags[k].row as usize].kept_reference(self.reference[k])
+        self.rows[self.flags[k].row as usize].kept_reference(self.reference.get(k))
     }
     fn unstrained_length(&self, k: usize, particles: &Particles) -> f64 {
         self.rows[self.flags[k].row as usize].unstrained_length(&self.geometry(k, particles, false))
@@ -490,14 +509,15 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         0.5 * (of(a) + of(b))
     }
     fn begin_expansion(&mut self) {
-        self.rest_length = self.reference.iter().map(|reference| reference.length).collect();
+        self.rest_length = self.reference.column(LENGTH).to_vec();
     }
     fn rest_lengths_mut(&mut self) -> &mut Vec<f64> {
         &mut self.rest_length
     }
     fn expand(&mut self, strain: &[f64], continued: bool) {
         let Self { pair, flags, reference, previous, rest_length, .. } = self;
-        let rows = pair.par_iter().zip(flags).zip(reference).zip(previous).zip(rest_length).with_min_len(1024);
+        let lengths = (reference.column_mut(LENGTH), previous.column_mut(PREVIOUS_LENGTH));
+        let rows = pair.par_iter().zip(flags).zip(lengths.0).zip(lengths.1).zip(rest_length).with_min_len(1024);
         rows.for_each(|((((pair, flags), reference), previous), rest)| {
             // A bond that broke leaves its length to the contact that follows.
             if flags.has(ContactFlags::BROKEN) {
@@ -505,13 +525,16 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
             }
             let length = *rest * (1.0 + 0.5 * (strain[pair.a as usize] + strain[pair.b as usize]));
             if continued {
-                previous.length += length - reference.length;
+                *previous += length - *reference;
             }
-            reference.length = length;
+            *reference = length;
         });
     }
-    fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]) {
-        (L::State::FIELDS, bytemuck::cast_slice(&self.history))
+    fn history_fields(&self) -> &'static [Field] {
+        L::State::FIELDS
+    }
+    fn history_column(&self, n: usize) -> &[f64] {
+        self.history.column(n)
     }
     fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
         write_columns(self, path, sink)
@@ -521,9 +544,9 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         let flags = source.u8(&format!("{path}/link"))?;
         let reference = source.f64(&format!("{path}/reference"))?;
         let previous = source.f64(&format!("{path}/frame"))?;
-        let history = source.f64(&format!("{path}/history"))?;
+        let width = Table::<L::State>::WIDTH;
+        let history = if width > 0 { source.f64(&format!("{path}/history"))? } else { Vec::new() };
         let count = pair.len() / 2;
-        let width = size_of::<L::State>() / 8;
         let rest = format!("{path}/rest_length");
         let rest_length = if source.exists(&rest) { source.f64(&rest)? } else { Vec::new() };
         if !rest_length.is_empty() && rest_length.len() != count {
@@ -541,9 +564,9 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         }
         self.pair = pair.chunks_exact(2).map(|p| Pair { a: p[0], b: p[1] }).collect();
         self.flags = flags.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
-        self.reference = reference.chunks_exact(2).map(|r| Reference { length: r[0], area: r[1] }).collect();
-        self.previous = bytemuck::cast_slice(&previous).to_vec();
-        self.history = bytemuck::cast_slice(&history).to_vec();
+        self.reference = Table::from_numbers(&reference);
+        self.previous = Table::from_numbers(&previous);
+        self.history = Table::from_numbers(&history);
         self.rest_length = rest_length;
         if let Some(bad) = self.flags.iter().position(|l| usize::from(l.row) >= self.rows.len()) {
             return Err(ColumnError::Value {

@@ -8,6 +8,7 @@ pub mod mesh;
 mod pairs;
 pub mod particles;
 mod persistence;
+pub mod table;
 pub mod walls;
 
 pub use clumps::Clump;

@@ -390,9 +390,7 @@ impl Contacts<'_> {
         let flags = ContactFlags { row, bits: flags, image, padding: 0 };
         let previous = PreviousGeometry { normal, length: self.distance[k] };
         block.push(Pair { a, b }, flags, Reference { length, area }, previous);
-        if let Some(last) = block.history.last_mut() {
-            *last = state;
-        }
+        block.history.set(block.len() - 1, state);
         Ok(())
     }
 }

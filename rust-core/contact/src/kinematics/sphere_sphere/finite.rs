@@ -34,12 +34,12 @@ impl FiniteInput {
     #[inline(always)]
     pub fn write<S: MotionSource>(arrays: &mut <Self as Item>::Arrays, count: usize, source: &S) {
         arrays.shift = bytemuck::Zeroable::zeroed();
+        source.read_previous(count, &mut arrays.previous);
         for i in (0..count).step_by(4) {
             let places = places(i, count);
             let [a, b] = source.four_poses(places);
             arrays.a.set_four(i, a, source.lanes());
             arrays.b.set_four(i, b, source.lanes());
-            arrays.previous.set_four(i, source.four_previous(places), source.lanes());
             for place in places {
                 if S::PERIODIC
                     && let Some(shift) = source.shift(place)

@@ -60,6 +60,8 @@ impl YadeInput {
     /// Write the inputs of the first `count` contacts of a batch to columns.
     #[inline(always)]
     pub fn write<S: MotionSource>(arrays: &mut <Self as Item>::Arrays, count: usize, source: &S) {
+        source.read_previous(count, &mut arrays.previous);
+        source.read_references(count, &mut arrays.reference);
         for i in (0..count).step_by(4) {
             let (places, lanes) = (places(i, count), source.lanes());
             let [[a, b, c, d], on_b] = source.four_poses(places);
@@ -79,9 +81,6 @@ impl YadeInput {
             arrays.velocity_b.set_four(i, [a.0[1], b.0[1], c.0[1], d.0[1]], lanes);
             arrays.angular_velocity_a.set_four(i, [a.1[0], b.1[0], c.1[0], d.1[0]], lanes);
             arrays.angular_velocity_b.set_four(i, [a.1[1], b.1[1], c.1[1], d.1[1]], lanes);
-            arrays.previous.set_four(i, source.four_previous(places), lanes);
-            let [a, b, c, d] = source.four_references(places);
-            arrays.reference.set_four(i, [&a.0, &b.0, &c.0, &d.0], lanes);
         }
     }
 }

@@ -78,7 +78,7 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
     if count == 0 {
         return;
     }
-    let beam = *batch.law(0).0;
+    let beam = *batch.law(0);
     let shear_coefficient = match beam.model {
         BeamModel::EulerBernoulli => Some(f64::INFINITY),
         BeamModel::Timoshenko { shear_coefficient } => Some(shear_coefficient),
@@ -90,26 +90,27 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
         evaluate_each(mode, count, dt, batch);
         return;
     };
-    let mut turned = false;
     let input = columns.input::<IntactInput>();
     input.shift = bytemuck::Zeroable::zeroed();
+    batch.read_histories(count, &mut input.rest);
+    batch.read_references(count, &mut input.reference);
     for i in (0..count).step_by(4) {
         let places = places(i, count);
-        let ([a, b], rest) = (batch.four_poses(places), batch.four_histories(places));
+        let [a, b] = batch.four_poses(places);
         input.a.set_four(i, a, batch.lanes());
         input.b.set_four(i, b, batch.lanes());
-        input.rest.set_four(i, rest, batch.lanes());
-        for (r, (rest, place)) in rest.into_iter().zip(places).enumerate() {
-            turned |= rest.rest_rotation != Vec3::zeros();
-            let (Reference { length, area }, bonded) = batch.reference(place);
-            // A NaN area makes the stress NaN, and the contact takes the scalar path.
-            let area = if bonded { area } else { f64::NAN };
-            input.reference.set(i + r, Reference { length, area });
-            if B::PERIODIC
-                && let Some(shift) = batch.shift(place)
-            {
-                input.shift.set(i + r, shift);
-            }
+    }
+    let mut turned = false;
+    for i in 0..count {
+        turned |= input.rest.rest_rotation.get(i) != Vec3::zeros();
+        // A NaN area makes the stress NaN, and the contact takes the scalar path.
+        if !batch.bonded(i) {
+            input.reference.area[i] = f64::NAN;
+        }
+        if B::PERIODIC
+            && let Some(shift) = batch.shift(i)
+        {
+            input.shift.set(i, shift);
         }
     }
     if turned {
@@ -117,13 +118,13 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
     } else {
         columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
     }
-    let results = Results { columns: columns.output::<IntactOutput>(), strength: beam.strength };
-    commit_columns(mode, count, dt, batch, &results);
+    let mut results = Results { columns: columns.output_mut::<IntactOutput>(), strength: beam.strength };
+    commit_columns(mode, count, dt, batch, &mut results);
 }
 
 /// Results of all beams of a batch.
 struct Results<'a> {
-    columns: &'a <IntactOutput as Item>::Arrays,
+    columns: &'a mut <IntactOutput as Item>::Arrays,
     /// Pa.
     strength: f64,
 }
@@ -137,12 +138,12 @@ impl ColumnResults<CohesiveBeam> for Results<'_> {
     }
 
     #[inline(always)]
-    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
-        self.columns.geometry.get_four(i, lanes)
+    fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
+        &mut self.columns.geometry
     }
 
     #[inline(always)]
-    fn states(&self, _i: usize, _lanes: impl Lanes) -> Option<[CohesiveBeamState; 4]> {
+    fn histories(&mut self) -> Option<&mut <CohesiveBeamState as Item>::Arrays> {
         None
     }
 
@@ -152,7 +153,7 @@ impl ColumnResults<CohesiveBeam> for Results<'_> {
     }
 
     #[inline(always)]
-    fn result(&self, i: usize) -> impl ColumnResult<CohesiveBeamState> {
+    fn result(&self, i: usize) -> impl ColumnResult {
         let Self { columns, .. } = self;
         let PreviousGeometry { normal, length } = columns.geometry.get(i);
         BatchResult {
@@ -160,7 +161,6 @@ impl ColumnResults<CohesiveBeam> for Results<'_> {
             wrenches: columns.wrenches.get(i),
             energy: None,
             friction: None,
-            state: None,
             virial: None,
         }
     }

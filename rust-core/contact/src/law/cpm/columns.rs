@@ -7,7 +7,7 @@
 //! evaluates them again; so it does contacts that inherit the energy of a bond, and those whose damage is reported.
 
 use super::{Cpm, CpmFormulation, CpmState, StressResponse};
-use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::{FiniteInput, Yade, YadeInput};
@@ -73,7 +73,7 @@ struct ContactResponse<'a> {
     i: usize,
 }
 
-impl ColumnResult<CpmState> for ContactResponse<'_> {
+impl ColumnResult for ContactResponse<'_> {
     #[inline(always)]
     fn branch(&self) -> BranchVector {
         let PreviousGeometry { normal, length } = self.columns.geometry.get(self.i);
@@ -96,11 +96,6 @@ impl ColumnResult<CpmState> for ContactResponse<'_> {
     }
 
     #[inline(always)]
-    fn state(&self) -> Option<CpmState> {
-        Some(self.columns.history.get(self.i))
-    }
-
-    #[inline(always)]
     fn virial(&self) -> Option<ParticleVirial> {
         None
     }
@@ -112,7 +107,7 @@ impl ColumnResult<CpmState> for ContactResponse<'_> {
 }
 
 /// Responses of all contacts of a batch.
-struct Responses<'a>(&'a <ColumnResponse as Item>::Arrays);
+struct Responses<'a>(&'a mut <ColumnResponse as Item>::Arrays);
 
 impl ColumnResults<Cpm> for Responses<'_> {
     /// Its damage needs branches or is reported, or it inherits the energy of a bond.
@@ -129,13 +124,13 @@ impl ColumnResults<Cpm> for Responses<'_> {
     }
 
     #[inline(always)]
-    fn geometries(&self, i: usize, lanes: impl Lanes) -> [PreviousGeometry; 4] {
-        self.0.geometry.get_four(i, lanes)
+    fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
+        &mut self.0.geometry
     }
 
     #[inline(always)]
-    fn states(&self, i: usize, lanes: impl Lanes) -> Option<[CpmState; 4]> {
-        Some(self.0.history.get_four(i, lanes))
+    fn histories(&mut self) -> Option<&mut <CpmState as Item>::Arrays> {
+        Some(&mut self.0.history)
     }
 
     #[inline(always)]
@@ -144,7 +139,7 @@ impl ColumnResults<Cpm> for Responses<'_> {
     }
 
     #[inline(always)]
-    fn result(&self, i: usize) -> impl ColumnResult<CpmState> {
+    fn result(&self, i: usize) -> impl ColumnResult {
         ContactResponse { columns: self.0, i }
     }
 }
@@ -270,7 +265,7 @@ pub(super) fn respond_batch<B: Batch<Cpm>>(
     if count == 0 {
         return;
     }
-    let law = *batch.law(0).0;
+    let law = *batch.law(0);
     let alike = !B::SAMPLE && batch.alike(count);
     if alike && mode == MotionMeasure::Finite && law.plain {
         thesis_batch(&law, count, dt, batch, columns);
@@ -308,28 +303,29 @@ fn predict_damage(law: &Cpm, count: usize, columns: &mut Columns) {
     }
 }
 
+/// Write 1 for a bond, else 0.
+#[inline(always)]
+fn write_bonded<B: Batch<Cpm>>(column: &mut [f64; BATCH], count: usize, batch: &B) {
+    for (i, bonded) in column.iter_mut().enumerate().take(count) {
+        *bonded = f64::from(u8::from(batch.bonded(i)));
+    }
+}
+
 #[inline(always)]
 fn thesis_batch<B: Batch<Cpm>>(law: &Cpm, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
     let input = columns.input::<ThesisInput>();
     FiniteInput::write(&mut input.motion, count, batch);
+    batch.read_references(count, &mut input.reference);
+    batch.read_histories(count, &mut input.history);
+    write_bonded(&mut input.bonded, count, batch);
     input.predicted_kappa = [f64::NAN; BATCH];
-    for i in (0..count).step_by(4) {
-        let places = places(i, count);
-        input.history.set_four(i, batch.four_histories(places), batch.lanes());
-        let [a, b, c, d] = batch.four_references(places);
-        input.reference.set_four(i, [&a.0, &b.0, &c.0, &d.0], batch.lanes());
-        let bonded = [a.1, b.1, c.1, d.1];
-        for (k, bonded) in (i..).zip(bonded) {
-            input.bonded.set(k, f64::from(u8::from(bonded)));
-        }
-    }
     if damage_may_grow(law, &columns.input::<ThesisInput>().history.normal_strain) {
         columns.apply(&ThesisKappa(PlainThesis { law }));
         predict_damage(law, count, columns);
     }
     columns.apply(&PlainThesis { law });
-    let results = Responses(columns.output::<ColumnResponse>());
-    commit_columns(MotionMeasure::Finite, count, dt, batch, &results);
+    let mut results = Responses(columns.output_mut::<ColumnResponse>());
+    commit_columns(MotionMeasure::Finite, count, dt, batch, &mut results);
 }
 
 #[inline(always)]
@@ -343,12 +339,8 @@ fn yade_batch<const RATCHETING: bool, B: Batch<Cpm>>(
     let mode = if RATCHETING { MotionMeasure::YadeRatcheting } else { MotionMeasure::Yade };
     let input = columns.input::<YadeContact>();
     YadeInput::write(&mut input.motion, count, batch);
-    for i in 0..count {
-        input.bonded.set(i, f64::from(u8::from(batch.reference(i).1)));
-    }
-    for i in (0..count).step_by(4) {
-        input.history.set_four(i, batch.four_histories(places(i, count)), batch.lanes());
-    }
+    batch.read_histories(count, &mut input.history);
+    write_bonded(&mut input.bonded, count, batch);
     columns.apply(&YadePublic { law, kinematics: Yade::<RATCHETING> { dt } });
-    commit_columns(mode, count, dt, batch, &Responses(columns.output::<ColumnResponse>()));
+    commit_columns(mode, count, dt, batch, &mut Responses(columns.output_mut::<ColumnResponse>()));
 }
