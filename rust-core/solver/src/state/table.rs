@@ -1,7 +1,7 @@
 //! Rows of numbers, stored column by column.
 //!
 //! The loop over the contacts reads and writes 16 consecutive numbers of a column at a time, as its formulas need them
-//! ([`concordem_contact::columns`]). Stored as rows, they would have to be transposed twice in each step.
+//! ([`mod@concordem_contact::columns`]). Stored as rows, they would have to be transposed twice in each step.
 
 use std::marker::PhantomData;
 use std::ops::Range;
