@@ -121,9 +121,12 @@ struct ConcordemAtoms {
 
 /// A bond of the user's list.
 struct ConcordemBondOfList {
+  /// Ids of its atoms, the lower one first.
   int64_t ids[2];
   /// Reference length, m; 0: the current distance.
   double length;
+  /// Its line in the file.
+  int64_t line;
 };
 
 /// Neighbor lists of a pair style: `list` holds the indices of the `atoms` atoms that have one.
@@ -279,13 +282,10 @@ struct ConcordemPairForce {
 
 extern "C" {
 
-/// Create a network from the `count` script arguments after the style name, on processor `processor` of `processors`. Returns null and a
-/// message if they are invalid.
+/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
 ConcordemNetwork *concordem_network_new(const char *const *words,
                                         int32_t count,
                                         int32_t types,
-                                        int32_t processor,
-                                        int32_t processors,
                                         ConcordemFacts *facts,
                                         const ConcordemMessage *message);
 
@@ -310,6 +310,22 @@ int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   double cutoff,
                                   double mean_radius,
                                   const ConcordemMessage *message);
+
+/// Read the next bonds of the user's list, at most `capacity`, on one processor. Returns their number, 0 at the end of the file, or −1 and a
+/// message.
+int64_t concordem_network_read_bond_list(ConcordemNetwork *network,
+                                         ConcordemBondOfList *bonds,
+                                         int64_t capacity,
+                                         const ConcordemMessage *message);
+
+/// Keep `count` bonds of the user's list on this processor.
+void concordem_network_keep_listed(ConcordemNetwork *network, const ConcordemBondOfList *bonds, int64_t count);
+
+/// All bonds of the user's list that this processor keeps are here. Returns 0; or −1 and a message if two lines have the same bond, and sets
+/// `line` to the lowest second one.
+int64_t concordem_network_sort_listed(ConcordemNetwork *network,
+                                      int64_t *line,
+                                      const ConcordemMessage *message);
 
 /// Number of bonds of the user's list that this processor keeps. Writes them to `bonds` unless it is null.
 int64_t concordem_network_listed(const ConcordemNetwork *network, ConcordemBondOfList *bonds);
@@ -669,7 +685,8 @@ static_assert(offsetof(ConcordemPairLists, weights) == 32 && sizeof(ConcordemPai
 static_assert(sizeof(ConcordemPairLists) == 64 && alignof(ConcordemPairLists) == 8, "ConcordemPairLists");
 static_assert(offsetof(ConcordemBondOfList, ids) == 0 && sizeof(ConcordemBondOfList::ids) == 16, "ConcordemBondOfList::ids");
 static_assert(offsetof(ConcordemBondOfList, length) == 16 && sizeof(ConcordemBondOfList::length) == 8, "ConcordemBondOfList::length");
-static_assert(sizeof(ConcordemBondOfList) == 24 && alignof(ConcordemBondOfList) == 8, "ConcordemBondOfList");
+static_assert(offsetof(ConcordemBondOfList, line) == 24 && sizeof(ConcordemBondOfList::line) == 8, "ConcordemBondOfList::line");
+static_assert(sizeof(ConcordemBondOfList) == 32 && alignof(ConcordemBondOfList) == 8, "ConcordemBondOfList");
 static_assert(offsetof(ConcordemHeatEntry, ids) == 0 && sizeof(ConcordemHeatEntry::ids) == 16, "ConcordemHeatEntry::ids");
 static_assert(offsetof(ConcordemHeatEntry, reals) == 16 && sizeof(ConcordemHeatEntry::reals) == 24, "ConcordemHeatEntry::reals");
 static_assert(offsetof(ConcordemHeatEntry, line) == 40 && sizeof(ConcordemHeatEntry::line) == 8, "ConcordemHeatEntry::line");
@@ -747,4 +764,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xddbdab51c910b3cc)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xf8e5b85a7118e226)

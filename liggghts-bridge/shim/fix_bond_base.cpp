@@ -57,14 +57,15 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   if (strcmp(update->unit_style, "si") != 0) fail("needs SI units; use `units si`");
 
   lost_ = lost_in_restart();
-  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, comm->me, comm->nprocs, &facts_, &message_);
-  // A line of a list may be wrong on one processor only.
+  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, &facts_, &message_);
+  // A file may be unreadable on one processor only.
   int valid = network_ != NULL, count_valid;
   MPI_Allreduce(&valid, &count_valid, 1, MPI_INT, MPI_SUM, world);
   if (count_valid == 0) fail(text_);
   if (!valid) fail_on_this_processor();
   if (count_valid < comm->nprocs) MPI_Barrier(world);   // until that processor ends the program
   law_ = arg[3];
+  if (facts_.creation == 2) read_bond_list();
   vector_atom = NULL;
   begin_heat();
 
@@ -276,6 +277,32 @@ void FixBondBase::find_forces(bool setup, bool energies, bool virial_wanted)
 bool FixBondBase::creation_is_due() const
 {
   return !made_ && update->ntimestep >= facts_.at;
+}
+
+// The list may be larger than the memory of a processor. Collective.
+void FixBondBase::read_bond_list()
+{
+  ConcordemNetwork *const network = network_;
+  const ConcordemMessage *const message = &message_;
+  const bool read = concordem_share_file<ConcordemBondOfList>(
+      [=](ConcordemBondOfList *piece, int64_t room) { return concordem_network_read_bond_list(network, piece, room, message); },
+      [=](const ConcordemBondOfList *piece, int64_t count) { concordem_network_keep_listed(network, piece, count); }, world);
+  if (!read) fail_with_text_of(0);
+  int64_t line = INT64_MAX;
+  if (concordem_network_sort_listed(network_, &line, &message_) < 0 && line == INT64_MAX) fail_on_this_processor();
+  fail_at_lowest(line);
+}
+
+// Fail on all processors with the message in text_ of the one with the lowest line, unless no processor has a wrong line (INT64_MAX).
+// Collective.
+void FixBondBase::fail_at_lowest(int64_t line)
+{
+  int64_t lowest;
+  MPI_Allreduce(&line, &lowest, 1, MPI_INT64_T, MPI_MIN, world);
+  if (lowest == INT64_MAX) return;
+  int keeps = line == lowest ? comm->me : -1, from;
+  MPI_Allreduce(&keeps, &from, 1, MPI_INT, MPI_MAX, world);
+  fail_with_text_of(from);
 }
 
 // Longest bond of the list at the current positions. Fails if a listed atom does not exist.

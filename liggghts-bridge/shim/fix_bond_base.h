@@ -136,7 +136,9 @@ class FixBondBase : public Fix {
   void read_state(const std::string &file);
   int64_t begin_restart();
   void deliver_restored();        // collective
+  void read_bond_list();          // of the user; collective
   double longest_listed();
+  void fail_at_lowest(int64_t line);
   void queue_bonds_of_lists();    // empty for LIGGGHTS
   void follow_lists();            // empty for LIGGGHTS
   std::string changer_of_box() const;   // the fix that changes the box, empty if there is none

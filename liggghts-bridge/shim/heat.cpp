@@ -23,9 +23,6 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Atoms and bonds of the file of `heat_network` that travel at once, to each processor and from each.
-const int CHUNK = 1 << 14;
-
 // Ids of an atom (and 0) or of the atoms of a bond.
 struct Ids {
   int64_t of[2];
@@ -85,27 +82,15 @@ void FixBondBase::measure_heated_groups()
 // Collective.
 void FixBondBase::read_heat_network()
 {
-  std::vector<ConcordemHeatEntry> piece(CHUNK);
-  for (;;) {
-    int count = 0;
-    if (comm->me == 0) count = static_cast<int>(concordem_network_read_heat_network(network_, piece.data(), CHUNK, &message_));
-    MPI_Bcast(&count, 1, MPI_INT, 0, world);
-    if (count < 0) fail_with_text_of(0);
-    if (count == 0) break;
-    MPI_Bcast(piece.data(), count * static_cast<int>(sizeof(ConcordemHeatEntry)), MPI_BYTE, 0, world);
-    int mine = 0;
-    for (int k = 0; k < count; k++)
-      if (concordem_keeper(piece[k].ids[0], comm->nprocs) == comm->me) piece[mine++] = piece[k];
-    concordem_network_keep_heat_entries(network_, piece.data(), mine);
-  }
-  int64_t line = INT64_MAX, lowest;
+  ConcordemNetwork *const network = network_;
+  const ConcordemMessage *const message = &message_;
+  const bool read = concordem_share_file<ConcordemHeatEntry>(
+      [=](ConcordemHeatEntry *piece, int64_t room) { return concordem_network_read_heat_network(network, piece, room, message); },
+      [=](const ConcordemHeatEntry *piece, int64_t count) { concordem_network_keep_heat_entries(network, piece, count); }, world);
+  if (!read) fail_with_text_of(0);
+  int64_t line = INT64_MAX;
   if (concordem_network_sort_heat_entries(network_, &line, &message_) < 0 && line == INT64_MAX) fail_on_this_processor();
-  MPI_Allreduce(&line, &lowest, 1, MPI_INT64_T, MPI_MIN, world);
-  if (lowest < INT64_MAX) {
-    int keeps = line == lowest ? comm->me : -1, from;
-    MPI_Allreduce(&keeps, &from, 1, MPI_INT, MPI_MAX, world);
-    fail_with_text_of(from);
-  }
+  fail_at_lowest(line);
   int64_t counts[4], all[2], most;
   concordem_network_heat_counts(network_, counts);
   MPI_Allreduce(counts, all, 2, MPI_INT64_T, MPI_SUM, world);
@@ -127,9 +112,9 @@ void FixBondBase::ask_heat_network(Asked asked)
   if (most == 0) return;
   std::vector<Ids> wanted(count);
   if (count > 0) concordem_network_asked_heat_entries(network_, &atoms, asked, &wanted[0].of);
-  for (int64_t start = 0; start < most; start += CHUNK) {
+  for (int64_t start = 0; start < most; start += CONCORDEM_CHUNK) {
     std::vector<std::vector<Ids> > questions(comm->nprocs);
-    for (int64_t k = start; k < std::min(start + CHUNK, count); k++)
+    for (int64_t k = start; k < std::min(start + CONCORDEM_CHUNK, count); k++)
       questions[concordem_keeper(wanted[k].of[0], comm->nprocs)].push_back(wanted[k]);
     std::vector<int> from;
     const std::vector<Ids> here = concordem_send(questions, world, &from);

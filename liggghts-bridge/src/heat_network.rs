@@ -10,13 +10,11 @@
 //! `#` begins a comment. Ids are those of the host. A file may be larger than the memory of a processor, so one processor reads it in
 //! pieces, and each keeps a share of it.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
-
 use concordem_contact::heat::HeatNetwork;
 
 use crate::atoms::{LARGEST_TAG, Tag};
 use crate::options::{OptionError, named};
+use crate::pieces::{Entry, PieceReader, given_twice, sort_entries};
 
 /// An atom or a bond of the file.
 #[repr(C)]
@@ -39,14 +37,20 @@ impl HeatEntry {
     }
 }
 
+impl Entry for HeatEntry {
+    fn ids(&self) -> [Tag; 2] {
+        self.ids
+    }
+
+    fn line(&self) -> i64 {
+        self.line
+    }
+}
+
 /// Reads a file in pieces.
 #[derive(Debug)]
 pub struct HeatNetworkReader {
-    path: String,
-    file: BufReader<File>,
-    line: String,
-    /// Number of the line.
-    number: i64,
+    lines: PieceReader,
     model: Option<HeatNetwork>,
 }
 
@@ -56,9 +60,7 @@ impl HeatNetworkReader {
     /// # Errors
     /// It cannot be opened.
     pub fn open(path: &str) -> Result<Self, OptionError> {
-        let failed = |error: std::io::Error| OptionError::File { path: path.to_owned(), message: error.to_string() };
-        let file = BufReader::new(File::open(path).map_err(failed)?);
-        Ok(Self { path: path.to_owned(), file, line: String::new(), number: 0, model: None })
+        Ok(Self { lines: PieceReader::open(path)?, model: None })
     }
 
     /// Read the next atoms and bonds. Returns their number; fewer than there is room for: the file ends.
@@ -66,20 +68,8 @@ impl HeatNetworkReader {
     /// # Errors
     /// The file cannot be read, or a line is wrong.
     pub fn read(&mut self, entries: &mut [HeatEntry]) -> Result<usize, OptionError> {
-        let mut count = 0;
-        while count < entries.len() {
-            self.line.clear();
-            let read = self.file.read_line(&mut self.line).map_err(|error| self.wrong(error.to_string()))?;
-            if read == 0 {
-                break;
-            }
-            self.number += 1;
-            if let Some(entry) = self.entry()? {
-                entries[count] = entry;
-                count += 1;
-            }
-        }
-        Ok(count)
+        let Self { lines, model } = self;
+        lines.read(entries, |text, line| entry(text, line, model))
     }
 
     /// The model that gave the numbers, as far as its line was read: it may be anywhere.
@@ -93,63 +83,56 @@ impl HeatNetworkReader {
     /// There was no line with the model.
     pub fn end(&self) -> Result<(), OptionError> {
         let missing = "the line `model NAME` is missing; add `model disordered`, for example";
-        self.model.map(|_| ()).ok_or_else(|| self.wrong(missing.to_owned()))
+        self.model.map(|_| ()).ok_or_else(|| self.lines.wrong(missing.to_owned()))
     }
+}
 
-    fn wrong(&self, message: String) -> OptionError {
-        OptionError::File { path: self.path.clone(), message }
+/// The atom or bond of a line, or what is wrong. `model`: that of earlier lines, or of this one.
+fn entry(text: &str, line: i64, model: &mut Option<HeatNetwork>) -> Result<Option<HeatEntry>, String> {
+    // One more than a line may have.
+    let mut words = [""; 7];
+    let mut count = 0;
+    for (to, word) in words.iter_mut().zip(text.split_whitespace()) {
+        *to = word;
+        count += 1;
     }
-
-    /// The atom or bond of the present line.
-    fn entry(&mut self) -> Result<Option<HeatEntry>, OptionError> {
-        let Self { path, line, number, model, .. } = self;
-        // One more than a line may have.
-        let mut words = [""; 7];
-        let mut count = 0;
-        for (to, word) in words.iter_mut().zip(line.split('#').next().unwrap_or_default().split_whitespace()) {
-            *to = word;
-            count += 1;
+    let wrong = |wanted: &str| format!("`{text}` is wrong; write `{wanted}`");
+    let tag = |k: usize| words[k].parse::<Tag>().ok().filter(|tag| (1..=LARGEST_TAG).contains(tag));
+    let real = |k: usize, least: f64| words[k].parse::<f64>().ok().filter(|x| x.is_finite() && *x >= least);
+    let (ids, reals) = match (words[0], count) {
+        ("", _) => return Ok(None),
+        ("model", 2) => {
+            // The model "contacts" has no areas.
+            let known = named(words[1]).filter(|known| *known != HeatNetwork::Contacts);
+            let known = known.ok_or_else(|| wrong("model power|disordered|ordered"))?;
+            if model.replace(known).is_some() {
+                return Err("`model` is given twice; remove one line".to_owned());
+            }
+            return Ok(None);
         }
-        let of_line =
-            |message: String| OptionError::File { path: path.clone(), message: format!("line {number}: {message}") };
-        let wrong = |wanted: &str| of_line(format!("`{}` is wrong; write `{wanted}`", line.trim()));
-        let tag = |k: usize| words[k].parse::<Tag>().ok().filter(|tag| (1..=LARGEST_TAG).contains(tag));
-        let real = |k: usize, least: f64| words[k].parse::<f64>().ok().filter(|x| x.is_finite() && *x >= least);
-        let (ids, reals) = match (words[0], count) {
-            ("", _) => return Ok(None),
-            ("model", 2) => {
-                // The model "contacts" has no areas.
-                let known = named(words[1]).filter(|known| *known != HeatNetwork::Contacts);
-                let known = known.ok_or_else(|| wrong("model power|disordered|ordered"))?;
-                if model.replace(known).is_some() {
-                    return Err(of_line("`model` is given twice; remove one line".to_owned()));
-                }
-                return Ok(None);
+        ("atom", 4) => {
+            let (Some(id), Some(capacity), Some(volume)) =
+                (tag(1), real(2, f64::MIN_POSITIVE), real(3, f64::MIN_POSITIVE))
+            else {
+                return Err(wrong("atom ID CAPACITY VOLUME"));
+            };
+            ([id, 0], [capacity, volume, 0.0])
+        }
+        ("bond", 6) => {
+            let wanted = "bond ID ID AREA LENGTH LENGTH";
+            let (Some(a), Some(b), Some(area), Some(of_a), Some(of_b)) =
+                (tag(1), tag(2), real(3, 0.0), real(4, 0.0), real(5, 0.0))
+            else {
+                return Err(wrong(wanted));
+            };
+            if a == b || of_a + of_b <= 0.0 {
+                return Err(wrong(wanted));
             }
-            ("atom", 4) => {
-                let (Some(id), Some(capacity), Some(volume)) =
-                    (tag(1), real(2, f64::MIN_POSITIVE), real(3, f64::MIN_POSITIVE))
-                else {
-                    return Err(wrong("atom ID CAPACITY VOLUME"));
-                };
-                ([id, 0], [capacity, volume, 0.0])
-            }
-            ("bond", 6) => {
-                let wanted = "bond ID ID AREA LENGTH LENGTH";
-                let (Some(a), Some(b), Some(area), Some(of_a), Some(of_b)) =
-                    (tag(1), tag(2), real(3, 0.0), real(4, 0.0), real(5, 0.0))
-                else {
-                    return Err(wrong(wanted));
-                };
-                if a == b || of_a + of_b <= 0.0 {
-                    return Err(wrong(wanted));
-                }
-                if a < b { ([a, b], [area, of_a, of_b]) } else { ([b, a], [area, of_b, of_a]) }
-            }
-            _ => return Err(wrong("model NAME`, `atom ID CAPACITY VOLUME`, or `bond ID ID AREA LENGTH LENGTH")),
-        };
-        Ok(Some(HeatEntry { ids, reals, line: *number }))
-    }
+            if a < b { ([a, b], [area, of_a, of_b]) } else { ([b, a], [area, of_b, of_a]) }
+        }
+        _ => return Err(wrong("model NAME`, `atom ID CAPACITY VOLUME`, or `bond ID ID AREA LENGTH LENGTH")),
+    };
+    Ok(Some(HeatEntry { ids, reals, line }))
 }
 
 /// Atoms and bonds of the file by their ids.
@@ -171,15 +154,14 @@ impl HeatEntries {
         if !self.sorted {
             // No more will come soon.
             self.entries.shrink_to_fit();
-            self.entries.sort_unstable_by_key(|entry| (entry.ids, entry.line));
+            sort_entries(&mut self.entries);
             self.sorted = true;
         }
     }
 
     /// The lowest line with an atom or bond of an earlier line, and that line.
     pub fn twice(&self) -> Option<[HeatEntry; 2]> {
-        let same = self.entries.windows(2).filter(|pair| pair[0].ids == pair[1].ids);
-        same.min_by_key(|pair| pair[1].line).map(|pair| [pair[1], pair[0]])
+        given_twice(&self.entries)
     }
 
     /// The atom or bond with these ids. Sort before.
@@ -259,7 +241,7 @@ mod tests {
             ("bond 4 5 1 1", "write `model NAME`, `atom ID CAPACITY VOLUME`, or `bond ID ID AREA LENGTH LENGTH`"),
             ("bond 4 5 1 1 1 1", "write `model NAME`, `atom ID CAPACITY VOLUME`, or `bond"),
             ("bond 4 5 1 1 1 1 1 1", "write `model NAME`, `atom ID CAPACITY VOLUME`, or `bond"),
-            ("angle 1 2 3 # x", "line 8: `angle 1 2 3 # x` is wrong"),
+            ("angle 1 2 3 # x", "line 8: `angle 1 2 3` is wrong"),
             ("model contacts", "write `model power|disordered|ordered`"),
             ("model power", "line 8: `model` is given twice; remove one line"),
         ] {

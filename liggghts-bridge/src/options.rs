@@ -1,8 +1,6 @@
 //! Arguments of `fix ID group concordem/bond …`.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
-use std::path::Path;
 
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::Condition;
@@ -13,8 +11,6 @@ use serde::Deserialize;
 use serde::de::value::{Error as ValueError, StrDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
 
-use crate::atoms::{LARGEST_TAG, Tag};
-
 mod error;
 mod heat;
 
@@ -23,9 +19,6 @@ use error::names;
 use heat::Beside;
 pub use heat::HeatTables;
 
-/// A bond of a list: ids in ascending order, and the reference length (m) if given.
-pub type Listed = ([Tag; 2], Option<f64>);
-
 /// How bonds are created.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Creation {
@@ -33,8 +26,8 @@ pub enum Creation {
     None,
     /// Between all atoms of the group closer than this factor times the sum of their radii.
     Distance(f64),
-    /// Between listed atoms.
-    List(Vec<Listed>),
+    /// Between the atoms that this file lists.
+    List(String),
 }
 
 /// Parsed arguments of the fix.
@@ -96,50 +89,9 @@ fn toml_value(word: &str) -> toml::Value {
     }
 }
 
-/// Read a list of bonds: per line two atom ids and optionally the reference length (m); `#` begins a comment. Of the processors
-/// `[processor, processors]`, each keeps the bonds whose lower id has the remainder `processor`.
-pub fn read_list(path: &Path, [processor, processors]: [usize; 2]) -> Result<Vec<Listed>, OptionError> {
-    let file = |message: String| OptionError::File { path: path.display().to_string(), message };
-    let reader = std::fs::File::open(path).map_err(|error| file(error.to_string()))?;
-    let mut bonds = Vec::new();
-    for (number, line) in BufReader::new(reader).lines().enumerate() {
-        let line = line.map_err(|error| file(error.to_string()))?;
-        let line = line.split('#').next().unwrap_or_default().trim();
-        if line.is_empty() {
-            continue;
-        }
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let wrong = || {
-            file(format!(
-                "line {}: `{line}` is not a bond; write two different atom ids and optionally the reference length in meters \
-                 (default: the current distance)",
-                number + 1
-            ))
-        };
-        let [a, b] = [0, 1]
-            .map(|k| words.get(k).and_then(|w| w.parse::<Tag>().ok()).filter(|&tag| tag > 0 && tag <= LARGEST_TAG));
-        let (Some(a), Some(b)) = (a, b) else { return Err(wrong()) };
-        let length = words.get(2).map(|w| w.parse::<f64>().ok().filter(|l| *l > 0.0 && l.is_finite()));
-        if words.len() > 3 || a == b || length == Some(None) {
-            return Err(wrong());
-        }
-        if a.min(b) as usize % processors == processor {
-            bonds.push(([a.min(b), a.max(b)], length.flatten()));
-        }
-    }
-    bonds.sort_unstable_by_key(|bond| bond.0);
-    if let Some(twice) = bonds.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        let [a, b] = twice[0].0;
-        return Err(file(format!("the bond of atoms {a} and {b} is listed twice; remove one line")));
-    }
-    Ok(bonds)
-}
-
 /// Arguments before they are checked against each other.
 #[derive(Default)]
 struct Arguments {
-    /// Number of this processor, and of processors.
-    share: [usize; 2],
     contact: Option<ContactLawName>,
     mode: Option<MotionMeasure>,
     creation: Option<Creation>,
@@ -193,7 +145,7 @@ impl<'a> OptionWords<'a, '_> {
     }
 
     /// `none`, `distance FACTOR`, or `list FILE`.
-    fn creation(&mut self, share: [usize; 2]) -> Result<Creation, OptionError> {
+    fn creation(&mut self) -> Result<Creation, OptionError> {
         const KINDS: &str = "distance FACTOR, list FILE, or none";
         match self.value(KINDS)? {
             "none" => Ok(Creation::None),
@@ -204,9 +156,7 @@ impl<'a> OptionWords<'a, '_> {
                 self.fill(&mut factor, wanted, in_range)?;
                 Ok(Creation::Distance(factor.unwrap_or_default()))
             }
-            "list" => {
-                Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?), share)?))
-            }
+            "list" => Ok(Creation::List(self.value("a file with two atom ids per line")?.to_owned())),
             other => Err(self.refuse(other, KINDS)),
         }
     }
@@ -214,8 +164,8 @@ impl<'a> OptionWords<'a, '_> {
 
 impl Arguments {
     /// Read the words after the law.
-    fn read(words: &[String], share: [usize; 2]) -> Result<Self, OptionError> {
-        let mut arguments = Self { share, ..Self::default() };
+    fn read(words: &[String]) -> Result<Self, OptionError> {
+        let mut arguments = Self::default();
         let mut rest = words.iter();
         while let Some(key) = rest.next() {
             arguments.read_option(OptionWords { key, rest: &mut rest })?;
@@ -235,7 +185,7 @@ impl Arguments {
             "kinematics" => words.fill(&mut self.mode, "finite, first-order, yade, or yade-ratcheting", named),
             "bond" => {
                 words.once(self.creation.is_some())?;
-                self.creation = Some(words.creation(self.share)?);
+                self.creation = Some(words.creation()?);
                 Ok(())
             }
             "at" => {
@@ -292,14 +242,6 @@ impl Options {
     /// # Errors
     /// Invalid or contradictory arguments, or a file that cannot be read.
     pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
-        Self::parse_share(words, types, [0, 1])
-    }
-
-    /// [`Self::parse`] that keeps the share of a list of bonds of processor `[processor, processors]`.
-    ///
-    /// # Errors
-    /// As [`Self::parse`].
-    pub fn parse_share(words: &[String], types: usize, share: [usize; 2]) -> Result<Self, OptionError> {
         let name = words.first().map(String::as_str).unwrap_or_default();
         let law = match name {
             "none" => None,
@@ -309,7 +251,7 @@ impl Options {
                     .ok_or_else(|| OptionError::Law { name: name.to_owned() })?,
             ),
         };
-        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default(), share)?;
+        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default())?;
         let contact = arguments.contact.unwrap_or_default();
         if law.is_none() {
             if contact == ContactLawName::NONE {

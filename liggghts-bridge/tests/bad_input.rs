@@ -19,8 +19,6 @@ fn invalid_input_stops_all_processors_with_a_remedy() {
         let atoms: Vec<Atom> =
             (0..8).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.03, 0.03), 0.005)).collect();
         data_file(&folder.join("row.data"), &atoms, Vec3::repeat(-0.01), Vec3::new(0.09, 0.07, 0.07));
-        std::fs::write(folder.join("list.txt"), "1 2\n2 99\n").unwrap();
-        std::fs::write(folder.join("broken.txt"), "1 one\n").unwrap();
         std::fs::write(folder.join("far.txt"), "1 8\n").unwrap();
         std::fs::write(
             folder.join("two.toml"),
@@ -65,9 +63,6 @@ fn invalid_input_stops_all_processors_with_a_remedy() {
         ),
         (with("shear_stiffness 1e4", "shear_stiffness -1"), "shear_stiffness = -1 must be finite and not negative"),
         (with("bond distance 1.2", ""), "add `bond distance FACTOR`"),
-        (with("bond distance 1.2", "bond list list.txt"), "contains atom 99, which is not in group all"),
-        (with("bond distance 1.2", "bond list broken.txt"), "write two different atom ids"),
-        (with("bond distance 1.2", "bond list missing.txt"), "cannot read missing.txt"),
         (with("newton off\n", "newton on\n"), "needs `newton off`"),
         (with("communicate single vel yes\n", ""), "add `communicate single vel yes`"),
         (with("units si", "units cgs"), "use `units si`"),

@@ -6,8 +6,9 @@ use concordem_c_abi::Message;
 use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
 
 use super::atoms::AtomArrays;
-use super::network::{BondOfList, Facts, PairLists};
+use super::network::{Facts, PairLists};
 use super::pair::{PairArrays, PairModel, PairProperties};
+use crate::bond_list::BondOfList;
 use crate::heat_network::HeatEntry;
 use crate::pair::{PairForce, SingleContact, SingleResponse, WallContact};
 
@@ -22,6 +23,7 @@ fn c_header_is_current() {
         "src/abi/results.rs",
         "src/abi/pair.rs",
         "src/network/mod.rs",
+        "src/bond_list.rs",
         "src/heat_network.rs",
         "src/law_names.rs",
         "src/pair.rs",

@@ -8,6 +8,7 @@ use std::ffi::{CStr, c_char};
 use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
+use crate::bond_list::BondOfList;
 use crate::law_names;
 use crate::network::{NeighborLists, Network};
 use crate::options::{Creation, Options};
@@ -47,15 +48,12 @@ pub struct Facts {
     reference_temperature: f64,
 }
 
-/// Create a network from the `count` script arguments after the style name, on processor `processor` of `processors`. Returns null and a
-/// message if they are invalid.
+/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_new(
     words: *const *const c_char,
     count: i32,
     types: i32,
-    processor: i32,
-    processors: i32,
     facts: *mut Facts,
     message: *const Message,
 ) -> *mut Network {
@@ -69,8 +67,7 @@ pub unsafe extern "C" fn concordem_network_new(
             .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
             .collect();
         guarded(message, || {
-            let options = Options::parse_share(&words, types as usize, [processor as usize, processors as usize])
-                .map_err(|error| error.to_string())?;
+            let options = Options::parse(&words, types as usize).map_err(|error| error.to_string())?;
             let network = Network::new(options).map_err(|error| error.to_string())?;
             let options = network.options();
             let (creation, factor) = match &options.creation {
@@ -150,14 +147,45 @@ pub unsafe extern "C" fn concordem_network_rebuild(
     unsafe { guarded(message, || (*network).rebuild(&mut (*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
 }
 
-/// A bond of the user's list.
-#[repr(C)]
-#[derive(Debug)]
-#[cfg_attr(test, derive(type_layout::TypeLayout))]
-pub struct BondOfList {
-    ids: [i64; 2],
-    /// Reference length, m; 0: the current distance.
-    length: f64,
+/// Read the next bonds of the user's list, at most `capacity`, on one processor. Returns their number, 0 at the end of the file, or −1 and a
+/// message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_read_bond_list(
+    network: *mut Network,
+    bonds: *mut BondOfList,
+    capacity: i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: room for `capacity` bonds.
+    unsafe {
+        guarded(message, || (*network).read_bond_list(slice_mut(bonds, capacity as usize)).map(|count| count as i64))
+    }
+}
+
+/// Keep `count` bonds of the user's list on this processor.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_keep_listed(network: *mut Network, bonds: *const BondOfList, count: i64) {
+    // SAFETY: `count` bonds.
+    unsafe { (*network).keep_listed(slice(bonds, count as usize)) }
+}
+
+/// All bonds of the user's list that this processor keeps are here. Returns 0; or −1 and a message if two lines have the same bond, and sets
+/// `line` to the lowest second one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_sort_listed(
+    network: *mut Network,
+    line: *mut i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe {
+        guarded(message, || {
+            (*network).sort_listed().map(|()| 0).map_err(|(second, error)| {
+                *line = second;
+                error
+            })
+        })
+    }
 }
 
 /// Number of bonds of the user's list that this processor keeps. Writes them to `bonds` unless it is null.
@@ -165,9 +193,9 @@ pub struct BondOfList {
 pub unsafe extern "C" fn concordem_network_listed(network: *const Network, bonds: *mut BondOfList) -> i64 {
     // SAFETY: `bonds` has the size that an earlier call returned.
     unsafe {
-        let Creation::List(listed) = &(*network).options().creation else { return 0 };
-        for (to, &(ids, length)) in slice_mut(bonds, listed.len()).iter_mut().zip(listed) {
-            *to = BondOfList { ids, length: length.unwrap_or(0.0) };
+        let listed = (*network).listed();
+        if !bonds.is_null() {
+            slice_mut(bonds, listed.len()).copy_from_slice(listed);
         }
         listed.len() as i64
     }
@@ -177,10 +205,7 @@ pub unsafe extern "C" fn concordem_network_listed(network: *const Network, bonds
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network, bonds: *const BondOfList, count: i64) {
     // SAFETY: `count` bonds.
-    unsafe {
-        let bonds = slice(bonds, count as usize);
-        (*network).make_listed(bonds.iter().map(|bond| (bond.ids, (bond.length > 0.0).then_some(bond.length))));
-    }
+    unsafe { (*network).make_listed(slice(bonds, count as usize)) }
 }
 
 /// Queue `count` bonds for the next rebuild: two ids and the bond type.

@@ -8,8 +8,19 @@ use concordem_solver::state::contacts::Pair;
 use super::exchange::Arriving;
 use super::{Network, NetworkError};
 use crate::atoms::Tag;
-use crate::options::{Creation, Listed};
+use crate::bond_list::{BondOfList, read_bonds};
+use crate::options::{Creation, OptionError};
+use crate::pieces::{PieceReader, given_twice, sort_entries};
 use crate::records::ascending;
+
+/// The user's list of bonds on one processor.
+#[derive(Default)]
+pub(super) struct UserList {
+    /// While this processor reads the file.
+    reader: Option<PieceReader>,
+    /// What this processor keeps.
+    share: Vec<BondOfList>,
+}
 
 /// A bond that the next rebuild creates and measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,16 +34,57 @@ pub(super) struct Fresh {
 }
 
 impl Network {
-    /// Queue bonds of the user's list for the next rebuild, and forget those that this processor kept. Every processor must call this.
-    pub fn make_listed(&mut self, bonds: impl Iterator<Item = Listed>) {
-        self.fresh.extend(bonds.map(|(tags, length)| Fresh {
-            tags: ascending(tags),
-            length: length.unwrap_or(0.0),
-            row: 0,
-        }));
-        if let Creation::List(kept) = &mut self.options.creation {
-            *kept = Vec::new();
+    /// Read the next bonds of the user's list, on one processor. Returns their number; 0: it has ended.
+    ///
+    /// # Errors
+    /// It cannot be read, or a line is wrong.
+    pub fn read_bond_list(&mut self, bonds: &mut [BondOfList]) -> Result<usize, OptionError> {
+        let Creation::List(path) = &self.options.creation else { return Ok(0) };
+        let reader = match &mut self.user_list.reader {
+            Some(reader) => reader,
+            none => none.insert(PieceReader::open(path)?),
+        };
+        let count = read_bonds(reader, bonds)?;
+        if count == 0 {
+            self.user_list.reader = None;
         }
+        Ok(count)
+    }
+
+    /// Keep bonds of the user's list on this processor.
+    pub fn keep_listed(&mut self, bonds: &[BondOfList]) {
+        self.user_list.share.extend_from_slice(bonds);
+    }
+
+    /// All bonds of the user's list that this processor keeps are here.
+    ///
+    /// # Errors
+    /// Two lines have the same bond: the lowest second one, and the message.
+    pub fn sort_listed(&mut self) -> Result<(), (i64, OptionError)> {
+        let share = &mut self.user_list.share;
+        // No more will come.
+        share.shrink_to_fit();
+        sort_entries(share);
+        let (Some([second, first]), Creation::List(path)) = (given_twice(share), &self.options.creation) else {
+            return Ok(());
+        };
+        let [a, b] = second.ids;
+        let message = format!(
+            "line {}: the bond of atoms {a} and {b} is listed twice, for the first time in line {}; remove one line",
+            second.line, first.line
+        );
+        Err((second.line, OptionError::File { path: path.clone(), message }))
+    }
+
+    /// The bonds of the user's list that this processor keeps.
+    pub fn listed(&self) -> &[BondOfList] {
+        &self.user_list.share
+    }
+
+    /// Queue bonds of the user's list for the next rebuild, and forget those that this processor kept. Every processor must call this.
+    pub fn make_listed(&mut self, bonds: &[BondOfList]) {
+        self.fresh.extend(bonds.iter().map(|bond| Fresh { tags: bond.ids, length: bond.length, row: 0 }));
+        self.user_list.share = Vec::new();
     }
 
     /// Queue bonds from the host's lists (two ids and the bond type) for the next rebuild. A bond may be given on any processor, also on

@@ -37,7 +37,7 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::{Contacts, Pair};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
-use create::Fresh;
+use create::{Fresh, UserList};
 pub use error::NetworkError;
 use exchange::{Adjacency, Incoming, Pieces};
 use heat::Thermal;
@@ -79,6 +79,8 @@ pub struct Network {
     delivered: Vec<f64>,
     /// Records on their way to a restart file.
     pieces: Pieces,
+    /// The file of `bond list FILE`, until its bonds are created.
+    user_list: UserList,
     /// Bonds to create at the next rebuild, which drops those without an owned atom.
     fresh: Vec<Fresh>,
     /// Contacts with the history of a broken bond whose other atom is out of range.
@@ -160,6 +162,7 @@ impl Network {
             restored: Vec::new(),
             delivered: Vec::new(),
             pieces: Pieces::default(),
+            user_list: UserList::default(),
             fresh: Vec::new(),
             dormant: Vec::new(),
             listed: None,

@@ -68,7 +68,7 @@ fn errors_name_the_argument_and_the_remedy() {
         ("linear_bond state a.data bond distance 1.2", "`bond` creates bonds, but `state FILE` has the bonds"),
         ("linear_bond state a.data at 10", "`at` creates bonds, but `state FILE` has the bonds"),
         ("linear_bond contact glue bond none", "unknown contact law `glue`"),
-        ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
+        ("linear_bond bond list", "`bond` needs a value: a file with two atom ids per line"),
         ("linear_bond deformable much bond none", "solid, plane-strain, or plane-stress"),
         ("linear_bond normal_stiffness 1 shear_stiffness 1 deformable solid bond none", "add `deformable.young`"),
         ("linear_bond kinematics fast bond none", "finite, first-order, yade, or yade-ratcheting"),
