@@ -8,7 +8,6 @@
 #include <array>
 #include <chrono>
 #include <cstring>
-#include <numeric>
 #include <set>
 #include <thread>
 #include <vector>
@@ -371,31 +370,9 @@ void FixBondBase::print(const std::string &text)
   utils::logmesg(lmp, "fix {} concordem/bond: {}\n", id, text);
 }
 
-namespace {
-
-// The listed bonds of owned atoms: owned atom, partner, bond type.
-std::vector<std::array<int64_t, 3>> listed_ends(const Atom *atom)
+ConcordemBondLists FixBondBase::lists_of_atoms() const
 {
-  std::vector<std::array<int64_t, 3>> ends;
-  ends.reserve(std::accumulate(atom->num_bond, atom->num_bond + atom->nlocal, size_t(0)));
-  for (int i = 0; i < atom->nlocal; i++)
-    for (int m = 0; m < atom->num_bond[i]; m++)
-      if (atom->bond_type[i][m] > 0) ends.push_back({atom->tag[i], atom->bond_atom[i][m], atom->bond_type[i][m]});
-  return ends;
-}
-
-}
-
-void FixBondBase::queue_bonds_of_lists()
-{
-  const auto ends = listed_ends(atom);
-  concordem_network_make_given(network_, reinterpret_cast<const int64_t(*)[3]>(ends.data()), ends.size());
-}
-
-void FixBondBase::follow_lists()
-{
-  const auto ends = listed_ends(atom);
-  concordem_network_follow(network_, reinterpret_cast<const int64_t(*)[3]>(ends.data()), ends.size());
+  return {atom->num_bond, reinterpret_cast<const void *const *>(atom->bond_atom), atom->bond_type};
 }
 
 std::string FixBondBase::changer_of_box() const

@@ -119,6 +119,16 @@ struct ConcordemAtoms {
   int64_t step;
 };
 
+/// The host's bond lists of the owned atoms.
+struct ConcordemBondLists {
+  /// Number of bonds of each atom.
+  const int32_t *numbers;
+  /// Ids of the partners of each atom, as wide as those of the atoms.
+  const void *const *partners;
+  /// Types of the bonds of each atom; one that is not positive does not count.
+  const int32_t *const *types;
+};
+
 /// A bond of the user's list.
 struct ConcordemBondOfList {
   /// Ids of its atoms, the lower one first.
@@ -302,10 +312,11 @@ void concordem_network_initial_memory(const ConcordemNetwork *network, int32_t m
 /// `ConcordemFacts::communicated`.
 void concordem_network_place_new(const ConcordemNetwork *network, const ConcordemAtoms *atoms);
 
-/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
-/// Returns 0, or −1 and a message.
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `lists`: the host's bond lists, if bonds follow them, else null.
+/// `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m. Returns 0, or −1 and a message.
 int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   const ConcordemAtoms *atoms,
+                                  const ConcordemBondLists *lists,
                                   double skin,
                                   double cutoff,
                                   double mean_radius,
@@ -333,14 +344,8 @@ int64_t concordem_network_listed(const ConcordemNetwork *network, ConcordemBondO
 /// Queue `count` bonds of the user's list for the next rebuild, and forget those that this processor kept.
 void concordem_network_make_listed(ConcordemNetwork *network, const ConcordemBondOfList *bonds, int64_t count);
 
-/// Queue `count` bonds for the next rebuild: two ids and the bond type.
-void concordem_network_make_given(ConcordemNetwork *network, const int64_t (*bonds)[3], int64_t count);
-
-/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms: owned atom, partner,
-/// bond type.
-void concordem_network_follow(ConcordemNetwork *network,
-                              const int64_t (*ends)[3],
-                              int64_t count);
+/// Queue the bonds of the host's lists for the next rebuild.
+void concordem_network_make_of_lists(ConcordemNetwork *network, const ConcordemAtoms *atoms, const ConcordemBondLists *lists);
 
 /// Queue the bonds that another command added to the atoms' lists for the next rebuild. Returns their number.
 int64_t concordem_network_make_added(ConcordemNetwork *network);
@@ -683,6 +688,10 @@ static_assert(offsetof(ConcordemPairLists, numbers) == 16 && sizeof(ConcordemPai
 static_assert(offsetof(ConcordemPairLists, neighbors) == 24 && sizeof(ConcordemPairLists::neighbors) == 8, "ConcordemPairLists::neighbors");
 static_assert(offsetof(ConcordemPairLists, weights) == 32 && sizeof(ConcordemPairLists::weights) == 32, "ConcordemPairLists::weights");
 static_assert(sizeof(ConcordemPairLists) == 64 && alignof(ConcordemPairLists) == 8, "ConcordemPairLists");
+static_assert(offsetof(ConcordemBondLists, numbers) == 0 && sizeof(ConcordemBondLists::numbers) == 8, "ConcordemBondLists::numbers");
+static_assert(offsetof(ConcordemBondLists, partners) == 8 && sizeof(ConcordemBondLists::partners) == 8, "ConcordemBondLists::partners");
+static_assert(offsetof(ConcordemBondLists, types) == 16 && sizeof(ConcordemBondLists::types) == 8, "ConcordemBondLists::types");
+static_assert(sizeof(ConcordemBondLists) == 24 && alignof(ConcordemBondLists) == 8, "ConcordemBondLists");
 static_assert(offsetof(ConcordemBondOfList, ids) == 0 && sizeof(ConcordemBondOfList::ids) == 16, "ConcordemBondOfList::ids");
 static_assert(offsetof(ConcordemBondOfList, length) == 16 && sizeof(ConcordemBondOfList::length) == 8, "ConcordemBondOfList::length");
 static_assert(offsetof(ConcordemBondOfList, line) == 24 && sizeof(ConcordemBondOfList::line) == 8, "ConcordemBondOfList::line");
@@ -764,4 +773,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xf8e5b85a7118e226)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x77aa2a2de6f8e884)

@@ -198,9 +198,11 @@ void FixBondBase::communicate_ghosts()
   comm->forward_comm_fix(this);
 }
 
-void FixBondBase::queue_bonds_of_lists() {}
+ConcordemBondLists FixBondBase::lists_of_atoms() const
+{
+  return ConcordemBondLists();
+}
 
-void FixBondBase::follow_lists() {}
 
 std::string FixBondBase::changer_of_box() const
 {

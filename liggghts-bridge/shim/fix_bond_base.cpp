@@ -219,7 +219,11 @@ void FixBondBase::make_bonds()
          lost_ + " ...`");
   if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
   if (facts_.creation == 2) concordem_make_listed(network_, atom, groupbit, world);
-  if (lists_) queue_bonds_of_lists();
+  if (lists_) {
+    const ConcordemAtoms atoms = arrays();
+    const ConcordemBondLists lists = lists_of_atoms();
+    concordem_network_make_of_lists(network_, &atoms, &lists);
+  }
   find_mean_radius();
   if (creates) {
     ask_heat_network(OF_NEW_BONDS);
@@ -325,8 +329,9 @@ void FixBondBase::rebuild()
 {
   ConcordemAtoms atoms = arrays();
   if (restored_) deliver_restored();
-  if (made_ && lists_) follow_lists();
-  if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean_radius_, &message_) < 0) fail_on_this_processor();
+  const ConcordemBondLists lists = lists_of_atoms();
+  if (concordem_network_rebuild(network_, &atoms, made_ && lists_ ? &lists : NULL, neighbor->skin, reach_, mean_radius_, &message_) < 0)
+    fail_on_this_processor();
   if (compares_) compare_heat_network();
 }
 

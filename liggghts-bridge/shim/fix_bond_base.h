@@ -139,8 +139,7 @@ class FixBondBase : public Fix {
   void read_bond_list();          // of the user; collective
   double longest_listed();
   void fail_at_lowest(int64_t line);
-  void queue_bonds_of_lists();    // empty for LIGGGHTS
-  void follow_lists();            // empty for LIGGGHTS
+  ConcordemBondLists lists_of_atoms() const;   // empty for LIGGGHTS
   std::string changer_of_box() const;   // the fix that changes the box, empty if there is none
   std::string lost_in_restart() const;  // the fix of the restart file that has another id, empty if there is none
 };

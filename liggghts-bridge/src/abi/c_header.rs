@@ -6,7 +6,7 @@ use concordem_c_abi::Message;
 use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
 
 use super::atoms::AtomArrays;
-use super::network::{Facts, PairLists};
+use super::network::{BondLists, Facts, PairLists};
 use super::pair::{PairArrays, PairModel, PairProperties};
 use crate::bond_list::BondOfList;
 use crate::heat_network::HeatEntry;
@@ -54,6 +54,7 @@ fn c_header_is_current() {
             AtomArrays::type_layout(),
             Facts::type_layout(),
             PairLists::type_layout(),
+            BondLists::type_layout(),
             BondOfList::type_layout(),
             HeatEntry::type_layout(),
             PairForce::type_layout(),

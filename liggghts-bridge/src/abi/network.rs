@@ -3,14 +3,15 @@
 // Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
-use std::ffi::{CStr, c_char};
+use std::ffi::{CStr, c_char, c_void};
 
 use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
+use crate::atoms::{Atoms, Tags};
 use crate::bond_list::BondOfList;
 use crate::law_names;
-use crate::network::{NeighborLists, Network};
+use crate::network::{BondsOfAtom, NeighborLists, Network};
 use crate::options::{Creation, Options};
 
 /// Settings and sizes that the shim needs.
@@ -132,19 +133,55 @@ pub unsafe extern "C" fn concordem_network_place_new(network: *const Network, at
     unsafe { (*network).place_new(&mut (*atoms).view()) }
 }
 
-/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m.
-/// Returns 0, or −1 and a message.
+/// The host's bond lists of the owned atoms.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct BondLists {
+    /// Number of bonds of each atom.
+    numbers: *const i32,
+    /// Ids of the partners of each atom, as wide as those of the atoms.
+    partners: *const *const c_void,
+    /// Types of the bonds of each atom; one that is not positive does not count.
+    types: *const *const i32,
+}
+
+impl BondLists {
+    unsafe fn view<'a>(&self, atoms: &Atoms<'_>) -> Vec<BondsOfAtom<'a>> {
+        // SAFETY: as many lists as owned atoms, with the lengths in `numbers`.
+        let of_atom = |i: usize| unsafe {
+            let count = *self.numbers.add(i) as usize;
+            let partners = *self.partners.add(i);
+            let partners = match atoms.tag {
+                Tags::Wide(_) => Tags::Wide(slice(partners.cast(), count)),
+                Tags::Narrow(_) => Tags::Narrow(slice(partners.cast(), count)),
+            };
+            BondsOfAtom { tag: atoms.tag.get(i), partners, types: slice(*self.types.add(i), count) }
+        };
+        (0..atoms.owned).map(of_atom).collect()
+    }
+}
+
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `lists`: the host's bond lists, if bonds follow them, else null.
+/// `skin`, `cutoff`, `mean_radius` (of the bonded atoms) in m. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_rebuild(
     network: *mut Network,
     atoms: *const AtomArrays,
+    lists: *const BondLists,
     skin: f64,
     cutoff: f64,
     mean_radius: f64,
     message: *const Message,
 ) -> i64 {
     // SAFETY: valid pointers from the shim.
-    unsafe { guarded(message, || (*network).rebuild(&mut (*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
+    unsafe {
+        guarded(message, || {
+            let mut atoms = (*atoms).view();
+            let lists = lists.as_ref().map(|lists| lists.view(&atoms));
+            (*network).rebuild(&mut atoms, skin, cutoff, mean_radius, lists.as_deref()).map(|()| 0)
+        })
+    }
 }
 
 /// Read the next bonds of the user's list, at most `capacity`, on one processor. Returns their number, 0 at the end of the file, or −1 and a
@@ -208,19 +245,15 @@ pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network, bo
     unsafe { (*network).make_listed(slice(bonds, count as usize)) }
 }
 
-/// Queue `count` bonds for the next rebuild: two ids and the bond type.
+/// Queue the bonds of the host's lists for the next rebuild.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, bonds: *const [i64; 3], count: i64) {
-    // SAFETY: `count` bonds.
-    unsafe { (*network).make_given(slice(bonds, count as usize)) }
-}
-
-/// Compare the bonds with the atoms' lists at the next rebuild. `ends`: the `count` listed bonds of owned atoms: owned atom, partner,
-/// bond type.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_follow(network: *mut Network, ends: *const [i64; 3], count: i64) {
-    // SAFETY: `count` ends.
-    unsafe { (*network).follow(slice(ends, count as usize)) }
+pub unsafe extern "C" fn concordem_network_make_of_lists(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    lists: *const BondLists,
+) {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).make_of_lists(&(*lists).view(&(*atoms).view())) }
 }
 
 /// Queue the bonds that another command added to the atoms' lists for the next rebuild. Returns their number.

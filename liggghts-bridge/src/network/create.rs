@@ -6,6 +6,7 @@ use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::contacts::Pair;
 
 use super::exchange::Arriving;
+use super::lists::{BondsOfAtom, ends};
 use super::{Network, NetworkError};
 use crate::atoms::Tag;
 use crate::bond_list::{BondOfList, read_bonds};
@@ -87,11 +88,15 @@ impl Network {
         self.user_list.share = Vec::new();
     }
 
-    /// Queue bonds from the host's lists (two ids and the bond type) for the next rebuild. A bond may be given on any processor, also on
-    /// several.
-    pub fn make_given(&mut self, bonds: &[[Tag; 3]]) {
-        self.fresh.reserve_exact(bonds.len());
-        for &[a, b, bond_type] in bonds {
+    /// Queue the bonds of the host's lists for the next rebuild.
+    pub fn make_of_lists(&mut self, lists: &[BondsOfAtom<'_>]) {
+        self.fresh.reserve_exact(lists.iter().map(|atom| atom.partners.len()).sum());
+        self.make_given(ends(lists));
+    }
+
+    /// Queue bonds (two ids and the bond type) for the next rebuild. A bond may be given on any processor, also on several.
+    pub(super) fn make_given(&mut self, bonds: impl Iterator<Item = [Tag; 3]>) {
+        for [a, b, bond_type] in bonds {
             let row = self.row_of_type(bond_type);
             self.fresh.push(Fresh { tags: ascending([a, b]), length: 0.0, row });
         }

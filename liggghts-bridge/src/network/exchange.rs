@@ -368,8 +368,12 @@ impl Network {
 
     /// Largest number of reals that [`Self::pack`] writes for an atom.
     pub fn largest_pack(&mut self) -> usize {
-        let (start, _) = self.adjacency.get_or_insert_with(|| adjacency(&self.state));
-        let most = start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
+        // Not the contacts themselves: often no atom leaves.
+        let most = match &self.adjacency {
+            Some((start, _)) => start.windows(2).map(|w| w[1] - w[0]).max(),
+            None => counts(&self.state).into_iter().max(),
+        };
+        let most = most.unwrap_or(0) as usize;
         let arriving = self.incoming.of_atom.values().map(|[start, end]| end - start).max().unwrap_or(0);
         // Upper bound: all dormant contacts, which are few, belong to this atom, and no real is zero.
         ((most + self.dormant.len()) * Record::reals(self.width)).max(arriving)
@@ -418,35 +422,43 @@ impl Network {
     }
 }
 
-/// The contacts of each particle that have a history to keep.
-pub(super) fn adjacency(state: &State) -> Adjacency {
-    let mut start = vec![0u32; state.particles.len() + 1];
-    let each = |visit: &mut dyn FnMut(Pair, Kind, u32)| {
-        for (kind, block) in blocks(state) {
-            for (k, (pair, flags)) in block.pairs().iter().zip(block.flags()).enumerate() {
-                if flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0
-                    && !flags.has(ContactFlags::BROKEN)
-                {
-                    visit(*pair, kind, k as u32);
-                }
-            }
-        }
-    };
-    each(&mut |pair, _, _| {
-        start[pair.a as usize + 1] += 1;
-        start[pair.b as usize + 1] += 1;
-    });
-    for p in 1..start.len() {
-        start[p] += start[p - 1];
+/// The contacts that have a history to keep.
+fn remembered(state: &State) -> impl Iterator<Item = (Pair, Kind, u32)> + '_ {
+    blocks(state).flat_map(|(kind, block)| {
+        let contacts = (0..).zip(block.pairs().iter().zip(block.flags()));
+        let remembers = |flags: &ContactFlags| {
+            flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0 && !flags.has(ContactFlags::BROKEN)
+        };
+        contacts.filter(move |(_, (_, flags))| remembers(flags)).map(move |(k, (pair, _))| (*pair, kind, k))
+    })
+}
+
+/// The number of those of each particle.
+fn counts(state: &State) -> Vec<u32> {
+    let mut counts = vec![0; state.particles.len()];
+    for (pair, _, _) in remembered(state) {
+        counts[pair.a as usize] += 1;
+        counts[pair.b as usize] += 1;
     }
+    counts
+}
+
+/// Those of each particle.
+pub(super) fn adjacency(state: &State) -> Adjacency {
+    let mut next = 0;
+    let mut start = vec![0];
+    start.extend(counts(state).into_iter().map(|count| {
+        next += count;
+        next
+    }));
     let mut next = start.clone();
     let mut contacts = vec![Link::default(); *start.last().unwrap_or(&0) as usize];
-    each(&mut |pair, kind, k| {
+    for (pair, kind, k) in remembered(state) {
         for p in [pair.a, pair.b] {
             contacts[next[p as usize] as usize] = Link::new(kind, k);
             next[p as usize] += 1;
         }
-    });
+    }
     (start, contacts)
 }
 

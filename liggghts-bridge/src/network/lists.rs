@@ -8,7 +8,7 @@ use super::create::Fresh;
 use super::exchange::{Arriving, adjacency};
 use super::rebuild::{ABSENT, Before};
 use super::{Network, NetworkError, particle_of};
-use crate::atoms::{Atoms, Tag};
+use crate::atoms::{Atoms, Tag, Tags};
 use crate::records::{Kind, ascending};
 
 /// Neighbor lists of a pair style of the host.
@@ -21,6 +21,24 @@ pub struct NeighborLists<'a> {
     pub weights: [f64; 4],
 }
 
+/// The bonds in the host's list of an owned atom.
+pub struct BondsOfAtom<'a> {
+    /// Id of the atom.
+    pub tag: Tag,
+    /// Ids of its partners.
+    pub partners: Tags<'a>,
+    /// Types of the bonds; one that is not positive does not count.
+    pub types: &'a [i32],
+}
+
+/// Ends of listed bonds: owned atom, partner, bond type.
+pub(super) fn ends<'a>(lists: &'a [BondsOfAtom<'_>]) -> impl Iterator<Item = [Tag; 3]> + 'a {
+    lists.iter().flat_map(|atom| {
+        let bonds = atom.partners.iter().zip(atom.types).filter(|(_, bond_type)| **bond_type > 0);
+        bonds.map(|(partner, &bond_type)| [atom.tag, partner, Tag::from(bond_type)])
+    })
+}
+
 /// One end of a bond with coefficients `row` as a number, such that sums over different sets of ends differ (the finalizer of splitmix64).
 fn scrambled([tag, partner]: [Tag; 2], row: u16) -> u64 {
     let mut z = (tag as u64).rotate_left(32).wrapping_add(partner as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -31,25 +49,19 @@ fn scrambled([tag, partner]: [Tag; 2], row: u16) -> u64 {
 }
 
 impl Network {
-    /// Compare the bonds with the host's lists at the next rebuild. `ends`: the listed bonds of owned atoms: owned atom, partner, bond
-    /// type.
-    pub fn follow(&mut self, ends: &[[Tag; 3]]) {
-        self.listed = Some(ends.to_vec());
-    }
-
-    /// Remove bonds that are no longer in the host's lists, and remember those that are new. Particles must be placed. `before`: the
+    /// Remove bonds that are no longer in the host's `lists`, and remember those that are new. Particles must be placed. `before`: the
     /// particles that the blocks refer to, `number`: their present numbers; `arriving` and `fresh` are sorted.
     ///
     /// # Errors
     /// The type of a bond has changed, and with it the parameters.
     pub(super) fn follow_lists(
         &mut self,
+        lists: &[BondsOfAtom<'_>],
         before: &Before,
         number: &[u32],
         arriving: &mut Arriving,
         fresh: &mut Vec<Fresh>,
     ) -> Result<(), NetworkError> {
-        let Some(of_atoms) = self.listed.take() else { return Ok(()) };
         // If parameters do not belong to bond types, types have no effect, and rows follow from the atoms.
         let by_type = !self.options.bond_types.is_empty();
         let row_by_type = |row: u16| if by_type { row } else { 0 };
@@ -58,9 +70,8 @@ impl Network {
         let owns_old = |p: u32| number[p as usize] != ABSENT && owned[number[p as usize] as usize];
         let bonds = self.state.bonds[0].contacts();
         // Usually nothing has changed. Sums decide that without sorting.
-        let mut difference = of_atoms
-            .iter()
-            .fold(0, |sum: u64, &[a, b, bond_type]| sum.wrapping_add(scrambled([a, b], self.row_of_type(bond_type))));
+        let mut difference = ends(lists)
+            .fold(0, |sum: u64, [a, b, bond_type]| sum.wrapping_add(scrambled([a, b], self.row_of_type(bond_type))));
         for (&pair, flags) in bonds.pairs().iter().zip(bonds.flags()) {
             let [a, b] = before.tags_of(pair);
             for (end, _) in [([a, b], pair.a), ([b, a], pair.b)].iter().filter(|(_, p)| owns_old(*p)) {
@@ -80,9 +91,8 @@ impl Network {
         if difference == 0 {
             return Ok(());
         }
-        let mut listed: Vec<[Tag; 3]> = of_atoms
-            .iter()
-            .map(|&[a, b, kind]| {
+        let mut listed: Vec<[Tag; 3]> = ends(lists)
+            .map(|[a, b, kind]| {
                 let [a, b] = ascending([a, b]);
                 [a, b, kind]
             })
@@ -128,7 +138,7 @@ impl Network {
     /// Queue the bonds that another command added to the host's lists for the next rebuild. Returns their number.
     pub fn make_added(&mut self) -> usize {
         let added = std::mem::take(&mut self.added);
-        self.make_given(&added);
+        self.make_given(added.iter().copied());
         added.len()
     }
 

@@ -42,7 +42,7 @@ pub use error::NetworkError;
 use exchange::{Adjacency, Incoming, Pieces};
 use heat::Thermal;
 pub use heat_network::Asked;
-pub use lists::NeighborLists;
+pub use lists::{BondsOfAtom, NeighborLists};
 use memory::Layout;
 pub use results::{Sums, TOTALS};
 
@@ -85,8 +85,6 @@ pub struct Network {
     fresh: Vec<Fresh>,
     /// Contacts with the history of a broken bond whose other atom is out of range.
     dormant: Vec<Record>,
-    /// Bond ends in the host's lists: owned atom, partner, bond type; compared with the bonds at the next rebuild.
-    listed: Option<Vec<[Tag; 3]>>,
     /// Bonds that another command added to the host's lists, until they are created.
     added: Vec<[Tag; 3]>,
     /// Particle of each of the host's atoms, `u32::MAX` for atoms outside the group; computed on demand.
@@ -165,7 +163,6 @@ impl Network {
             user_list: UserList::default(),
             fresh: Vec::new(),
             dormant: Vec::new(),
-            listed: None,
             added: Vec::new(),
             particle_of: Vec::new(),
             generation: 0,

@@ -12,6 +12,7 @@ use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::create::Fresh;
 use super::exchange::Arriving;
+use super::lists::BondsOfAtom;
 use super::{Network, NetworkError, blocks, particle_of};
 use crate::atoms::{Atoms, LARGEST_TAG, Tag, vector};
 use crate::records::{HISTORY, Kind};
@@ -42,7 +43,8 @@ enum Fate {
 
 impl Network {
     /// Rebuild the state for the current distribution of atoms. `skin` (m): skin of the host's neighbor lists. `cutoff` (m): distance
-    /// up to which ghosts exist. `mean_radius` (m): mean radius of the bonded atoms; only new bonds need it.
+    /// up to which ghosts exist. `mean_radius` (m): mean radius of the bonded atoms; only new bonds need it. `lists`: the host's bond lists of
+    /// the owned atoms, if bonds follow them.
     ///
     /// # Errors
     /// An atom without parameters, a bond to an atom that does not exist here, a periodic box that is too small, or invalid ids.
@@ -52,6 +54,7 @@ impl Network {
         skin: f64,
         cutoff: f64,
         mean_radius: f64,
+        lists: Option<&[BondsOfAtom<'_>]>,
     ) -> Result<(), NetworkError> {
         self.check_ids(atoms)?;
         let mut arriving = self.arriving()?;
@@ -68,7 +71,9 @@ impl Network {
         self.adjacency = None;
         self.particle_of.clear();
         self.generation += 1;
-        self.follow_lists(&before, &number, &mut arriving, &mut fresh)?;
+        if let Some(lists) = lists {
+            self.follow_lists(lists, &before, &number, &mut arriving, &mut fresh)?;
+        }
         let largest = self.state.particles.radius.iter().copied().fold(0.0, f64::max);
         let smallest = self.state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
         // Same range as the host's lists.
@@ -137,11 +142,29 @@ impl Network {
         })
     }
 
+    /// Whether all materials of the particles have pair coefficients with each other.
+    fn all_rows_exist(&self, kind: Kind) -> bool {
+        let coefficients = if kind == Kind::Bond { &self.bond_coefficients } else { &self.model.contact_rows };
+        if kind == Kind::Bond && !self.options.bond_types.is_empty() {
+            return true;
+        }
+        let mut present = vec![false; self.options.materials.len()];
+        for &material in &self.state.particles.material {
+            match present.get_mut(material as usize) {
+                Some(present) => *present = true,
+                None => return false,
+            }
+        }
+        let present: Vec<u16> = (0..).zip(present).filter_map(|(material, is)| is.then_some(material)).collect();
+        present.iter().all(|&a| present.iter().all(|&b| coefficients.get(a, b).is_some()))
+    }
+
     /// Check that held bonds and contacts can stay or leave, and set contacts aside whose other atom is unknown. Returns the longest
     /// length of those that stay (m).
     fn check_held(&mut self, before: &Before, number: &[u32], cutoff: f64) -> Result<f64, NetworkError> {
         let (mut longest, mut alone) = (0.0f64, Vec::new());
         for (kind, block) in blocks(&self.state) {
+            let all_rows_exist = self.all_rows_exist(kind);
             let geometries = block.references().iter().zip(block.previous().iter());
             for (k, ((pair, flags), (reference, previous))) in
                 block.pairs().iter().zip(block.flags()).zip(geometries).enumerate()
@@ -153,7 +176,9 @@ impl Network {
                     }
                     Fate::Alone => alone.extend(self.record_of(&before.tags, kind, k)),
                     Fate::Stays(ends) => {
-                        self.row_of(kind, ends, flags.row)?;
+                        if !all_rows_exist {
+                            self.row_of(kind, ends, flags.row)?;
+                        }
                         longest = longest.max(length_of(*flags, &reference, &previous));
                     }
                 }
@@ -322,6 +347,7 @@ impl Network {
         self.owned = self.atom.iter().map(|&i| (i as usize) < atoms.owned).collect();
         let particles = &mut self.state.particles;
         *particles = Particles::default();
+        particles.reserve(self.atom.len());
         for &i in &self.atom {
             let i = i as usize;
             let (radius, mass) = (atoms.radius[i], atoms.mass[i]);

@@ -76,7 +76,7 @@ fn of(words: &str) -> Network {
 
 fn rebuild(network: &mut Network, arrays: &mut Arrays) -> Result<(), NetworkError> {
     place(network, arrays);
-    network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, 0.005)
+    network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, 0.005, None)
 }
 
 /// Give atoms their places, ghosts as well, which get them from their owners in a host.
@@ -222,9 +222,9 @@ fn sections_need_the_mean_radius_only_with_a_ratio() {
         let mut network = of(&format!("cohesive_beam young 1e9 poisson 0.2 {section} bond distance 1.2"));
         let mut arrays = Arrays::new(&network, &[0, 1], &[], |k| 1 + k as Tag, false);
         place(&network, &mut arrays);
-        network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius).unwrap();
+        network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius, None).unwrap();
         network.make_near().unwrap();
-        let done = network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius);
+        let done = network.rebuild(&mut arrays.atoms(), 1e-3, 0.1, mean_radius, None);
         done.map(|()| network.state.bonds[0].contacts().view(0).reference.area)
     };
     // π r², the same products.

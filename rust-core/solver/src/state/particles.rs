@@ -146,6 +146,23 @@ impl Particles {
         self.position.is_empty()
     }
 
+    /// Make room for `count` more particles.
+    pub fn reserve(&mut self, count: usize) {
+        self.id.reserve_exact(count);
+        self.position.reserve_exact(count);
+        self.velocity.reserve_exact(count);
+        self.orientation.reserve_exact(count);
+        self.rotation_increment.reserve_exact(count);
+        self.angular_velocity.reserve_exact(count);
+        self.radius.reserve_exact(count);
+        self.mass.reserve_exact(count);
+        self.inertia.reserve_exact(count);
+        self.material.reserve_exact(count);
+        self.clump.reserve_exact(count);
+        self.constraint.reserve_exact(count);
+        self.tags.reserve_exact(count);
+    }
+
     /// Add a free particle at rest with the given mass (kg) and moment of inertia (kg·m²). Its id is its index.
     pub fn push(&mut self, sphere: Sphere, material: u16, mass: f64, inertia: f64) {
         self.id.push(self.len() as u32);
