@@ -387,7 +387,7 @@ int64_t concordem_network_forces(ConcordemNetwork *network,
                                  const ConcordemMessage *message);
 
 /// Largest number of reals that [`concordem_network_pack`] writes for an atom.
-int64_t concordem_network_largest_pack(ConcordemNetwork *network);
+int64_t concordem_network_largest_pack(const ConcordemNetwork *network);
 
 /// Number of reals in the records of atom `tag`. Writes them to `buffer` if it is not null and `capacity` is large enough. `leaves`:
 /// the atom leaves this processor.
@@ -773,4 +773,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x77aa2a2de6f8e884)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x0f32b47c3a4185c5)

@@ -1,4 +1,4 @@
-/* Where atoms are and which processor owns them, distributed over all processors: no processor holds more than its share.
+/* What is distributed over all processors, so that none holds more than its share: where atoms are and which processor owns them; lines of files.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_DIRECTORY_H

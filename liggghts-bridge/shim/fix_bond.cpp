@@ -203,7 +203,6 @@ ConcordemBondLists FixBondBase::lists_of_atoms() const
   return ConcordemBondLists();
 }
 
-
 std::string FixBondBase::changer_of_box() const
 {
   for (int k = 0; k < modify->nfix; k++) {

@@ -295,6 +295,12 @@ void FixBondBase::read_bond_list()
   int64_t line = INT64_MAX;
   if (concordem_network_sort_listed(network_, &line, &message_) < 0 && line == INT64_MAX) fail_on_this_processor();
   fail_at_lowest(line);
+  const int64_t kept = concordem_network_listed(network_, NULL);
+  int64_t all, most;
+  MPI_Allreduce(&kept, &all, 1, MPI_INT64_T, MPI_SUM, world);
+  MPI_Allreduce(&kept, &most, 1, MPI_INT64_T, MPI_MAX, world);
+  if (comm->me == 0)
+    print("the file of `bond list` has " + std::to_string(all) + " bonds; a process keeps at most " + std::to_string(most) + " of them");
 }
 
 // Fail on all processors with the message in text_ of the one with the lowest line, unless no processor has a wrong line (INT64_MAX).
@@ -442,7 +448,11 @@ void FixBondBase::resume(const ConcordemRestartHead &head, const std::string &fi
   restored_ = true;
   source_ = file;
   made_ = head.made;
-  if (made_) resumed_ = file;
+  if (made_) {
+    resumed_ = file;
+    // The bonds of the list have been created.
+    concordem_network_make_listed(network_, NULL, 0);
+  }
   mean_radius_ = head.mean_radius;
   for (int axis = 0; axis < 3; axis++) edge_[axis] = head.edge[axis];
   virial_at_ = head.virial_at;

@@ -90,4 +90,13 @@ mod tests {
             assert!(error.contains(&wanted), "{error}");
         }
     }
+
+    #[test]
+    fn another_encoding_is_named() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), b"1 2\n3 4 # L\xe4nge\n").unwrap();
+        let mut reader = PieceReader::open(file.path().to_str().unwrap()).unwrap();
+        let error = read_bonds(&mut reader, &mut [BondOfList::default(); 3]).unwrap_err().to_string();
+        assert!(error.contains("line 2: ") && error.contains("save the file as UTF-8"), "{error}");
+    }
 }

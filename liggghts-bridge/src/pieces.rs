@@ -46,8 +46,8 @@ impl PieceReader {
         Ok(Self { path: path.to_owned(), file, line: String::new(), number: 0 })
     }
 
-    /// Read the next entries. `entry` makes one of the words of a line and its number, or none, or says what is wrong. Returns their number;
-    /// fewer than there is room for: the file ends.
+    /// Read the next entries. `entry` makes one of the text of a line, without its comment, and of its number; or none, or says what is wrong.
+    /// Returns their number; fewer than there is room for: the file ends.
     ///
     /// # Errors
     /// The file cannot be read, or a line is wrong.
@@ -59,13 +59,14 @@ impl PieceReader {
         let mut count = 0;
         while count < entries.len() {
             self.line.clear();
-            let read = self.file.read_line(&mut self.line).map_err(|error| self.wrong(error.to_string()))?;
-            if read == 0 {
+            let read = self.file.read_line(&mut self.line);
+            self.number += 1;
+            if read.map_err(|error| self.wrong(format!("line {}: {error}; save the file as UTF-8", self.number)))? == 0
+            {
                 break;
             }
-            self.number += 1;
-            let words = self.line.split('#').next().unwrap_or_default().trim();
-            let made = entry(words, self.number);
+            let text = self.line.split('#').next().unwrap_or_default().trim();
+            let made = entry(text, self.number);
             if let Some(made) = made.map_err(|message| self.wrong(format!("line {}: {message}", self.number)))? {
                 entries[count] = made;
                 count += 1;

@@ -10,6 +10,11 @@ use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, refused_in, r
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 const FIX: &str = "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond";
 
+/// The process that keeps the lines of an atom, as directory.h says.
+fn keeper(id: usize, processes: usize) -> usize {
+    ((id as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 33) as usize % processes
+}
+
 /// Bonds of a list in any order give the bytes of `bond distance` on 1, 2, and 4 processes, although the list travels in two pieces.
 #[test]
 fn a_list_gives_the_bonds_of_the_distance() {
@@ -53,6 +58,16 @@ fn a_list_gives_the_bonds_of_the_distance() {
             let script =
                 format!("{head}fix move all nve/sphere\n{FIX} {creation}\n{}run 5\n", dump_for(host, "out.dump", 5));
             let printed = run_in(host, folder, &script, processes);
+            if creation.starts_with("list") {
+                let share = |process: usize| {
+                    bonds.iter().filter(|bond| keeper(bond[0].min(bond[1]), processes) == process).count()
+                };
+                let largest = (0..processes).map(share).max().unwrap();
+                // Atoms of the last planes have fewer bonds.
+                assert!(largest * processes * 100 < bonds.len() * 103, "{largest} on {processes}");
+                let wanted = format!("has {} bonds; a process keeps at most {largest} of them", bonds.len());
+                assert!(printed.contains(&wanted), "{host:?} on {processes}, `{wanted}`: {printed}");
+            }
             assert!(printed.contains(&format!("{} bonds of law linear_bond", bonds.len())), "{host:?}: {printed}");
             std::fs::read(folder.join("out.dump")).unwrap()
         };
@@ -73,7 +88,8 @@ fn wrong_lists_are_refused_with_line_and_remedy() {
         for (name, lines) in [
             ("foreign.txt", "1 2\n2 99\n"),
             ("wrong.txt", "1 2\n3 three # x\n"),
-            ("twice.txt", "1 2\n4 3\n7 8\n# again\n3 4 0.01\n8 7\n"),
+            // Process 1 keeps the bond of 7 and 8, process 0 that of 3 and 4.
+            ("twice.txt", "1 2\n4 3\n7 8\n# again\n8 7\n3 4 0.01\n"),
         ] {
             std::fs::write(folder.join(name), lines).unwrap();
         }
@@ -89,7 +105,7 @@ fn wrong_lists_are_refused_with_line_and_remedy() {
             (with("wrong.txt"), "cannot read wrong.txt: line 2: `3 three` is not a bond; write two different atom ids"),
             (
                 with("twice.txt"),
-                "cannot read twice.txt: line 5: the bond of atoms 3 and 4 is listed twice, for the first time in line 2; remove one line",
+                "cannot read twice.txt: line 5: the bond of atoms 7 and 8 is listed twice, for the first time in line 3; remove one line",
             ),
         ];
         refused_in(host, &cases, |folder| prepare(host, folder));

@@ -151,12 +151,17 @@ impl BondLists {
         // SAFETY: as many lists as owned atoms, with the lengths in `numbers`.
         let of_atom = |i: usize| unsafe {
             let count = *self.numbers.add(i) as usize;
-            let partners = *self.partners.add(i);
+            // Without bonds, the arrays need not exist.
+            let (partners, types) = if count == 0 {
+                (std::ptr::null(), std::ptr::null())
+            } else {
+                (*self.partners.add(i), *self.types.add(i))
+            };
             let partners = match atoms.tag {
                 Tags::Wide(_) => Tags::Wide(slice(partners.cast(), count)),
                 Tags::Narrow(_) => Tags::Narrow(slice(partners.cast(), count)),
             };
-            BondsOfAtom { tag: atoms.tag.get(i), partners, types: slice(*self.types.add(i), count) }
+            BondsOfAtom { tag: atoms.tag.get(i), partners, types: slice(types, count) }
         };
         (0..atoms.owned).map(of_atom).collect()
     }
@@ -370,7 +375,7 @@ pub unsafe extern "C" fn concordem_network_forces(
 
 /// Largest number of reals that [`concordem_network_pack`] writes for an atom.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_largest_pack(network: *mut Network) -> i64 {
+pub unsafe extern "C" fn concordem_network_largest_pack(network: *const Network) -> i64 {
     // SAFETY: valid pointers from the shim.
     unsafe { (*network).largest_pack() as i64 }
 }

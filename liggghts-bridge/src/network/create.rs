@@ -45,11 +45,12 @@ impl Network {
             Some(reader) => reader,
             none => none.insert(PieceReader::open(path)?),
         };
-        let count = read_bonds(reader, bonds)?;
-        if count == 0 {
+        let count = read_bonds(reader, bonds);
+        // Nobody reads on after the end or an error.
+        if !matches!(count, Ok(1..)) {
             self.user_list.reader = None;
         }
-        Ok(count)
+        count
     }
 
     /// Keep bonds of the user's list on this processor.

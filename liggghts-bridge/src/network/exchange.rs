@@ -367,7 +367,7 @@ impl Network {
     }
 
     /// Largest number of reals that [`Self::pack`] writes for an atom.
-    pub fn largest_pack(&mut self) -> usize {
+    pub fn largest_pack(&self) -> usize {
         // Not the contacts themselves: often no atom leaves.
         let most = match &self.adjacency {
             Some((start, _)) => start.windows(2).map(|w| w[1] - w[0]).max(),

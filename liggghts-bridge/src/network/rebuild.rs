@@ -142,7 +142,8 @@ impl Network {
         })
     }
 
-    /// Whether all materials of the particles have pair coefficients with each other.
+    /// Whether no bond or contact can lack pair coefficients: all materials of the particles have some with each other, or they belong to bond
+    /// types.
     fn all_rows_exist(&self, kind: Kind) -> bool {
         let coefficients = if kind == Kind::Bond { &self.bond_coefficients } else { &self.model.contact_rows };
         if kind == Kind::Bond && !self.options.bond_types.is_empty() {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::atoms::{LARGEST_TAG, Tags};
+use crate::bond_list::BondOfList;
 
 /// Arrays of a host with `owned` atoms and ghosts.
 struct Arrays {
@@ -9,6 +10,7 @@ struct Arrays {
     wide: Vec<i64>,
     owned: usize,
     kind: Vec<i32>,
+    mask: Vec<i32>,
     position: Vec<f64>,
     velocity: Vec<f64>,
     radius: Vec<f64>,
@@ -32,6 +34,7 @@ impl Arrays {
             wide: if is_wide { tags } else { Vec::new() },
             owned: owned.len(),
             kind: vec![1; count],
+            mask: vec![1; count],
             position: all.iter().flat_map(|&k| [0.01 * k as f64, 1e-4 * (k * k) as f64, 0.0]).collect(),
             velocity: all.iter().flat_map(|&k| [0.1 * k as f64, 0.0, 0.3]).collect(),
             radius: vec![0.005; count],
@@ -46,7 +49,7 @@ impl Arrays {
             owned: self.owned,
             tag: if self.wide.is_empty() { Tags::Narrow(&self.narrow) } else { Tags::Wide(&self.wide) },
             kind: &self.kind,
-            mask: &self.kind,
+            mask: &self.mask,
             group: 1,
             position: &self.position,
             velocity: &self.velocity,
@@ -213,6 +216,49 @@ fn bonds_follow_their_atoms_through_rebuilds() {
     let mut less = Arrays::new(&first, &[2, 3], &[4], ids, false);
     let error = rebuild(&mut first, &mut less).unwrap_err().to_string();
     assert!(error.contains("bond of atoms 8 and 9"), "{error}");
+}
+
+/// The atom of a bond gets a type that has no parameters for it.
+#[test]
+fn a_bond_without_parameters_is_refused() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let bonded = "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5 }";
+    let materials = [("a", bonded), ("b", "")];
+    let tables = materials.map(|(name, law)| format!("[[material]]\nname = \"{name}\"\ndensity = 1\n{law}\n"));
+    std::fs::write(file.path(), tables.concat()).unwrap();
+    let text = format!("linear_bond materials {} bond distance 1.2", file.path().display());
+    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+    let mut network = Network::new(Options::parse(&words, 2).unwrap()).unwrap();
+    let mut arrays = Arrays::new(&network, &[0, 1, 2], &[], |k| 1 + k as Tag, false);
+    rebuild(&mut network, &mut arrays).unwrap();
+    network.make_near().unwrap();
+    rebuild(&mut network, &mut arrays).unwrap();
+    assert_eq!(network.sums().bonds, 2.0);
+    arrays.kind[1] = 2;
+    let error = rebuild(&mut network, &mut arrays).unwrap_err().to_string();
+    assert!(error.contains("law linear_bond has no parameters for atom types [1, 2]"), "{error}");
+}
+
+/// Lines of the user's list are forgotten once their bonds exist.
+#[test]
+fn a_list_is_kept_until_its_bonds_exist() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), "2 1\n2 3 0.011\n").unwrap();
+    let mut network =
+        of(&format!("linear_bond normal_stiffness 1e6 shear_stiffness 5e5 bond list {}", file.path().display()));
+    let mut piece = [BondOfList::default(); 4];
+    assert_eq!(network.read_bond_list(&mut piece).unwrap(), 2);
+    network.keep_listed(&piece[..2]);
+    assert_eq!(network.read_bond_list(&mut piece).unwrap(), 0);
+    network.sort_listed().unwrap();
+    let listed: Vec<_> = network.listed().iter().map(|bond| (bond.ids, bond.length, bond.line)).collect();
+    assert_eq!(listed, [([1, 2], 0.0, 1), ([2, 3], 0.011, 2)]);
+    network.make_listed(&piece[..2]);
+    assert!(network.listed().is_empty());
+    let mut arrays = Arrays::new(&network, &[0, 1, 2], &[], |k| 1 + k as Tag, false);
+    rebuild(&mut network, &mut arrays).unwrap();
+    assert_eq!(network.sums().bonds, 2.0);
+    assert_eq!(network.state.bonds[0].contacts().view(1).reference.length, 0.011);
 }
 
 /// Without a mean radius, beams with `radius_ratio` would have no section, carry nothing, and never break.

@@ -92,7 +92,7 @@ fn each_process_keeps_a_share_of_the_file() {
     let atoms = lattice(counts, 0.0);
     let bonds = bonds_of(counts);
     let lines = atoms.len() + bonds.len();
-    // heat.cpp sends 2^14 lines at once.
+    // directory.h sends 2^14 lines at once.
     assert!(lines > 1 << 14 && bonds.len() < 1 << 14, "{lines} {}", bonds.len());
     for host in BOTH {
         let folder = tempfile::tempdir().unwrap();
