@@ -3,6 +3,11 @@
 BEGIN, END = "<!-- speed.py: figures -->", "<!-- end of figures -->"
 
 
+def _wanted(ratio):
+    """The goal as text, for example " (≥ 12)"; empty if there is none."""
+    return "" if ratio["goal"] is None else f" ({'≥' if ratio['at_least'] else '≤'} {ratio['goal']:g})"
+
+
 def _goal(ratio):
     if ratio["goal"] is None:
         return "none"
@@ -80,7 +85,7 @@ def plot(record, path):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    rows = [(f"{name}: {ratio['name']}", ratio) for name, case in record["cases"].items() for ratio in case["ratios"]]
+    rows = [(f"{name}: {ratio['name']}{_wanted(ratio)}", ratio) for name, case in record["cases"].items() for ratio in case["ratios"]]
     figure, axes = plt.subplots(figsize=(8, 0.4 * len(rows) + 1))
     for y, (_, ratio) in enumerate(reversed(rows)):
         axes.barh(y, ratio["median"], color="tab:blue", alpha=0.6)
@@ -88,6 +93,6 @@ def plot(record, path):
         if ratio["goal"] is not None:
             axes.plot(ratio["goal"], y, "|", color="tab:red", markersize=14)
     axes.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)], fontsize=8)
-    axes.set_xlabel("ratio of times: bar median, line range of rounds, red goal")
+    axes.set_xlabel("ratio of times (memory: kB per particle; start: s); bar: median, line: range of rounds, red: goal")
     # Long labels widen the picture.
     figure.savefig(path, dpi=120, bbox_inches="tight")
