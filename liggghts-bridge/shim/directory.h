@@ -1,4 +1,4 @@
-/* What is distributed over all processors, so that none holds more than its share: where atoms are and which processor owns them; lines of files.
+/* Where atoms are and which processor owns them, distributed over all processors: no processor holds more than its share.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_DIRECTORY_H
@@ -47,26 +47,6 @@ inline int concordem_keeper(int64_t id, int processors)
 
 // Most lines of a file that travel at once, to each processor and from each.
 const int CONCORDEM_CHUNK = 1 << 14;
-
-// Read a file in pieces on the first processor. Each keeps the items whose first id it is the keeper of. `read` returns the number of items, 0 at
-// the end, or -1; `keep` takes those of this processor. Returns whether the file could be read. Collective.
-template <class Item, class Read, class Keep> bool concordem_share_file(Read read, Keep keep, MPI_Comm world)
-{
-  int me, processors;
-  MPI_Comm_rank(world, &me);
-  MPI_Comm_size(world, &processors);
-  std::vector<Item> piece(CONCORDEM_CHUNK);
-  for (;;) {
-    int count = me == 0 ? static_cast<int>(read(piece.data(), CONCORDEM_CHUNK)) : 0;
-    MPI_Bcast(&count, 1, MPI_INT, 0, world);
-    if (count <= 0) return count == 0;
-    MPI_Bcast(piece.data(), count * static_cast<int>(sizeof(Item)), MPI_BYTE, 0, world);
-    int mine = 0;
-    for (int k = 0; k < count; k++)
-      if (concordem_keeper(piece[k].ids[0], processors) == me) piece[mine++] = piece[k];
-    keep(piece.data(), mine);
-  }
-}
 
 struct ConcordemPlace {
   int64_t tag;

@@ -283,18 +283,9 @@ bool FixBondBase::creation_is_due() const
   return !made_ && update->ntimestep >= facts_.at;
 }
 
-// The list may be larger than the memory of a processor. Collective.
 void FixBondBase::read_bond_list()
 {
-  ConcordemNetwork *const network = network_;
-  const ConcordemMessage *const message = &message_;
-  const bool read = concordem_share_file<ConcordemBondOfList>(
-      [=](ConcordemBondOfList *piece, int64_t room) { return concordem_network_read_bond_list(network, piece, room, message); },
-      [=](const ConcordemBondOfList *piece, int64_t count) { concordem_network_keep_listed(network, piece, count); }, world);
-  if (!read) fail_with_text_of(0);
-  int64_t line = INT64_MAX;
-  if (concordem_network_sort_listed(network_, &line, &message_) < 0 && line == INT64_MAX) fail_on_this_processor();
-  fail_at_lowest(line);
+  share_file(concordem_network_read_bond_list, concordem_network_keep_listed, concordem_network_sort_listed);
   const int64_t kept = concordem_network_listed(network_, NULL);
   int64_t all, most;
   MPI_Allreduce(&kept, &all, 1, MPI_INT64_T, MPI_SUM, world);

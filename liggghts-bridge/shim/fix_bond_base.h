@@ -138,11 +138,42 @@ class FixBondBase : public Fix {
   void deliver_restored();        // collective
   void read_bond_list();          // of the user; collective
   double longest_listed();
+  // Read a file that may be larger than the memory of a processor: the first one reads it in pieces, and each keeps the lines of the ids that
+  // it is the keeper of. Fails if a line is wrong, or has what an earlier line has. Collective. The functions are those of the library.
+  template <class Line>
+  void share_file(int64_t (*read)(ConcordemNetwork *, Line *, int64_t, const ConcordemMessage *),
+                  void (*keep)(ConcordemNetwork *, const Line *, int64_t),
+                  int64_t (*sort)(ConcordemNetwork *, int64_t *, const ConcordemMessage *));
   void fail_at_lowest(int64_t line);
   ConcordemBondLists lists_of_atoms() const;   // empty for LIGGGHTS
   std::string changer_of_box() const;   // the fix that changes the box, empty if there is none
   std::string lost_in_restart() const;  // the fix of the restart file that has another id, empty if there is none
 };
+
+template <class Line>
+void FixBondBase::share_file(int64_t (*read)(ConcordemNetwork *, Line *, int64_t, const ConcordemMessage *),
+                             void (*keep)(ConcordemNetwork *, const Line *, int64_t),
+                             int64_t (*sort)(ConcordemNetwork *, int64_t *, const ConcordemMessage *))
+{
+  int me, processors;
+  MPI_Comm_rank(world, &me);
+  MPI_Comm_size(world, &processors);
+  std::vector<Line> piece(CONCORDEM_CHUNK);
+  for (;;) {
+    int count = me == 0 ? static_cast<int>(read(network_, piece.data(), CONCORDEM_CHUNK, &message_)) : 0;
+    MPI_Bcast(&count, 1, MPI_INT, 0, world);
+    if (count < 0) fail_with_text_of(0);
+    if (count == 0) break;
+    MPI_Bcast(piece.data(), count * static_cast<int>(sizeof(Line)), MPI_BYTE, 0, world);
+    int mine = 0;
+    for (int k = 0; k < count; k++)
+      if (concordem_keeper(piece[k].ids[0], processors) == me) piece[mine++] = piece[k];
+    keep(network_, piece.data(), mine);
+  }
+  int64_t line = INT64_MAX;
+  if (sort(network_, &line, &message_) < 0 && line == INT64_MAX) fail_on_this_processor();
+  fail_at_lowest(line);
+}
 
 }
 

@@ -78,19 +78,10 @@ void FixBondBase::measure_heated_groups()
   }
 }
 
-// The file of `heat_network` may be larger than the memory of a processor. The first one reads it in pieces, and each keeps its share.
 // Collective.
 void FixBondBase::read_heat_network()
 {
-  ConcordemNetwork *const network = network_;
-  const ConcordemMessage *const message = &message_;
-  const bool read = concordem_share_file<ConcordemHeatEntry>(
-      [=](ConcordemHeatEntry *piece, int64_t room) { return concordem_network_read_heat_network(network, piece, room, message); },
-      [=](const ConcordemHeatEntry *piece, int64_t count) { concordem_network_keep_heat_entries(network, piece, count); }, world);
-  if (!read) fail_with_text_of(0);
-  int64_t line = INT64_MAX;
-  if (concordem_network_sort_heat_entries(network_, &line, &message_) < 0 && line == INT64_MAX) fail_on_this_processor();
-  fail_at_lowest(line);
+  share_file(concordem_network_read_heat_network, concordem_network_keep_heat_entries, concordem_network_sort_heat_entries);
   int64_t counts[4], all[2], most;
   concordem_network_heat_counts(network_, counts);
   MPI_Allreduce(counts, all, 2, MPI_INT64_T, MPI_SUM, world);

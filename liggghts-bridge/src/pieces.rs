@@ -25,6 +25,24 @@ pub fn given_twice<E: Entry + Copy>(sorted: &[E]) -> Option<[E; 2]> {
     same.min_by_key(|pair| pair[1].line()).map(|pair| [pair[1], pair[0]])
 }
 
+/// Check that no atom or bond is given twice, of what a processor keeps of a file.
+///
+/// # Errors
+/// Two lines have the same atom or bond: the lowest second one, and the message.
+pub fn check_once<E: Entry + Copy>(twice: Option<[E; 2]>, path: &str) -> Result<(), (i64, OptionError)> {
+    let Some([second, first]) = twice else { return Ok(()) };
+    let what = match second.ids() {
+        [atom, 0] => format!("atom {atom}"),
+        [a, b] => format!("the bond of atoms {a} and {b}"),
+    };
+    let message = format!(
+        "line {}: {what} is given twice, for the first time in line {}; remove one line",
+        second.line(),
+        first.line()
+    );
+    Err((second.line(), OptionError::File { path: path.to_owned(), message }))
+}
+
 /// Reads a file in pieces. `#` begins a comment.
 #[derive(Debug)]
 pub struct PieceReader {

@@ -36,7 +36,7 @@ fn a_list_gives_the_bonds_of_the_distance() {
             }
         }
     }
-    // directory.h reads 2^14 lines at once.
+    // share_file() sends 2^14 lines at once.
     assert!(bonds.len() > 1 << 14 && bonds.len() < 1 << 15, "{}", bonds.len());
     for k in 0..bonds.len() {
         bonds.swap(k, (dice.roll() * (k + 1) as f64) as usize);
@@ -105,7 +105,7 @@ fn wrong_lists_are_refused_with_line_and_remedy() {
             (with("wrong.txt"), "cannot read wrong.txt: line 2: `3 three` is not a bond; write two different atom ids"),
             (
                 with("twice.txt"),
-                "cannot read twice.txt: line 5: the bond of atoms 7 and 8 is listed twice, for the first time in line 3; remove one line",
+                "cannot read twice.txt: line 5: the bond of atoms 7 and 8 is given twice, for the first time in line 3; remove one line",
             ),
         ];
         refused_in(host, &cases, |folder| prepare(host, folder));

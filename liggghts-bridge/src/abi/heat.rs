@@ -8,6 +8,7 @@ use std::ffi::c_char;
 use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
+use super::guarded_with_line;
 use crate::heat_network::HeatEntry;
 use crate::network::{Asked, Network};
 
@@ -99,14 +100,7 @@ pub unsafe extern "C" fn concordem_network_sort_heat_entries(
     message: *const Message,
 ) -> i64 {
     // SAFETY: valid pointers from the shim.
-    unsafe {
-        guarded(message, || {
-            (*network).sort_heat_entries().map(|()| 0).map_err(|(second, error)| {
-                *line = second;
-                error
-            })
-        })
-    }
+    unsafe { guarded_with_line(message, line, || (*network).sort_heat_entries()) }
 }
 
 /// Find `count` atoms and bonds, two `ids` each, among those that this processor keeps.

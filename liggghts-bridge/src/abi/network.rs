@@ -8,6 +8,7 @@ use std::ffi::{CStr, c_char, c_void};
 use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
+use super::guarded_with_line;
 use crate::atoms::{Atoms, Tags};
 use crate::bond_list::BondOfList;
 use crate::law_names;
@@ -220,14 +221,7 @@ pub unsafe extern "C" fn concordem_network_sort_listed(
     message: *const Message,
 ) -> i64 {
     // SAFETY: valid pointers from the shim.
-    unsafe {
-        guarded(message, || {
-            (*network).sort_listed().map(|()| 0).map_err(|(second, error)| {
-                *line = second;
-                error
-            })
-        })
-    }
+    unsafe { guarded_with_line(message, line, || (*network).sort_listed()) }
 }
 
 /// Number of bonds of the user's list that this processor keeps. Writes them to `bonds` unless it is null.

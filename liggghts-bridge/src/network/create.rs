@@ -11,7 +11,7 @@ use super::{Network, NetworkError};
 use crate::atoms::Tag;
 use crate::bond_list::{BondOfList, read_bonds};
 use crate::options::{Creation, OptionError};
-use crate::pieces::{PieceReader, given_twice, sort_entries};
+use crate::pieces::{PieceReader, check_once, given_twice, sort_entries};
 use crate::records::ascending;
 
 /// The user's list of bonds on one processor.
@@ -67,15 +67,8 @@ impl Network {
         // No more will come.
         share.shrink_to_fit();
         sort_entries(share);
-        let (Some([second, first]), Creation::List(path)) = (given_twice(share), &self.options.creation) else {
-            return Ok(());
-        };
-        let [a, b] = second.ids;
-        let message = format!(
-            "line {}: the bond of atoms {a} and {b} is listed twice, for the first time in line {}; remove one line",
-            second.line, first.line
-        );
-        Err((second.line, OptionError::File { path: path.clone(), message }))
+        let Creation::List(path) = &self.options.creation else { return Ok(()) };
+        check_once(given_twice(share), path)
     }
 
     /// The bonds of the user's list that this processor keeps.

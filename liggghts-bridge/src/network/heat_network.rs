@@ -5,6 +5,7 @@ use super::{Network, NetworkError};
 use crate::atoms::{Atoms, Tag};
 use crate::heat_network::{HeatEntries, HeatEntry, HeatNetworkReader};
 use crate::options::OptionError;
+use crate::pieces::check_once;
 use crate::records::ascending;
 
 /// What a processor asks for.
@@ -102,14 +103,7 @@ impl Network {
     pub fn sort_heat_entries(&mut self) -> Result<(), (i64, OptionError)> {
         let Some(file) = self.file_mut() else { return Ok(()) };
         file.share.sort();
-        let Some([second, first]) = file.share.twice() else { return Ok(()) };
-        let [a, b] = second.ids;
-        let what = if second.is_bond() { format!("bond {a} {b}") } else { format!("atom {a}") };
-        let message = format!(
-            "line {}: `{what}` is given twice, for the first time in line {}; remove one line",
-            second.line, first.line
-        );
-        Err((second.line, OptionError::File { path: file.path.clone(), message }))
+        check_once(file.share.twice(), &file.path)
     }
 
     /// An atom or bond that this processor keeps, for the one that asks for it; with line 0 if the file does not have it.
@@ -286,12 +280,14 @@ mod tests {
             let error = |more: &str| shared(&format!("{}{more}", ring(100)), processors).err().unwrap();
             let found = error("atom 5 1 1\nbond 2 1 1 1 1\natom 4 1 1\n");
             assert!(
-                found.contains("line 202: `atom 5` is given twice, for the first time in line 10; remove"),
+                found.contains("line 202: atom 5 is given twice, for the first time in line 10; remove"),
                 "{found}"
             );
             let found = error("bond 2 1 1 1 1\natom 4 1 1\n");
             assert!(
-                found.contains("line 202: `bond 1 2` is given twice, for the first time in line 3; remove"),
+                found.contains(
+                    "line 202: the bond of atoms 1 and 2 is given twice, for the first time in line 3; remove"
+                ),
                 "{found}"
             );
             assert!(error("atom 101 x 1\n").contains("line 202: `atom 101 x 1` is wrong"));

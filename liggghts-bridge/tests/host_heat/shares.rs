@@ -92,7 +92,7 @@ fn each_process_keeps_a_share_of_the_file() {
     let atoms = lattice(counts, 0.0);
     let bonds = bonds_of(counts);
     let lines = atoms.len() + bonds.len();
-    // directory.h sends 2^14 lines at once.
+    // share_file() sends 2^14 lines at once.
     assert!(lines > 1 << 14 && bonds.len() < 1 << 14, "{lines} {}", bonds.len());
     for host in BOTH {
         let folder = tempfile::tempdir().unwrap();
@@ -333,11 +333,11 @@ fn mistakes_are_told_once() {
         for (network, wanted) in [
             (
                 format!("{good}atom 2 1 1\natom 3 1 1\n"),
-                "line 9: `atom 2` is given twice, for the first time in line 6; remove one line",
+                "line 9: atom 2 is given twice, for the first time in line 6; remove one line",
             ),
             (
                 format!("{good}bond 3 2 1 1 1\n"),
-                "line 9: `bond 2 3` is given twice, for the first time in line 3; remove one line",
+                "line 9: the bond of atoms 2 and 3 is given twice, for the first time in line 3; remove one line",
             ),
             (format!("{good}atom 5 0 1\n"), "line 9: `atom 5 0 1` is wrong; write `atom ID CAPACITY VOLUME`"),
             (
