@@ -53,6 +53,12 @@ impl Real for f64 {
     }
 }
 
+/// Whether all components are zero. The comparison of two vectors is a loop, which puts them into memory on a GPU.
+#[inline(always)]
+pub fn is_zero(v: &Vec3) -> bool {
+    v.x == 0.0 && v.y == 0.0 && v.z == 0.0
+}
+
 /// Length `‖v‖` with the bits of `v.norm()`, which is slow on a GPU.
 #[inline(always)]
 pub fn norm(v: &Vec3) -> f64 {

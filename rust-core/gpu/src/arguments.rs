@@ -1,9 +1,8 @@
 //! Arguments of the kernels: addresses of arrays on the device, the same for all devices.
 //!
 //! A step discards nothing: what the first kernel changes has two copies, `from` and `to` by turns, so that a step with an event can be
-//! taken again.
+//! taken again. So has what the third kernel sums, which runs while the next step begins.
 
-use concordem_contact::geometry::{PreviousGeometry, Reference};
 use concordem_contact::law::ContactLaw;
 use concordem_contact::math::{Quat, Vec3};
 use concordem_contact::pair::{ContactFlags, Pair};
@@ -33,13 +32,23 @@ pub struct Stops {
     pub moved: u32,
 }
 
+impl Launch {
+    /// Which of the rows of even and odd steps the step writes.
+    pub fn parity(&self) -> usize {
+        (self.step % 2) as usize
+    }
+}
+
 impl Stops {
     /// No step is excluded.
     pub const NONE: Self = Self { event: u32::MAX, moved: u32::MAX };
 }
 
-/// Energies that contacts dissipate in a step: by damage, friction, dashpots, and the error of the integration, J.
-pub type Dissipated = [f64; 4];
+/// Energies that a contact dissipates in a step: by damage, friction, dashpots, and the error of the integration, J. Aligned, so that a
+/// thread writes two numbers at once.
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(16))]
+pub struct Dissipated(pub [f64; 4]);
 /// Stored energies by normal, shear, bending, and twist deformation, then `l⊗f` column by column, J.
 pub type Sampled = [f64; 13];
 /// Kinetic energy, and works of damping and of given forces, each before and after the kick, J. Damping counts what it dissipates.
@@ -83,16 +92,16 @@ pub struct ContactArrays<L: ContactLaw> {
     pub pair: *const Pair,
     /// Row and flags of each contact, two copies; for bonds only one, because they change only in events.
     pub flags: [*mut ContactFlags; 2],
-    /// Length and area without strain, in the same way.
-    pub reference: [*mut Reference; 2],
-    /// Normal and length, two copies.
-    pub previous: [*mut PreviousGeometry; 2],
-    /// History, two copies.
-    pub history: [*mut L::State; 2],
+    /// Length and area without strain, in the same way, column by column: neighboring threads read neighboring numbers.
+    pub reference: [*mut f64; 2],
+    /// Normal and length, two copies, column by column.
+    pub previous: [*mut f64; 2],
+    /// History, two copies, column by column.
+    pub history: [*mut f64; 2],
     /// Loads on the particles.
     pub loads: *mut Loads,
-    /// By contact.
-    pub dissipated: *mut Dissipated,
+    /// By contact; even and odd steps.
+    pub dissipated: [*mut Dissipated; 2],
     /// By contact, in a step that samples.
     pub sampled: *mut Sampled,
     /// Where the steps end.
@@ -121,12 +130,12 @@ pub struct MotionArrays {
     pub start: *const u32,
     /// See [`particle::advance`](crate::particle::advance).
     pub entries: *const u32,
-    /// By particle.
-    pub works: *mut Works,
+    /// By particle; even and odd steps.
+    pub works: [*mut Works; 2],
     /// Rank of each particle among those with prescribed components; `u32::MAX` for free ones.
     pub rank: *const u32,
-    /// By particle with prescribed components.
-    pub reactions: *mut Reactions,
+    /// By particle with prescribed components; even and odd steps.
+    pub reactions: [*mut Reactions; 2],
     /// Positions at the last rebuild of the neighbor list, m.
     pub listed: *const Vec3,
     /// Where the steps end.
@@ -147,8 +156,24 @@ pub struct MotionArrays {
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct SumArrays {
-    /// Rows of `width` numbers.
-    pub rows: *const f64,
+    /// Number of tables.
+    pub count: u64,
+    /// What is to be summed.
+    pub tables: *const SumTable,
+    /// Where the steps end.
+    pub stops: *mut Stops,
+}
+
+/// A table whose rows are to be summed by tile.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct SumTable {
+    /// First thread; those before have the sums of other tables.
+    pub first: u64,
+    /// 1 if only a step that samples has these sums, otherwise 0.
+    pub sampled: u64,
+    /// Rows of `width` numbers; even and odd steps.
+    pub rows: [*const f64; 2],
     /// Numbers in a row.
     pub width: u64,
     /// Number of tiles.
@@ -159,8 +184,6 @@ pub struct SumArrays {
     pub sums: *mut f64,
     /// 0 if only the last step has sums.
     pub stride: u64,
-    /// Where the steps end.
-    pub stops: *mut Stops,
 }
 
 /// Sizes that host and kernels must agree on; the kernel `layout` writes those with which it was compiled.
@@ -169,8 +192,9 @@ pub const LAYOUT: [u64; LAYOUTS] = {
     sizes[0] = size_of::<Loads>() as u64;
     sizes[1] = size_of::<MotionArrays>() as u64;
     sizes[2] = size_of::<SumArrays>() as u64;
-    sizes[3] = size_of::<Launch>() as u64;
-    let mut at = 4;
+    sizes[3] = size_of::<SumTable>() as u64;
+    sizes[4] = size_of::<Launch>() as u64;
+    let mut at = 5;
     macro_rules! of_laws {
         ($($key:ident: $Law:ident,)*) => { $(
             type $Law = concordem_contact::law::$key::$Law;
@@ -188,4 +212,4 @@ macro_rules! count_laws {
     ($($key:ident: $Law:ident,)*) => { [$(stringify!($key)),*].len() };
 }
 /// Number of [`LAYOUT`].
-pub const LAYOUTS: usize = 4 + 3 * concordem_contact::for_each_law!(count_laws);
+pub const LAYOUTS: usize = 5 + 3 * concordem_contact::for_each_law!(count_laws);

@@ -10,7 +10,7 @@ use concordem_solver::StretchStep;
 use concordem_solver::state::contacts::{ContactBlock, Contacts};
 use concordem_solver::state::table::Table;
 
-use crate::arguments::{ContactArrays, Dissipated, Launch, ParticleArrays, Sampled, Stops};
+use crate::arguments::{ContactArrays, Dissipated, Launch, ParticleArrays, Sampled, Stops, SumTable};
 use crate::buffer::Buffer;
 use crate::contact::Loads;
 use crate::device::{Device, DeviceError, Kernel};
@@ -40,18 +40,17 @@ pub trait BlockOnDevice: Send + Sync {
     fn law(&self) -> &'static str;
     /// Whether the contacts are bonds.
     fn bonds(&self) -> bool;
-    /// Copy the contacts to the device. `loads`: where the kernel writes theirs.
+    /// Copy the contacts to the device. `loads`: where the kernel writes theirs. Adds the tables that are to be summed to `sums`.
     fn load(
         &mut self,
         device: &mut dyn Device,
         contacts: &dyn Contacts,
         shared: &Shared,
         loads: *mut Loads,
+        sums: &mut Vec<SumTable>,
     ) -> Result<(), DeviceError>;
     /// Launch the evaluation of all contacts.
     fn evaluate(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError>;
-    /// Launch the sums of their energies.
-    fn sum(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError>;
     /// Add the energies of the steps taken to `steps`; `sampled`: the last one sampled.
     fn add_energies(
         &self,
@@ -84,10 +83,12 @@ struct Block<L: ContactLaw> {
     pair: Buffer<Pair>,
     /// One copy for bonds.
     flags: Vec<Buffer<ContactFlags>>,
-    reference: Vec<Buffer<Reference>>,
-    previous: [Buffer<PreviousGeometry>; 2],
-    history: [Buffer<L::State>; 2],
-    dissipated: Buffer<Dissipated>,
+    /// Column by column, as the others.
+    reference: Vec<Buffer<f64>>,
+    previous: [Buffer<f64>; 2],
+    history: [Buffer<f64>; 2],
+    /// Even and odd steps.
+    dissipated: [Buffer<Dissipated>; 2],
     sampled: Buffer<Sampled>,
     arguments: Buffer<ContactArrays<L>>,
     dissipated_sums: TileSums<4>,
@@ -105,7 +106,7 @@ impl<L: ContactLaw> Block<L> {
             reference: (0..copies).map(|_| Buffer::default()).collect(),
             previous: Default::default(),
             history: Default::default(),
-            dissipated: Buffer::default(),
+            dissipated: Default::default(),
             sampled: Buffer::default(),
             arguments: Buffer::default(),
             dissipated_sums: TileSums::default(),
@@ -114,25 +115,24 @@ impl<L: ContactLaw> Block<L> {
     }
 }
 
-/// Replace the rows on a device by those of a table.
+/// Replace the columns on a device by those of a table.
 fn put_table<T: Item + Pod>(
-    rows: &mut Buffer<T>,
+    columns: &mut Buffer<f64>,
     device: &mut dyn Device,
     table: &Table<T>,
 ) -> Result<(), DeviceError> {
-    rows.put(device, bytemuck::cast_slice(&table.numbers(0..table.len())))
+    columns.resize(device, Table::<T>::WIDTH * table.len())?;
+    (0..Table::<T>::WIDTH).try_for_each(|n| columns.put_at(device, n * table.len(), table.column(n)))
 }
 
-/// Read rows from a device into a table of the same length.
+/// Read columns from a device into a table of the same length.
 fn get_table<T: Item + Pod>(
-    rows: &Buffer<T>,
+    columns: &Buffer<f64>,
     device: &mut dyn Device,
     table: &mut Table<T>,
 ) -> Result<(), DeviceError> {
-    let mut numbers = vec![T::zeroed(); table.len()];
-    rows.get(device, &mut numbers)?;
-    *table = Table::from_numbers(bytemuck::cast_slice(&numbers));
-    Ok(())
+    let count = table.len();
+    (0..Table::<T>::WIDTH).try_for_each(|n| columns.get_at(device, n * count, table.column_mut(n)))
 }
 
 impl<L: ContactLaw> BlockOnDevice for Block<L> {
@@ -150,6 +150,7 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         contacts: &dyn Contacts,
         shared: &Shared,
         loads: *mut Loads,
+        sums: &mut Vec<SumTable>,
     ) -> Result<(), DeviceError> {
         let wrong = || DeviceError(format!("the block of the law \"{}\" has another type", L::NAME));
         let block = contacts.as_any().downcast_ref::<ContactBlock<L>>().ok_or_else(wrong)?;
@@ -160,13 +161,13 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         put_table(&mut self.reference[0], device, &block.reference)?;
         if let ([_, flags], [_, reference]) = (&mut self.flags[..], &mut self.reference[..]) {
             flags.resize(device, self.count)?;
-            reference.resize(device, self.count)?;
+            reference.resize(device, Table::<Reference>::WIDTH * self.count)?;
         }
         put_table(&mut self.previous[0], device, &block.previous)?;
         put_table(&mut self.history[0], device, &block.history)?;
-        self.previous[1].resize(device, self.count)?;
-        self.history[1].resize(device, self.count)?;
-        self.dissipated.resize(device, self.count)?;
+        self.previous[1].resize(device, Table::<PreviousGeometry>::WIDTH * self.count)?;
+        self.history[1].resize(device, Table::<L::State>::WIDTH * self.count)?;
+        self.dissipated.iter_mut().try_for_each(|rows| rows.resize(device, self.count))?;
         self.sampled.resize(device, self.count)?;
         let arguments = ContactArrays {
             count: self.count as u64,
@@ -177,7 +178,7 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
             previous: self.previous.each_ref().map(Buffer::pointer),
             history: self.history.each_ref().map(Buffer::pointer),
             loads,
-            dissipated: self.dissipated.pointer(),
+            dissipated: self.dissipated.each_ref().map(Buffer::pointer),
             sampled: self.sampled.pointer(),
             stops: shared.stops,
             particles: shared.particles,
@@ -190,8 +191,11 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         let start: Vec<u32> = (0..=tiles)
             .map(|tile| block.pair.partition_point(|pair| (pair.a as usize) < tile * shared.tile) as u32)
             .collect();
-        self.dissipated_sums.load(device, self.dissipated.pointer().cast(), &start, STRETCH, shared.stops)?;
-        self.sampled_sums.load(device, self.sampled.pointer().cast(), &start, 1, shared.stops)
+        let dissipated = self.dissipated.each_ref().map(|rows| rows.pointer().cast_const().cast());
+        sums.push(self.dissipated_sums.load(device, dissipated, &start, STRETCH)?);
+        let sampled = self.sampled.pointer().cast_const().cast();
+        sums.push(self.sampled_sums.load(device, [sampled; 2], &start, 1)?);
+        Ok(())
     }
 
     fn evaluate(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError> {
@@ -199,11 +203,6 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
             return Ok(());
         }
         device.launch(Kernel::Contacts(L::NAME), self.count, self.arguments.address(), launch)
-    }
-
-    fn sum(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError> {
-        self.dissipated_sums.launch(device, launch)?;
-        if launch.sample == 0 { Ok(()) } else { self.sampled_sums.launch(device, launch) }
     }
 
     fn add_energies(
@@ -248,7 +247,7 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         self.reference.iter_mut().for_each(|buffer| buffer.free(device));
         self.previous.iter_mut().for_each(|buffer| buffer.free(device));
         self.history.iter_mut().for_each(|buffer| buffer.free(device));
-        self.dissipated.free(device);
+        self.dissipated.iter_mut().for_each(|buffer| buffer.free(device));
         self.sampled.free(device);
         self.arguments.free(device);
         self.dissipated_sums.free(device);

@@ -46,6 +46,11 @@ impl<T> Buffer<T> {
         self.address.unwrap_or(0)
     }
 
+    /// Address of element `k`.
+    fn address_at(&self, k: usize) -> Address {
+        self.address() + (k * size_of::<T>()) as Address
+    }
+
     /// Pointer on the device, for arguments.
     pub fn pointer(&self) -> *mut T {
         std::ptr::with_exposed_provenance_mut(self.address() as usize)
@@ -76,9 +81,20 @@ impl<T: Pod> Buffer<T> {
         device.upload(self.address(), bytemuck::cast_slice(values))
     }
 
+    /// Replace the elements from `first` on.
+    pub fn put_at(&self, device: &mut dyn Device, first: usize, values: &[T]) -> Result<(), DeviceError> {
+        debug_assert!(first + values.len() <= self.length);
+        device.upload(self.address_at(first), bytemuck::cast_slice(values))
+    }
+
     /// Read the beginning of the array.
     pub fn get(&self, device: &mut dyn Device, values: &mut [T]) -> Result<(), DeviceError> {
-        debug_assert!(values.len() <= self.length);
-        device.download(self.address(), bytemuck::cast_slice_mut(values))
+        self.get_at(device, 0, values)
+    }
+
+    /// Read the elements from `first` on.
+    pub fn get_at(&self, device: &mut dyn Device, first: usize, values: &mut [T]) -> Result<(), DeviceError> {
+        debug_assert!(first + values.len() <= self.length);
+        device.download(self.address_at(first), bytemuck::cast_slice_mut(values))
     }
 }

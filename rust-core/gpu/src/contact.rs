@@ -32,9 +32,9 @@ pub struct Contact<S> {
     pub history: S,
 }
 
-/// Loads of a contact on its particles.
+/// Loads of a contact on its particles. Aligned, so that a thread writes two numbers at once.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-#[repr(C)]
+#[repr(C, align(16))]
 pub struct Loads {
     /// Force on A, N. B gets the opposite.
     pub force: Vec3,

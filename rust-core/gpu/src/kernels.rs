@@ -6,17 +6,20 @@
 
 #![allow(unsafe_code)]
 
+use bytemuck::Pod;
 use concordem_contact::kinematics::Motion;
 use concordem_contact::law::{ContactLaw, EnergySplit};
 use concordem_contact::leapfrog::{Body, Kick, Work};
 use concordem_contact::math::{Mat3, Vec3};
 
-use crate::arguments::{ContactArrays, LAYOUT, Launch, MotionArrays, ParticleArrays, Stops, SumArrays};
-use crate::contact::{self, Contact, End, Evaluated, Loads, Step};
+use crate::arguments::{ContactArrays, Dissipated, LAYOUT, Launch, MotionArrays, ParticleArrays, Stops};
+use crate::arguments::{SumArrays, SumTable};
+use crate::contact::{self, Contact, End, Evaluated, Step};
 use crate::particle::{self, Advanced};
 
-/// Rows that a thread of [`sums`] reads at once.
-const READS: usize = 32;
+/// Rows that a thread of [`sums`] reads at once, in groups: the compiler keeps longer arrays in memory.
+const READS: usize = GROUPS * 32;
+const GROUPS: usize = 2;
 
 /// Whether a step is to be taken.
 ///
@@ -48,6 +51,32 @@ impl ParticleArrays {
     }
 }
 
+/// Row `k` of a table of `count` rows, whose numbers lie column by column.
+///
+/// Safety: the table has this size.
+#[inline(always)]
+unsafe fn row<T: Pod>(table: *const f64, count: usize, k: usize) -> T {
+    let mut row = T::zeroed();
+    if size_of::<T>() > 0 {
+        for (n, number) in bytemuck::cast_slice_mut(core::slice::from_mut(&mut row)).iter_mut().enumerate() {
+            *number = unsafe { *table.add(n * count + k) };
+        }
+    }
+    row
+}
+
+/// Replace row `k` of such a table.
+///
+/// Safety: the table has this size, and no other thread reads or writes the row.
+#[inline(always)]
+unsafe fn set_row<T: Pod>(table: *mut f64, count: usize, k: usize, row: &T) {
+    if size_of::<T>() > 0 {
+        for (n, number) in bytemuck::cast_slice(core::slice::from_ref(row)).iter().enumerate() {
+            unsafe { *table.add(n * count + k) = *number };
+        }
+    }
+}
+
 /// Contact number `thread`: law, history, loads, energies.
 ///
 /// # Safety
@@ -59,14 +88,15 @@ pub unsafe fn contacts<L: ContactLaw>(thread: usize, arguments: *const ContactAr
         if thread >= block.count as usize || !takes(block.stops, launch) {
             return;
         }
-        let (k, from, to) = (thread, launch.from as usize, 1 - launch.from as usize);
+        let (k, count) = (thread, block.count as usize);
+        let (from, to) = (launch.from as usize, 1 - launch.from as usize);
         let pair = *block.pair.add(k);
         let ends = [block.particles.end(pair.a as usize), block.particles.end(pair.b as usize)];
         let before = Contact {
             flags: *block.flags[from].add(k),
-            reference: *block.reference[from].add(k),
-            previous: *block.previous[from].add(k),
-            history: *block.history[from].add(k),
+            reference: row(block.reference[from], count, k),
+            previous: row(block.previous[from], count, k),
+            history: row(block.history[from], count, k),
         };
         let law = &*block.rows.add(before.flags.row as usize);
         let step = Step { dt: block.dt, threshold: block.threshold, watched: block.watched != 0 };
@@ -75,15 +105,15 @@ pub unsafe fn contacts<L: ContactLaw>(thread: usize, arguments: *const ContactAr
             (&raw mut (*block.stops).event).write_volatile(launch.step);
             return;
         };
-        *block.previous[to].add(k) = contact.previous;
-        *block.history[to].add(k) = contact.history;
+        set_row(block.previous[to], count, k, &contact.previous);
+        set_row(block.history[to], count, k, &contact.history);
         if block.flags[0] != block.flags[1] {
             *block.flags[to].add(k) = contact.flags;
-            *block.reference[to].add(k) = contact.reference;
+            set_row(block.reference[to], count, k, &contact.reference);
         }
         *block.loads.add(k) = loads;
         let EnergySplit { damage, friction, viscous, integration, .. } = energy;
-        *block.dissipated.add(k) = [damage, friction, viscous, integration];
+        *block.dissipated[launch.parity()].add(k) = Dissipated([damage, friction, viscous, integration]);
         if launch.sample != 0 {
             let EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, .. } = energy;
             let row = &mut *block.sampled.add(k);
@@ -119,7 +149,7 @@ pub unsafe fn particles(thread: usize, arguments: *const MotionArrays, launch: L
         let entries = core::slice::from_raw_parts(motion.entries.add(first), end - first);
         let &MotionArrays { dt, gravity, damping, .. } = motion;
         let kick = Kick { dt, step: dt, gravity, damping, gradient: Mat3::zeros() };
-        let loads = |k: usize| -> Loads { *motion.loads.add(k) };
+        let loads = |k: usize| &*motion.loads.add(k);
         let advanced = particle::advance(&kick, motion.damped != 0, &body, *of.constraint.add(p), entries, loads);
         let Advanced { velocity, angular_velocity, drifted, work, reactions } = advanced;
         *of.velocity.add(p) = velocity;
@@ -128,10 +158,10 @@ pub unsafe fn particles(thread: usize, arguments: *const MotionArrays, launch: L
         *of.rotation_increment.add(p) = drifted.increment;
         *of.orientation.add(p) = drifted.orientation;
         let Work { kinetic, damping: [before, after], external } = work;
-        *motion.works.add(p) = [kinetic, -before, -after, external[0], external[1]];
+        *motion.works[launch.parity()].add(p) = [kinetic, -before, -after, external[0], external[1]];
         let rank = *motion.rank.add(p);
         if rank != u32::MAX {
-            *motion.reactions.add(rank as usize) = reactions;
+            *motion.reactions[launch.parity()].add(rank as usize) = reactions;
         }
         let near = (drifted.position - *motion.listed.add(p)).norm_squared() < motion.limit;
         // A number that is not finite ends the steps, too.
@@ -141,7 +171,7 @@ pub unsafe fn particles(thread: usize, arguments: *const MotionArrays, launch: L
     }
 }
 
-/// Sum number `thread` of a tile, in the order of the solver.
+/// Sum number `thread`, of a column and tile of a table, in the order of the solver.
 ///
 /// # Safety
 /// The arrays are as long as [`SumArrays`] says.
@@ -149,18 +179,35 @@ pub unsafe fn particles(thread: usize, arguments: *const MotionArrays, launch: L
 pub unsafe fn sums(thread: usize, arguments: *const SumArrays, launch: Launch) {
     unsafe {
         let of = &*arguments;
-        let width = of.width as usize;
-        if thread >= of.tiles as usize * width || !takes(of.stops, launch) {
+        if !takes(of.stops, launch) {
             return;
         }
+        for table in core::slice::from_raw_parts(of.tables, of.count as usize) {
+            let thread = thread.wrapping_sub(table.first as usize);
+            if thread < (table.tiles * table.width) as usize && (table.sampled == 0 || launch.sample != 0) {
+                sum(table, thread, launch);
+            }
+        }
+    }
+}
+
+/// Sum number `thread` of a table.
+///
+/// Safety: that of [`sums`].
+#[inline(always)]
+unsafe fn sum(of: &SumTable, thread: usize, launch: Launch) {
+    unsafe {
+        let width = of.width as usize;
         let (tile, column) = (thread / width, thread % width);
         let [first, end] = [*of.start.add(tile) as usize, *of.start.add(tile + 1) as usize];
-        let number = |row: usize| *of.rows.add(row * width + column);
+        let rows = of.rows[launch.parity()].add(column);
+        let number = |row: usize| *rows.add(row * width);
         let (mut sum, mut row) = (0.0, first);
         // A thread waits for memory, not for additions: many reads at once.
         while row + READS <= end {
-            let numbers: [f64; READS] = core::array::from_fn(|k| number(row + k));
-            for number in numbers {
+            let group = |of: usize| -> [f64; 32] { core::array::from_fn(|k| number(row + 32 * of + k)) };
+            let groups: [_; GROUPS] = core::array::from_fn(group);
+            for number in groups.as_flattened() {
                 sum += number;
             }
             row += READS;

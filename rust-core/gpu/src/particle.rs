@@ -27,24 +27,21 @@ pub struct Advanced {
 /// components, one bit each, first those of the velocity; they keep their velocity. `damped`: whether there is local damping. Force and
 /// torque of `body` are replaced.
 #[inline(always)]
-pub fn advance(
+pub fn advance<'a>(
     kick: &Kick,
     damped: bool,
     body: &Body,
     constraint: u8,
     entries: &[u32],
-    loads: impl Fn(usize) -> Loads,
+    loads: impl Fn(usize) -> &'a Loads,
 ) -> Advanced {
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
     for &entry in entries {
-        let of_contact = loads((entry >> 1) as usize);
-        if entry & 1 == 0 {
-            force += of_contact.force;
-            torque += of_contact.torques[0];
-        } else {
-            force -= of_contact.force;
-            torque += of_contact.torques[1];
-        }
+        // Without branches, because neighboring threads are at different ends. Adding the opposite has the bits of subtracting.
+        let Loads { force: on_a, torques } = loads((entry >> 1) as usize);
+        let at_b = entry & 1 == 1;
+        force += if at_b { -on_a } else { *on_a };
+        torque += torques[usize::from(at_b)];
     }
     let body = Body { force, torque, ..*body };
     let free = if damped { kick.kick::<true, false>(&body) } else { kick.kick::<false, false>(&body) };

@@ -8,12 +8,12 @@ use concordem_solver::state::{Constraint, Particles, State};
 use concordem_solver::{Solver, StepDevice, Stretch, StretchEnd, StretchStep};
 
 use crate::Incidence;
-use crate::arguments::{LAYOUT, LAYOUTS, Launch, MotionArrays, ParticleArrays, Reactions, Stops, Works};
+use crate::arguments::{LAYOUT, LAYOUTS, Launch, MotionArrays, ParticleArrays, Reactions, Stops, SumTable, Works};
 use crate::block::{self, BlockOnDevice, Shared};
 use crate::buffer::Buffer;
 use crate::contact::Loads;
 use crate::device::{Device, DeviceError, Kernel};
-use crate::sums::{STRETCH, TileSums};
+use crate::sums::{STRETCH, Sums, TileSums};
 
 /// Takes steps on a device, with the bits of the solver.
 pub struct DeviceSteps {
@@ -41,14 +41,17 @@ struct Arrays {
     loads: Buffer<Loads>,
     start: Buffer<u32>,
     entries: Buffer<u32>,
-    works: Buffer<Works>,
+    /// Even and odd steps.
+    works: [Buffer<Works>; 2],
     rank: Buffer<u32>,
-    reactions: Buffer<Reactions>,
+    /// Even and odd steps.
+    reactions: [Buffer<Reactions>; 2],
     listed: Buffer<Vec3>,
     stops: Buffer<Stops>,
     motion: Buffer<MotionArrays>,
     work_sums: TileSums<5>,
     reaction_sums: TileSums<2>,
+    sums: Sums,
 }
 
 impl DeviceSteps {
@@ -86,15 +89,11 @@ impl DeviceSteps {
     /// Launch a step.
     fn launch(&mut self, launch: Launch) -> Result<(), DeviceError> {
         let Self { device, arrays, blocks, count, .. } = self;
-        for block in &*blocks {
+        for block in blocks {
             block.evaluate(&mut **device, launch)?;
         }
         device.launch(Kernel::Particles, *count, arrays.motion.address(), launch)?;
-        for block in blocks {
-            block.sum(&mut **device, launch)?;
-        }
-        arrays.work_sums.launch(&mut **device, launch)?;
-        arrays.reaction_sums.launch(&mut **device, launch)
+        arrays.sums.launch(&mut **device, launch)
     }
 
     /// Take up to `count` steps, at most [`STRETCH`].
@@ -158,15 +157,16 @@ impl StepDevice for DeviceSteps {
             threshold: solver.model().damage_threshold,
             watched: solver.model().watch_contacts,
         };
+        let mut sums = arrays.load_sums(device, &state.particles.constraint, &shared)?;
         let mut first = 0;
         for (block, contacts) in self.blocks.iter_mut().zip(&contacts) {
-            block.load(device, *contacts, &shared, arrays.loads.pointer_at(first))?;
+            block.load(device, *contacts, &shared, arrays.loads.pointer_at(first), &mut sums)?;
             first += contacts.len();
         }
         let incidence = Incidence::new(&pairs, self.count, shared.tile);
         arrays.start.put(device, incidence.starts())?;
         arrays.entries.put(device, incidence.entries())?;
-        arrays.load_sums(device, &state.particles.constraint, &shared)?;
+        arrays.sums.load(device, sums, shared.stops)?;
         arrays.load_motion(device, solver, state, &shared)
     }
 
@@ -215,13 +215,13 @@ impl Arrays {
         self.constraint.put(device, bytemuck::cast_slice(&of.constraint))
     }
 
-    /// Sums of works and reactions by tile.
+    /// Prepare the sums of works and reactions by tile.
     fn load_sums(
         &mut self,
         device: &mut dyn Device,
         constraint: &[Constraint],
         shared: &Shared,
-    ) -> Result<(), DeviceError> {
+    ) -> Result<Vec<SumTable>, DeviceError> {
         let mut rank = vec![u32::MAX; constraint.len()];
         let (mut constrained, mut first) = (0, 0);
         let (mut work_start, mut reaction_start) = (vec![0], vec![0]);
@@ -237,11 +237,12 @@ impl Arrays {
             reaction_start.push(6 * constrained);
         }
         self.rank.put(device, &rank)?;
-        self.reactions.resize(device, constrained as usize)?;
-        self.works.resize(device, constraint.len())?;
-        let (works, reactions) = (self.works.pointer().cast(), self.reactions.pointer().cast());
-        self.work_sums.load(device, works, &work_start, STRETCH, shared.stops)?;
-        self.reaction_sums.load(device, reactions, &reaction_start, STRETCH, shared.stops)
+        self.reactions.iter_mut().try_for_each(|rows| rows.resize(device, constrained as usize))?;
+        self.works.iter_mut().try_for_each(|rows| rows.resize(device, constraint.len()))?;
+        let works = self.works.each_ref().map(|rows| rows.pointer().cast_const().cast());
+        let reactions = self.reactions.each_ref().map(|rows| rows.pointer().cast_const().cast());
+        let works = self.work_sums.load(device, works, &work_start, STRETCH)?;
+        Ok(vec![works, self.reaction_sums.load(device, reactions, &reaction_start, STRETCH)?])
     }
 
     /// Arguments of the second kernel.
@@ -264,9 +265,9 @@ impl Arrays {
             loads: self.loads.pointer(),
             start: self.start.pointer(),
             entries: self.entries.pointer(),
-            works: self.works.pointer(),
+            works: self.works.each_ref().map(Buffer::pointer),
             rank: self.rank.pointer(),
-            reactions: self.reactions.pointer(),
+            reactions: self.reactions.each_ref().map(Buffer::pointer),
             listed: self.listed.pointer(),
             stops: shared.stops,
             limit: (0.5 * skin).powi(2),

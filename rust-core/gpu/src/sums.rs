@@ -1,54 +1,49 @@
-//! Sums of the rows of an array by tile, for each step of a stretch.
+//! Sums of the rows of arrays by tile, for each step of a stretch.
 
-use crate::arguments::{Launch, Stops, SumArrays};
+use crate::arguments::{Launch, Stops, SumArrays, SumTable};
 use crate::buffer::Buffer;
 use crate::device::{Device, DeviceError, Kernel};
 
 /// Most steps of a stretch: so many have sums on the device before the host reads them.
 pub const STRETCH: usize = 64;
 
+/// Threads that run together: the sums of a table begin at a multiple of it.
+const WARP: u64 = 32;
+
 /// Sums of rows of `WIDTH` numbers.
 #[derive(Debug, Default)]
 pub struct TileSums<const WIDTH: usize> {
     start: Buffer<u32>,
     sums: Buffer<f64>,
-    arguments: Buffer<SumArrays>,
     tiles: usize,
     /// Steps that have sums of their own.
     steps: usize,
 }
 
 impl<const WIDTH: usize> TileSums<WIDTH> {
-    /// Prepare sums of `rows`, an array on the device. `start`: first row of each tile, then the number of rows. `steps`: those that have sums of
-    /// their own; 1 if only the last one has.
+    /// Prepare sums of `rows`, arrays on the device for even and odd steps. `start`: first row of each tile, then the number of rows. `steps`: those that have sums of
+    /// their own; 1 if only steps that sample have any.
     pub fn load(
         &mut self,
         device: &mut dyn Device,
-        rows: *const f64,
+        rows: [*const f64; 2],
         start: &[u32],
         steps: usize,
-        stops: *mut Stops,
-    ) -> Result<(), DeviceError> {
+    ) -> Result<SumTable, DeviceError> {
         self.tiles = start.len() - 1;
         self.steps = steps;
         self.start.put(device, start)?;
         self.sums.resize(device, steps * self.tiles * WIDTH)?;
-        let stride = if steps == 1 { 0 } else { self.tiles * WIDTH } as u64;
-        let arguments = SumArrays {
+        Ok(SumTable {
+            first: 0,
+            sampled: u64::from(steps == 1),
             rows,
             width: WIDTH as u64,
             tiles: self.tiles as u64,
             start: self.start.pointer(),
             sums: self.sums.pointer(),
-            stride,
-            stops,
-        };
-        self.arguments.put_raw(device, &[arguments])
-    }
-
-    /// Launch the sums of a step.
-    pub fn launch(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError> {
-        device.launch(Kernel::Sums, self.tiles * WIDTH, self.arguments.address(), launch)
+            stride: if steps == 1 { 0 } else { self.tiles * WIDTH } as u64,
+        })
     }
 
     /// Sums over all tiles, in the order of the solver, of the first `steps` steps.
@@ -71,6 +66,37 @@ impl<const WIDTH: usize> TileSums<WIDTH> {
     pub fn free(&mut self, device: &mut dyn Device) {
         self.start.free(device);
         self.sums.free(device);
-        self.arguments.free(device);
+    }
+}
+
+/// The kernel of all sums.
+#[derive(Debug, Default)]
+pub struct Sums {
+    tables: Buffer<SumTable>,
+    arguments: Buffer<SumArrays>,
+    threads: u64,
+}
+
+impl Sums {
+    /// Prepare the sums of these tables.
+    pub fn load(
+        &mut self,
+        device: &mut dyn Device,
+        mut tables: Vec<SumTable>,
+        stops: *mut Stops,
+    ) -> Result<(), DeviceError> {
+        self.threads = 0;
+        for table in &mut tables {
+            table.first = self.threads;
+            self.threads += (table.tiles * table.width).next_multiple_of(WARP);
+        }
+        self.tables.put_raw(device, &tables)?;
+        let arguments = SumArrays { count: tables.len() as u64, tables: self.tables.pointer(), stops };
+        self.arguments.put_raw(device, &[arguments])
+    }
+
+    /// Launch the sums of a step.
+    pub fn launch(&self, device: &mut dyn Device, launch: Launch) -> Result<(), DeviceError> {
+        device.launch(Kernel::Sums, self.threads as usize, self.arguments.address(), launch)
     }
 }

@@ -6,7 +6,6 @@ use concordem_contact::pair::{ContactFlags, Pair};
 use concordem_solver::state::State;
 
 use crate::arguments::{Dissipated, Works};
-use crate::contact::Loads;
 
 /// Bytes that a step without a sample moves between the memory of a device and its processors, if each kernel reads and writes every
 /// number once: particles read for several contacts come from a cache.
@@ -16,8 +15,8 @@ pub fn bytes_per_step(state: &State) -> u64 {
     let of_particle = motion + 16 + 2 * motion + 16 + 1 + 8 + size_of::<Vec3>() + 2 * size_of::<Works>();
     let particles = state.particles.len() * of_particle;
     let link = size_of::<ContactFlags>() + size_of::<Reference>();
-    // Loads: written; force and one torque read for each of two ends, by number. Energies: written, and read by the third kernel.
-    let exchanged = size_of::<Loads>() + 4 * size_of::<Vec3>() + 2 * size_of::<u32>() + 2 * size_of::<Dissipated>();
+    // Loads: three vectors written; force and one torque read for each of two ends, by number. Energies: written, and read by the third kernel.
+    let exchanged = 7 * size_of::<Vec3>() + 2 * size_of::<u32>() + 2 * size_of::<Dissipated>();
     let of_block = |(k, block): (usize, &dyn concordem_solver::state::contacts::Contacts)| {
         let width: usize = block.history_fields().iter().map(|field| field.components).sum();
         let history = block.len() * width * size_of::<f64>();

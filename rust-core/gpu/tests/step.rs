@@ -3,9 +3,6 @@
 //! The emulated device runs the kernels with the arguments, launches, and copies of a real one, in shuffled thread order. Only the calls of
 //! the driver are not tested.
 
-use std::fs::File;
-use std::io::BufReader;
-
 use concordem_contact::law::cpm::CpmParameters;
 use concordem_contact::law::{CohesiveBeam, ContactLaw, ContactStiffness, Cpm, Elastic, Frictional, HertzMindlin};
 use concordem_contact::law::{LinearBond, Section};
@@ -13,7 +10,7 @@ use concordem_contact::math::Vec3;
 use concordem_gpu::DeviceSteps;
 use concordem_gpu::arguments::Launch;
 use concordem_gpu::device::emulated::Emulated;
-use concordem_gpu::device::{Address, Device, DeviceError, Kernel};
+use concordem_gpu::device::{self, Address, Device, DeviceError, Kernel};
 use concordem_packing::bonding::bond as bond_all;
 use concordem_packing::{import_text, mass_of};
 use concordem_solver::forces::{LawLoops, TILE};
@@ -31,8 +28,9 @@ const YOUNG: f64 = 25e9;
 
 /// 1,160 spheres in two tiles. Both ends along z move apart and keep their velocity; some spheres spin.
 fn specimen(rate: f64) -> Particles {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/yade/packing.txt");
-    let packing = import_text(BufReader::new(File::open(path).unwrap())).unwrap();
+    // In the program, which may run on another machine.
+    let text: &[u8] = include_bytes!("../../../tests/golden/yade/packing.txt");
+    let packing = import_text(text).unwrap();
     let mut particles = Particles::default();
     for sphere in &packing.spheres {
         let (mass, inertia) = mass_of(sphere.radius, DENSITY, false);
@@ -113,7 +111,7 @@ impl Scene {
     ) -> (State, Result<Course, SolverError>, DeviceSteps) {
         let mut state = self.state.clone();
         let mut solver = Solver::new(self.model.clone(), &mut state).unwrap();
-        let mut device = DeviceSteps::new(Box::<Emulated>::default()).unwrap();
+        let mut device = DeviceSteps::new(device()).unwrap();
         let mut course = Course::default();
         let mut take = || -> Result<(), SolverError> {
             while state.clock.step < steps {
@@ -182,6 +180,15 @@ fn frictional() -> Frictional {
 }
 
 const NONE: Option<Cpm> = None;
+
+/// The device of the tests: the emulated one, or with `CONCORDEM_TEST_DEVICE=gpu` a graphics processor.
+fn device() -> Box<dyn Device> {
+    if std::env::var("CONCORDEM_TEST_DEVICE").is_ok_and(|name| name == "gpu") {
+        device::gpu().unwrap()
+    } else {
+        Box::<Emulated>::default()
+    }
+}
 
 /// The share of the steps that the solver took is small where nothing happens.
 fn assert_quiet(course: &Course) {

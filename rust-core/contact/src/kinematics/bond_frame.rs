@@ -16,7 +16,7 @@ use super::{ContactInput, Kinematics, MotionMeasure, PointKinematics, Transport,
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
-use crate::math::{Quat, Vec3, atan2, norm, rotate};
+use crate::math::{Quat, Vec3, atan2, is_zero, norm, rotate};
 use crate::wrench::torques;
 
 /// Motion of a bond with two ends.
@@ -358,7 +358,7 @@ impl FrameKinematics {
     #[inline(always)]
     pub fn rotations(&self, rest: &RestFrame) -> EndRotations {
         let mut orientations = [self.orientation_a, self.orientation_b];
-        if rest.rotation != Vec3::zeros() {
+        if !is_zero(&rest.rotation) {
             orientations = rest.halved(orientations);
         }
         RotationSines::between(&self.point.normal, &orientations, &rest.direction).angles::<AnyAngles>()

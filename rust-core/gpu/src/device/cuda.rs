@@ -1,6 +1,6 @@
 //! Graphics processors of NVIDIA, through their driver, which is loaded at run time.
 //!
-//! **Has not run on a device.** The driver compiles the kernels from PTX (`rust-core/gpu/ptx`).
+//! The driver compiles the kernels from PTX (`rust-core/gpu/ptx`). Tests have no device; `rust-core/gpu/measure run` checks this file on one.
 
 #![allow(unsafe_code)]
 
@@ -8,15 +8,14 @@ use std::collections::HashMap;
 use std::ffi::{CStr, CString, c_void};
 use std::path::{Path, PathBuf};
 
-use cudarc::driver::result::{ctx, device, free_sync, init, launch_kernel, malloc_sync, mem_get_info, module};
-use cudarc::driver::result::{memcpy_dtoh_sync, memcpy_htod_sync, primary_ctx};
+use cudarc::driver::result::{ctx, device, event, free_sync, init, launch_kernel, malloc_sync, mem_get_info, module};
+use cudarc::driver::result::{memcpy_dtoh_sync, memcpy_htod_sync, primary_ctx, stream};
 use cudarc::driver::{DriverError, sys};
 
 use super::{Address, Device, DeviceError, Kernel};
 use crate::arguments::Launch;
 
-/// Threads of a block. The kernels use many registers, so larger blocks fit less well.
-const BLOCK: usize = 128;
+const NO_FLAGS: sys::CUevent_wait_flags = sys::CUevent_wait_flags::CU_EVENT_WAIT_DEFAULT;
 
 /// Name of the environment variable with the file of the kernels.
 const KERNELS: &str = "CONCORDEM_KERNELS";
@@ -28,6 +27,11 @@ pub struct Cuda {
     module: sys::CUmodule,
     functions: HashMap<String, sys::CUfunction>,
     name: String,
+    /// Where the sums run, beside the next step.
+    beside: sys::CUstream,
+    /// The step is complete but for its sums; the sums of the last even and odd step are complete.
+    moved: sys::CUevent,
+    summed: [sys::CUevent; 2],
 }
 
 // Safety: handles of the driver, which any thread may use after it has made the context current. A shared reference only reads.
@@ -57,7 +61,11 @@ impl Cuda {
             ctx::set_current(context).map_err(none)?;
             let module = module::load_data(image.as_ptr().cast()).map_err(|error| fault("the kernels", error))?;
             let name = device::get_name(device).map_err(none)?;
-            Ok(Self { device, context, module, functions: HashMap::new(), name })
+            let flags = sys::CUevent_flags::CU_EVENT_DISABLE_TIMING;
+            let event = || event::create(flags).map_err(|error| fault("an event", error));
+            let beside = stream::create(stream::StreamKind::NonBlocking).map_err(|error| fault("a stream", error))?;
+            let (moved, summed) = (event()?, [event()?, event()?]);
+            Ok(Self { device, context, module, functions: HashMap::new(), name, beside, moved, summed })
         }
     }
 
@@ -65,6 +73,13 @@ impl Cuda {
     fn enter(&self) -> Result<(), DeviceError> {
         // Safety: the context lives as long as this value.
         unsafe { ctx::set_current(self.context) }.map_err(|error| fault("the context", error))
+    }
+
+    /// Wait for the sums.
+    fn wait(&self) -> Result<(), DeviceError> {
+        self.enter()?;
+        // Safety: the stream lives as long as this value.
+        unsafe { stream::synchronize(self.beside) }.map_err(|error| fault("the sums", error))
     }
 
     fn function(&mut self, kernel: Kernel) -> Result<sys::CUfunction, DeviceError> {
@@ -111,14 +126,14 @@ impl Device for Cuda {
 
     fn free(&mut self, array: Address) {
         // Safety: the array is one of `allocate`, and no longer used. A failure would be one of an earlier call, which is reported there.
-        let _ = self.enter().map(|()| unsafe { free_sync(array) });
+        let _ = self.wait().map(|()| unsafe { free_sync(array) });
     }
 
     fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError> {
         if bytes.is_empty() {
             return Ok(());
         }
-        self.enter()?;
+        self.wait()?;
         // Safety: the array is as long.
         unsafe { memcpy_htod_sync(array, bytes) }.map_err(|error| fault("a copy to the device", error))
     }
@@ -127,8 +142,8 @@ impl Device for Cuda {
         if bytes.is_empty() {
             return Ok(());
         }
-        self.enter()?;
-        // Safety: the array is as long. The copy waits for the launches before it, because all use the same stream.
+        self.wait()?;
+        // Safety: the array is as long. The copy waits for the launches before it, because all but the sums use the same stream.
         unsafe { memcpy_dtoh_sync(bytes, array) }.map_err(|error| fault("a copy from the device", error))
     }
 
@@ -144,15 +159,26 @@ impl Device for Cuda {
         }
         self.enter()?;
         let function = self.function(kernel)?;
-        let blocks = threads.div_ceil(BLOCK);
+        let block = kernel.block();
+        let blocks = threads.div_ceil(block);
         let blocks = u32::try_from(blocks).map_err(|_| DeviceError(format!("{threads} threads are too many")))?;
         let Launch { mut step, mut from, mut sample } = launch;
         let mut arguments = arguments;
         let mut parameters: [*mut c_void; 4] =
             [(&raw mut arguments).cast(), (&raw mut step).cast(), (&raw mut from).cast(), (&raw mut sample).cast()];
-        // Safety: the kernel has these parameters, and its arguments lie on the device.
+        let sums = kernel == Kernel::Sums;
+        let (main, summed) = (std::ptr::null_mut(), self.summed[launch.parity()]);
+        let stream = if sums { self.beside } else { main };
+        // Safety: the kernel has these parameters, and its arguments lie on the device. The sums wait for their step, and the step after
+        // the next one for the sums.
         let launched = unsafe {
-            launch_kernel(function, (blocks, 1, 1), (BLOCK as u32, 1, 1), 0, std::ptr::null_mut(), &mut parameters)
+            if sums {
+                event::record(self.moved, main).and_then(|()| stream::wait_event(stream, self.moved, NO_FLAGS))
+            } else {
+                stream::wait_event(stream, summed, NO_FLAGS)
+            }
+            .and_then(|()| launch_kernel(function, (blocks, 1, 1), (block as u32, 1, 1), 0, stream, &mut parameters))
+            .and_then(|()| if sums { event::record(summed, stream) } else { Ok(()) })
         };
         launched.map_err(|error| fault(&format!("the kernel {}", kernel.entry()), error))
     }
@@ -163,6 +189,10 @@ impl Drop for Cuda {
         // Safety: nothing uses them any more. Failures have no consequence at the end.
         unsafe {
             let _ = ctx::set_current(self.context);
+            let _ = stream::synchronize(self.beside).and_then(|()| stream::destroy(self.beside));
+            for event in [self.moved, self.summed[0], self.summed[1]] {
+                let _ = event::destroy(event);
+            }
             let _ = module::unload(self.module);
             let _ = primary_ctx::release(self.device);
         }

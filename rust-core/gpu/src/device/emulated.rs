@@ -33,14 +33,16 @@ impl Device for Emulated {
     }
 
     fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError> {
-        let of = self.arrays.get_mut(&array).ok_or_else(|| unknown(array))?;
-        bytemuck::cast_slice_mut::<u128, u8>(of)[..bytes.len()].copy_from_slice(bytes);
+        let (first, of) = self.arrays.range_mut(..=array).next_back().ok_or_else(|| unknown(array))?;
+        let of = bytemuck::cast_slice_mut::<u128, u8>(of).get_mut((array - first) as usize..);
+        of.and_then(|of| of.get_mut(..bytes.len())).ok_or_else(|| unknown(array))?.copy_from_slice(bytes);
         Ok(())
     }
 
     fn download(&mut self, array: Address, bytes: &mut [u8]) -> Result<(), DeviceError> {
-        let of = self.arrays.get(&array).ok_or_else(|| unknown(array))?;
-        bytes.copy_from_slice(&bytemuck::cast_slice::<u128, u8>(of)[..bytes.len()]);
+        let (first, of) = self.arrays.range(..=array).next_back().ok_or_else(|| unknown(array))?;
+        let of = bytemuck::cast_slice::<u128, u8>(of).get((array - first) as usize..);
+        bytes.copy_from_slice(of.and_then(|of| of.get(..bytes.len())).ok_or_else(|| unknown(array))?);
         Ok(())
     }
 

@@ -51,12 +51,22 @@ impl Kernel {
             Self::Layout => "layout".to_owned(),
         }
     }
+
+    /// Threads of a block: found by trials on an H200.
+    pub fn block(self) -> usize {
+        match self {
+            // Few threads that wait for memory, on as many multiprocessors as possible. `rust-core/gpu/ptx` says so in the kernel.
+            Self::Sums => 32,
+            _ => 64,
+        }
+    }
 }
 
 /// Address of an array on a device.
 pub type Address = u64;
 
-/// A device. All calls take effect in their order; only [`Self::download`] waits for the launches before it.
+/// A device. All calls take effect in their order, with one exception: [`Kernel::Sums`] may run while the launches of the next step do, but
+/// ends before those of the step after it begin. Only [`Self::download`] waits for the launches before it.
 pub trait Device: Send + Sync {
     /// What a user calls it.
     fn name(&self) -> String;
@@ -75,13 +85,13 @@ pub trait Device: Send + Sync {
     /// Give an array back.
     fn free(&mut self, array: Address);
 
-    /// Write the beginning of an array.
+    /// Write a part of an array, from this address on.
     ///
     /// # Errors
     /// The device fails.
     fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError>;
 
-    /// Read the beginning of an array.
+    /// Read a part of an array, from this address on.
     ///
     /// # Errors
     /// The device fails, now or in an earlier launch.

@@ -54,7 +54,7 @@ use crate::kinematics::bond_frame::across;
 use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
-use crate::math::{Vec3, norm};
+use crate::math::{Vec3, is_zero, norm};
 
 /// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -300,7 +300,7 @@ impl ContactLaw for CohesiveBeam {
     #[inline(always)]
     fn respond(&self, kinematics: &FrameKinematics, old: &CohesiveBeamState, _dt: f64) -> Response<CohesiveBeamState> {
         let point = &kinematics.point;
-        let rest = if old.rest_direction == Vec3::zeros() {
+        let rest = if is_zero(&old.rest_direction) {
             kinematics.rest()
         } else {
             RestFrame { direction: old.rest_direction, rotation: old.rest_rotation }

@@ -105,7 +105,7 @@ use crate::columns::Columns;
 use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
-use crate::math::Vec3;
+use crate::math::{Vec3, is_zero};
 
 crate::law_state! {
     /// History of a CPM contact.
@@ -204,8 +204,10 @@ impl Cpm {
         self.prestress_strain
     }
 
-    /// All formulations but the plain thesis form. Not inlined, because every loop would compile its own copy.
-    #[inline(never)]
+    /// All formulations but the plain thesis form. Not inlined, because every loop would compile its own copy. On a graphics processor a
+    /// call would put the bond into memory.
+    #[cfg_attr(not(target_arch = "nvptx64"), inline(never))]
+    #[cfg_attr(target_arch = "nvptx64", inline(always))]
     fn respond_with_options(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
         if self.parameters.mode == CpmFormulation::YadePublic {
             self.respond_yade(k, old)
@@ -253,7 +255,7 @@ impl Step {
         let length = k.geometry.reference_length;
         let inverse_length = 1.0 / length;
         // Most bonds never slip, and the zero vector needs no rotation.
-        let carried_plastic = if old.plastic_shear_strain == Vec3::zeros() {
+        let carried_plastic = if is_zero(&old.plastic_shear_strain) {
             Vec3::zeros()
         } else {
             k.transport.apply(&old.plastic_shear_strain)
