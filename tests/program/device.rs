@@ -16,14 +16,15 @@ fn provenance(result: &Path, name: &str) -> String {
     entries.into_iter().find_map(|(other, value)| (other == name).then_some(value)).expect("an entry of this name")
 }
 
-/// The prism softens and breaks. Records, operators, snapshots, and checkpoints are the same, and the device takes many steps.
+/// The prism softens and breaks. Records (of the device and of the solver), operators, snapshots, and checkpoints are the same, and the
+/// device takes many steps.
 #[test]
 fn results_do_not_depend_on_the_device() {
     let folder = TempDir::new().expect("a temporary folder");
     let scenario = prism(folder.path(), 400);
     let run = |name: &str, more: &[&str]| {
         let result = folder.path().join(name);
-        let arguments = ["run", "-q", "--set", "output.sample_interval=90", "-o", text(&result), text(&scenario)];
+        let arguments = ["run", "-q", "-o", text(&result), text(&scenario)];
         let given = concordem(arguments.iter().chain(more));
         assert_eq!(given.code, exit::DONE, "{}", given.err);
         result
@@ -63,8 +64,31 @@ output = { sample_interval = 300 }
     let (alone, on_device) = (run("alone.h5", &[]), run("device.h5", &["--device", "emulated"]));
     let hash = |path: &Path| concordem(["info", "--hash", text(path)]).out;
     assert_eq!(hash(&on_device), hash(&alone));
-    // All steps but those with records; the guard's checks at 256 and 512 are the device's, too.
-    assert_eq!(provenance(&on_device, "steps_on_device"), "697");
+    // All steps but the first: records at 300 and 600, and the guard's checks at 256 and 512, are the device's, too.
+    assert_eq!(provenance(&on_device, "steps_on_device"), "699");
+}
+
+/// A record of the device ends a run: at a strain, and where the stress has dropped.
+#[test]
+fn records_of_a_device_end_a_run() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 4000);
+    for stop in ["strain=3e-4", "drop_to=0.9"] {
+        let run = |name: &str, more: &[&str]| {
+            let result = folder.path().join(name);
+            let set = format!("stop.{stop}");
+            let free = ["output.snapshot_interval=20", "output.checkpoint_interval=5000", "output.sample_interval=3"];
+            let sets = free.iter().copied().chain([set.as_str()]).flat_map(|set| ["--set", set]);
+            let arguments = ["run", "-q", "--force", "-o", text(&result), text(&scenario)];
+            let given = concordem(arguments.into_iter().chain(sets).chain(more.iter().copied()));
+            assert_eq!(given.code, exit::DONE, "{}", given.err);
+            result
+        };
+        let (alone, on_device) = (run("alone.h5", &[]), run("device.h5", &["--device", "emulated"]));
+        same(&contents(&on_device), &contents(&alone), stop);
+        let steps: u64 = provenance(&on_device, "steps_on_device").parse().expect("a number");
+        assert!(steps > 5, "{stop}: {steps} steps on the device");
+    }
 }
 
 /// A run that is killed and resumed on a device gives the result of one that is not.

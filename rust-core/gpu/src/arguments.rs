@@ -49,8 +49,11 @@ impl Stops {
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(16))]
 pub struct Dissipated(pub [f64; 4]);
-/// Stored energies by normal, shear, bending, and twist deformation, then `l⊗f` column by column, J.
-pub type Sampled = [f64; 13];
+/// Stored energies by normal, shear, bending, and twist deformation, then `l⊗f` column by column, J; squares of force (N²) and moment
+/// (N²·m²); 1 if the contact has a force.
+pub type Sampled = [f64; 16];
+/// Squares of the net force (N²) and moment (N²·m²) over the free components of a particle.
+pub type Squares = [f64; 2];
 /// Kinetic energy, and works of damping and of given forces, each before and after the kick, J. Damping counts what it dissipates.
 pub type Works = [f64; 5];
 /// Works of the reactions of a particle's prescribed components, before and after the kick, J.
@@ -136,6 +139,10 @@ pub struct MotionArrays {
     pub rank: *const u32,
     /// By particle with prescribed components; even and odd steps.
     pub reactions: [*mut Reactions; 2],
+    /// Force (N) and torque (N·m) of the contacts, by particle, in a step that samples.
+    pub net: [*mut Vec3; 2],
+    /// By particle, in a step that samples.
+    pub squares: *mut Squares,
     /// Positions at the last rebuild of the neighbor list, m.
     pub listed: *const Vec3,
     /// Where the steps end.

@@ -92,7 +92,7 @@ struct Block<L: ContactLaw> {
     sampled: Buffer<Sampled>,
     arguments: Buffer<ContactArrays<L>>,
     dissipated_sums: TileSums<4>,
-    sampled_sums: TileSums<13>,
+    sampled_sums: TileSums<16>,
 }
 
 impl<L: ContactLaw> Block<L> {
@@ -217,11 +217,15 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         }
         if let Some(last) = steps.last_mut().filter(|_| sampled) {
             for sums in self.sampled_sums.totals(device, 1)? {
-                let [stored_normal, stored_shear, stored_bending, stored_twist, virial @ ..] = sums;
+                let [stored_normal, stored_shear, stored_bending, stored_twist, virial @ .., force, moment, active] =
+                    sums;
                 let stored =
                     EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, ..EnergySplit::default() };
                 last.energy += stored;
                 last.virial += Mat3::from_column_slice(&virial);
+                last.force_squared += force;
+                last.moment_squared += moment;
+                last.active[usize::from(!self.bonds())] += active as u64;
             }
         }
         Ok(())

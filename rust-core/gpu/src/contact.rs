@@ -53,6 +53,19 @@ pub struct Evaluated<S> {
     pub energy: EnergySplit,
     /// `l⊗f`, J.
     pub virial: Mat3,
+    /// Squares of force (N²) and moment (N²·m²).
+    pub squares: [f64; 2],
+    /// Whether it has a force.
+    pub active: bool,
+}
+
+impl<S> Evaluated<S> {
+    /// A contact without a force.
+    #[inline(always)]
+    fn without_force(contact: Contact<S>, energy: EnergySplit) -> Self {
+        let (loads, virial) = (Loads::default(), Mat3::zeros());
+        Self { contact, loads, energy, virial, squares: [0.0; 2], active: false }
+    }
 }
 
 /// What the contacts of a step share.
@@ -79,8 +92,7 @@ pub fn evaluate<L: ContactLaw>(
 ) -> Option<Evaluated<L::State>> {
     if !contact.flags.carries() {
         if !begins::<L>(&mut contact, [a, b], step.dt) {
-            let (loads, energy, virial) = (Loads::default(), EnergySplit::default(), Mat3::zeros());
-            return Some(Evaluated { contact, loads, energy, virial });
+            return Some(Evaluated::without_force(contact, EnergySplit::default()));
         }
         if contact.flags.has(ContactFlags::KEPT_REFERENCE) || L::STIFFENS && step.watched {
             return None;
@@ -115,7 +127,7 @@ pub fn evaluate<L: ContactLaw>(
         contact.flags.bits &= !(ContactFlags::ACTIVE | ContactFlags::REPORTED);
         let EnergySplit { damage, friction, viscous, integration, .. } = energy;
         let energy = EnergySplit { damage, friction, viscous, integration, ..EnergySplit::default() };
-        return Some(Evaluated { contact, loads: Loads::default(), energy, virial: Mat3::zeros() });
+        return Some(Evaluated::without_force(contact, energy));
     }
     contact.history = state;
     if L::damage(&state) >= step.threshold && !contact.flags.has(ContactFlags::REPORTED) {
@@ -127,7 +139,10 @@ pub fn evaluate<L: ContactLaw>(
         torque_b -= moment;
     }
     let loads = Loads { force, torques: [torque_a, torque_b] };
-    Some(Evaluated { contact, loads, energy, virial: (point.normal * point.length) * force.transpose() })
+    let virial = (point.normal * point.length) * force.transpose();
+    let of_moment = if L::TRANSMITS_MOMENT { moment.norm_squared() } else { 0.0 };
+    let squares = [force.norm_squared(), of_moment];
+    Some(Evaluated { contact, loads, energy, virial, squares, active: true })
 }
 
 /// Whether a contact without force begins; if so, activates it.

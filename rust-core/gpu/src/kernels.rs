@@ -101,7 +101,7 @@ pub unsafe fn contacts<L: ContactLaw>(thread: usize, arguments: *const ContactAr
         let law = &*block.rows.add(before.flags.row as usize);
         let step = Step { dt: block.dt, threshold: block.threshold, watched: block.watched != 0 };
         let evaluated = contact::evaluate(law, before, [&ends[0], &ends[1]], &step);
-        let Some(Evaluated { contact, loads, energy, virial }) = evaluated else {
+        let Some(Evaluated { contact, loads, energy, virial, squares, active }) = evaluated else {
             (&raw mut (*block.stops).event).write_volatile(launch.step);
             return;
         };
@@ -118,7 +118,8 @@ pub unsafe fn contacts<L: ContactLaw>(thread: usize, arguments: *const ContactAr
             let EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, .. } = energy;
             let row = &mut *block.sampled.add(k);
             [row[0], row[1], row[2], row[3]] = [stored_normal, stored_shear, stored_bending, stored_twist];
-            row[4..].copy_from_slice(virial.as_slice());
+            row[4..13].copy_from_slice(virial.as_slice());
+            [row[13], row[14], row[15]] = [squares[0], squares[1], f64::from(u8::from(active))];
         }
     }
 }
@@ -151,7 +152,7 @@ pub unsafe fn particles(thread: usize, arguments: *const MotionArrays, launch: L
         let kick = Kick { dt, step: dt, gravity, damping, gradient: Mat3::zeros() };
         let loads = |k: usize| &*motion.loads.add(k);
         let advanced = particle::advance(&kick, motion.damped != 0, &body, *of.constraint.add(p), entries, loads);
-        let Advanced { velocity, angular_velocity, drifted, work, reactions } = advanced;
+        let Advanced { velocity, angular_velocity, drifted, work, reactions, net, squares } = advanced;
         *of.velocity.add(p) = velocity;
         *of.angular_velocity.add(p) = angular_velocity;
         *of.position.add(p) = drifted.position;
@@ -162,6 +163,11 @@ pub unsafe fn particles(thread: usize, arguments: *const MotionArrays, launch: L
         let rank = *motion.rank.add(p);
         if rank != u32::MAX {
             *motion.reactions[launch.parity()].add(rank as usize) = reactions;
+        }
+        if launch.sample != 0 {
+            *motion.net[0].add(p) = net[0];
+            *motion.net[1].add(p) = net[1];
+            *motion.squares.add(p) = squares;
         }
         let near = (drifted.position - *motion.listed.add(p)).norm_squared() < motion.limit;
         // A number that is not finite ends the steps, too.

@@ -3,6 +3,7 @@
 use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked, Work};
 use concordem_contact::math::Vec3;
 
+use crate::arguments::Squares;
 use crate::contact::Loads;
 
 /// A particle after the step.
@@ -19,6 +20,10 @@ pub struct Advanced {
     /// Work of the reactions of the prescribed components over the half steps before and after the kick, J: by axis, of the translation
     /// and then of the rotation. Zero for free components.
     pub reactions: [[f64; 2]; 6],
+    /// Force (N) and torque (N·m) of the contacts.
+    pub net: [Vec3; 2],
+    /// Squares of the net force (N²) and moment (N²·m²) over the free components.
+    pub squares: Squares,
 }
 
 /// Sum the loads of a particle's contacts in the order of `entries`, then kick and drift it.
@@ -56,6 +61,8 @@ pub fn advance<'a>(
         drifted: leapfrog::drift(kick.dt, &velocity, &angular_velocity, &body.position, &body.orientation),
         work: kicked.work(&body, kick.dt),
         reactions: reactions(kick, constraint, &body, &kicked),
+        net: [force, torque],
+        squares: [of_free(constraint, &kicked.net), of_free(constraint >> 3, &kicked.net_torque)],
     }
 }
 
@@ -64,6 +71,13 @@ pub fn advance<'a>(
 fn keep(prescribed: u8, old: &Vec3, new: &Vec3) -> Vec3 {
     let component = |bit: u8, old: f64, new: f64| if prescribed >> bit & 1 == 1 { old } else { new };
     Vec3::new(component(0, old.x, new.x), component(1, old.y, new.y), component(2, old.z, new.z))
+}
+
+/// Sum of the squares of the components that are not prescribed.
+#[inline(always)]
+fn of_free(prescribed: u8, v: &Vec3) -> f64 {
+    let square = |axis: usize| if prescribed >> axis & 1 == 0 { v[axis] * v[axis] } else { 0.0 };
+    square(0) + square(1) + square(2)
 }
 
 /// [`Advanced::reactions`]: of the forces that keep the prescribed velocities.

@@ -8,7 +8,9 @@ use concordem_solver::state::{Constraint, Particles, State};
 use concordem_solver::{Solver, StepDevice, Stretch, StretchEnd, StretchStep};
 
 use crate::Incidence;
-use crate::arguments::{LAYOUT, LAYOUTS, Launch, MotionArrays, ParticleArrays, Reactions, Stops, SumTable, Works};
+use crate::arguments::{
+    LAYOUT, LAYOUTS, Launch, MotionArrays, ParticleArrays, Reactions, Squares, Stops, SumTable, Works,
+};
 use crate::block::{self, BlockOnDevice, Shared};
 use crate::buffer::Buffer;
 use crate::contact::Loads;
@@ -23,6 +25,8 @@ pub struct DeviceSteps {
     blocks: Vec<Box<dyn BlockOnDevice>>,
     /// Number of particles.
     count: usize,
+    /// Number of particles with a free component of their motion, and of their rotation.
+    free: [u64; 2],
     /// Which copy the next step reads.
     from: u32,
 }
@@ -46,11 +50,14 @@ struct Arrays {
     rank: Buffer<u32>,
     /// Even and odd steps.
     reactions: [Buffer<Reactions>; 2],
+    net: [Buffer<Vec3>; 2],
+    squares: Buffer<Squares>,
     listed: Buffer<Vec3>,
     stops: Buffer<Stops>,
     motion: Buffer<MotionArrays>,
     work_sums: TileSums<5>,
     reaction_sums: TileSums<2>,
+    square_sums: TileSums<2>,
     sums: Sums,
 }
 
@@ -71,7 +78,7 @@ impl DeviceSteps {
                 "the kernels were compiled from other sources than this program; compile them again with `make ptx`";
             return Err(DeviceError(text.to_owned()));
         }
-        Ok(Self { device, arrays: Arrays::default(), blocks: Vec::new(), count: 0, from: 0 })
+        Ok(Self { device, arrays: Arrays::default(), blocks: Vec::new(), count: 0, free: [0; 2], from: 0 })
     }
 
     /// Make the blocks those of the laws of `contacts`, the first `bonds` of which are bonds.
@@ -123,6 +130,12 @@ impl DeviceSteps {
         for ((step, [kinetic, damping @ .., before, after]), boundary) in steps.iter_mut().zip(works).zip(reactions) {
             step.kick = KickSums { kinetic, damping, boundary, external: [before, after], ..KickSums::default() };
         }
+        if let Some(last) = steps.last_mut().filter(|_| sample && taken == count) {
+            [last.kick.free_particles, last.kick.free_rotations] = self.free;
+            for [force, torque] in self.arrays.square_sums.totals(&mut *self.device, 1)? {
+                (last.kick.net_force_squared, last.kick.net_torque_squared) = (force, torque);
+            }
+        }
         Ok(Stretch { steps, end })
     }
 }
@@ -144,6 +157,11 @@ impl StepDevice for DeviceSteps {
         }
         self.count = state.particles.len();
         self.from = 0;
+        let free = |of: Constraint| {
+            let is_free = |constraint: &&Constraint| constraint.0 & of.0 != of.0;
+            state.particles.constraint.iter().filter(is_free).count() as u64
+        };
+        self.free = [free(Constraint::TRANSLATION), free(Constraint::ROTATION)];
         let (device, arrays) = (&mut *self.device, &mut self.arrays);
         arrays.load_particles(device, &state.particles)?;
         arrays.stops.put(device, &[Stops::NONE])?;
@@ -181,6 +199,16 @@ impl StepDevice for DeviceSteps {
             all.end = stretch.end;
         }
         Ok(all)
+    }
+
+    fn positions(&mut self, positions: &mut [Vec3]) -> Result<(), DeviceError> {
+        self.arrays.position.get(&mut *self.device, positions)
+    }
+
+    fn forces(&mut self, forces: &mut [Vec3], torques: &mut [Vec3]) -> Result<(), DeviceError> {
+        let [force, torque] = &self.arrays.net;
+        force.get(&mut *self.device, forces)?;
+        torque.get(&mut *self.device, torques)
     }
 
     fn store(&mut self, state: &mut State) -> Result<(), DeviceError> {
@@ -242,7 +270,10 @@ impl Arrays {
         let works = self.works.each_ref().map(|rows| rows.pointer().cast_const().cast());
         let reactions = self.reactions.each_ref().map(|rows| rows.pointer().cast_const().cast());
         let works = self.work_sums.load(device, works, &work_start, STRETCH)?;
-        Ok(vec![works, self.reaction_sums.load(device, reactions, &reaction_start, STRETCH)?])
+        self.squares.resize(device, constraint.len())?;
+        self.net.iter_mut().try_for_each(|rows| rows.resize(device, constraint.len()))?;
+        let squares = self.square_sums.load(device, [self.squares.pointer().cast_const().cast(); 2], &work_start, 1)?;
+        Ok(vec![works, self.reaction_sums.load(device, reactions, &reaction_start, STRETCH)?, squares])
     }
 
     /// Arguments of the second kernel.
@@ -268,6 +299,8 @@ impl Arrays {
             works: self.works.each_ref().map(Buffer::pointer),
             rank: self.rank.pointer(),
             reactions: self.reactions.each_ref().map(Buffer::pointer),
+            net: self.net.each_ref().map(Buffer::pointer),
+            squares: self.squares.pointer(),
             listed: self.listed.pointer(),
             stops: shared.stops,
             limit: (0.5 * skin).powi(2),

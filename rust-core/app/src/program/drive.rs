@@ -232,7 +232,7 @@ impl Run {
             }
             let advance = self.simulation.advance()?;
             self.first_step.get_or_insert_with(|| self.begun.elapsed());
-            if let Some(sample) = advance.sample {
+            for sample in advance.records.iter().copied().chain(advance.sample) {
                 self.files.append_sample(&sample.to_row())?;
                 self.show(&sample, start, false);
                 if last_look.elapsed() > Duration::from_millis(100) {

@@ -97,8 +97,10 @@ fn describe(fault: &EnergyFault) -> String {
 }
 
 /// Result of [`Simulation::advance`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Advance {
+    /// Records of the steps that [a device](Simulation::use_device) took.
+    pub records: Vec<Record>,
     /// A record of the time series, if one was due.
     pub sample: Option<Record>,
     /// Values of the operators that were due; at the end of the run, also the values of all operators at the final state.
@@ -365,12 +367,7 @@ impl Simulation {
         let axial = [self.state.schedule_memory[memory::AXIAL], self.state.schedule_memory[memory::AXIAL + 1]];
         let (factor, loaded_time) = (self.stage_factor(), self.loaded_time());
         let loading = &self.schedule.loading;
-        let (strain, gauge_strain) = if due {
-            (loading.strain(&self.state, loaded_time), loading.gauge_strain(&self.state, loaded_time))
-        } else {
-            (0.0, 0.0)
-        };
-        let heat = if due { self.heat() } else { [0.0; 5] };
+        let before = self.before_step(due);
         let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
         // The factor of the stages is that of the opening, if the loading follows one.
         let mut followed = self.state.schedule_memory[memory::OPENING];
@@ -384,8 +381,7 @@ impl Simulation {
         let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::BONDED]);
         loading.apply(&mut self.state, &mut self.solver, &self.last, axial, driven, by_stress, &mut lasting);
         self.state.schedule_memory[memory::LASTING..memory::BONDED].copy_from_slice(lasting.as_slice());
-        let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
-        let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume, heat };
+        let before = BeforeStep { volume: self.state.cell.map_or(1.0, |cell| cell.volume()), ..before };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));
         let report = self.solver.step_with(&mut self.state, due || guarded)?;
         let mut largest = self.state.schedule_memory[memory::ENERGY];
@@ -414,7 +410,21 @@ impl Simulation {
         for motion in &self.schedule.histories.recorded {
             motion.place(&mut self.state)?;
         }
-        Ok(Advance { sample, operators, last: None, events, stage, bonded: None, stopped })
+        Ok(Advance { sample, operators, events, stage, stopped, ..Advance::default() })
+    }
+
+    /// Values at the present positions; `due`: also those that only a record needs.
+    fn before_step(&self, due: bool) -> BeforeStep {
+        let (loading, loaded_time) = (&self.schedule.loading, self.loaded_time());
+        let (strain, gauge_strain) = if due {
+            (loading.strain(&self.state, loaded_time), loading.gauge_strain(&self.state, loaded_time))
+        } else {
+            (0.0, 0.0)
+        };
+        let heat = if due { self.heat() } else { [0.0; 5] };
+        let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
+        let clock = &self.state.clock;
+        BeforeStep { time: clock.time(), step: clock.step, strain, gauge_strain, volume, heat }
     }
 
     /// Sets the velocities of the walls with servos.

@@ -34,6 +34,18 @@ pub trait StepDevice: Send + Sync {
     /// The device fails.
     fn advance(&mut self, count: u64, sample: bool) -> Result<Stretch, DeviceError>;
 
+    /// Copy the positions (m) from the device.
+    ///
+    /// # Errors
+    /// The device fails.
+    fn positions(&mut self, positions: &mut [Vec3]) -> Result<(), DeviceError>;
+
+    /// Copy force (N) and torque (N·m) of the contacts on each particle from the device; those of the last step, which must have sampled.
+    ///
+    /// # Errors
+    /// The device fails.
+    fn forces(&mut self, forces: &mut [Vec3], torques: &mut [Vec3]) -> Result<(), DeviceError>;
+
     /// Copy what the steps changed from the device to `state`.
     ///
     /// # Errors
@@ -57,8 +69,14 @@ pub struct StretchStep {
     pub energy: EnergySplit,
     /// `Σ l⊗f`, J, only in a step that samples.
     pub virial: Mat3,
-    /// Sums of the kick that the ledger reads.
+    /// Sums of the kick that the ledger reads; those of net forces only in a step that samples.
     pub kick: KickSums,
+    /// Number of bonds and unbonded contacts with a force, only in a step that samples.
+    pub active: [u64; 2],
+    /// Sums of the squares of forces (N²) and moments (N²·m²) of the contacts, only in a step that samples.
+    pub force_squared: f64,
+    /// As `force_squared`.
+    pub moment_squared: f64,
 }
 
 /// Why a stretch of steps ended.
@@ -131,8 +149,10 @@ impl Solver {
         let mut report = StepReport::default();
         let Stretch { steps, end } = device.advance(count, sample).map_err(|error| failed(state.clock.step, error))?;
         let taken = steps.len() as u64;
-        for StretchStep { energy, virial, kick } in steps {
-            report = StepReport { energy, virial, kick, ..StepReport::default() };
+        for StretchStep { energy, virial, kick, active: [bonds, contacts], force_squared, moment_squared } in steps {
+            let active = [bonds, contacts, 0];
+            report =
+                StepReport { energy, virial, kick, active, force_squared, moment_squared, ..StepReport::default() };
             book(state, &mut report, [0.0; 2]);
         }
         if end == StretchEnd::Moved {
@@ -144,5 +164,23 @@ impl Solver {
             device.load(self, state).map_err(|error| failed(state.clock.step, error))?;
         }
         Ok((report, taken, end == StretchEnd::Event))
+    }
+
+    /// As [`Self::step_on`] for one step that samples, with the net forces of that step as [`Self::forces`]. `None` if the solver must take it.
+    ///
+    /// # Errors
+    /// Those of [`Self::step_on`].
+    pub fn sample_on(
+        &mut self,
+        device: &mut dyn StepDevice,
+        state: &mut State,
+    ) -> Result<Option<StepReport>, SolverError> {
+        let (report, taken, _) = self.step_on(device, state, 1, true)?;
+        if taken == 0 {
+            return Ok(None);
+        }
+        let (forces, torques) = (&mut self.force, &mut self.torque);
+        device.forces(forces, torques).map_err(|source| SolverError::Device { step: state.clock.step, source })?;
+        Ok(Some(report))
     }
 }

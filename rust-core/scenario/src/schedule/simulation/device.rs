@@ -28,7 +28,7 @@ const LONGEST_PAUSE: u64 = 256;
 const STRETCH: Duration = Duration::from_secs(2);
 
 impl Simulation {
-    /// Take steps on `device` from now on, wherever it can: between records, operators, and steps with an event, which remain the solver's.
+    /// Take steps on `device` from now on, wherever it can: between operators and steps with an event, which remain the solver's.
     /// Results have the same bits. Each [`Self::advance`] may then take many steps.
     ///
     /// # Errors
@@ -81,43 +81,55 @@ impl Simulation {
         }
         let begun = Instant::now();
         let steps = &mut *device.steps;
-        steps.load(&self.solver, &self.state).map_err(|source| SolverError::Device { step: first, source })?;
+        let failed = |step| move |source| SolverError::Device { step, source };
+        steps.load(&self.solver, &self.state).map_err(failed(first))?;
         // Copying takes a tenth of the time, or less.
         let longest = STRETCH.max(10 * begun.elapsed());
-        let mut event = false;
-        while self.state.clock.step < end && !event && begun.elapsed() < longest {
+        let (mut event, mut records, mut stopped) = (false, Vec::new(), None);
+        while self.state.clock.step < end && !event && stopped.is_none() && begun.elapsed() < longest {
             let step = self.state.clock.step;
+            let record = step.next_multiple_of(self.schedule.sample_interval.max(1));
             let mut count = (end - step).min(self.solver.steps_for_device(&self.state));
+            if count == 0 {
+                break;
+            }
+            if record == step {
+                steps.positions(&mut self.state.particles.position).map_err(failed(step))?;
+                let before = self.before_step(true);
+                let Some(report) = self.solver.sample_on(steps, &mut self.state)? else {
+                    event = true;
+                    break;
+                };
+                if !self.schedule.allow_energy_error {
+                    self.check_energy(steps, step)?;
+                }
+                self.remember(&report);
+                let (record, values) = self.record(&before, &report, 1.0);
+                records.push(record);
+                stopped = self.schedule.stop.reason(&values);
+                self.last = report;
+                continue;
+            }
+            count = count.min(record - step);
             // The solver samples in the steps that the guard checks, too.
             let checked = step.next_multiple_of(guard::INTERVAL);
             let guarded = !self.schedule.allow_energy_error && checked < step + count;
             if guarded {
                 count = checked + 1 - step;
             }
-            if count == 0 {
-                break;
-            }
-            let (report, taken, stopped) = self.solver.step_on(steps, &mut self.state, count, guarded)?;
-            event = stopped;
+            let (report, taken, left) = self.solver.step_on(steps, &mut self.state, count, guarded)?;
+            event = left;
             if taken == 0 {
                 continue;
             }
             if guarded && taken == count {
-                let mut largest = self.state.schedule_memory[memory::ENERGY];
-                // The energy of prescribed motions is that of the last copy: they keep their velocities.
-                let fault = self.guard.fault(&self.state, &mut largest);
-                self.state.schedule_memory[memory::ENERGY] = largest;
-                if let Some(fault) = fault {
-                    let time = checked as f64 * self.state.clock.dt;
-                    steps.store(&mut self.state).map_err(|source| SolverError::Device { step: checked + 1, source })?;
-                    return Err(RunError::Energy { step: checked, time, fault: Box::new(fault) });
-                }
+                self.check_energy(steps, checked)?;
             }
             self.remember(&report);
             self.last = report;
         }
         let step = self.state.clock.step;
-        steps.store(&mut self.state).map_err(|source| SolverError::Device { step, source })?;
+        steps.store(&mut self.state).map_err(failed(step))?;
         let taken = step - first;
         device.taken += taken;
         if event {
@@ -127,21 +139,30 @@ impl Simulation {
         if taken == 0 {
             return Ok(None);
         }
-        let stopped = self.schedule.stop.steps.is_some_and(|limit| step >= limit).then_some(StopReason::Steps);
+        let by_steps = || self.schedule.stop.steps.is_some_and(|limit| step >= limit).then_some(StopReason::Steps);
+        let stopped = stopped.or_else(by_steps);
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
-        let (sample, operators, last, events) = (None, Vec::new(), None, Vec::new());
-        Ok(Some(Advance { sample, operators, last, events, stage: None, bonded: None, stopped }))
+        Ok(Some(Advance { records, stopped, ..Advance::default() }))
     }
 
-    /// The step at which a stretch from the present one must end: the next one with a record or operators, which the solver takes, or after
-    /// which the state is written, or the last one.
+    /// The guard's check of the ledger after step `step`, which has sampled. The energy of prescribed motions is that of the last copy: they
+    /// keep their velocities.
+    fn check_energy(&mut self, steps: &mut dyn StepDevice, step: u64) -> Result<(), RunError> {
+        let mut largest = self.state.schedule_memory[memory::ENERGY];
+        let fault = self.guard.fault(&self.state, &mut largest);
+        self.state.schedule_memory[memory::ENERGY] = largest;
+        let Some(fault) = fault else { return Ok(()) };
+        steps.store(&mut self.state).map_err(|source| SolverError::Device { step: step + 1, source })?;
+        Err(RunError::Energy { step, time: step as f64 * self.state.clock.dt, fault: Box::new(fault) })
+    }
+
+    /// The step at which a stretch from the present one must end: the next one with operators, which the solver takes, or after which the
+    /// state is written, or the last one.
     fn end_of_stretch(&self) -> u64 {
         let (step, schedule) = (self.state.clock.step, &self.schedule);
-        let operators = schedule.operators.iter().map(|sample| sample.interval);
-        let sampled =
-            operators.chain([schedule.sample_interval]).map(|interval| step.next_multiple_of(interval.max(1)));
+        let sampled = schedule.operators.iter().map(|sample| step.next_multiple_of(sample.interval.max(1)));
         let written = [schedule.snapshot_interval, schedule.checkpoint_interval];
         let written = written.into_iter().flatten().map(|interval| (step + 1).next_multiple_of(interval.max(1)));
-        sampled.chain(written).chain(schedule.stop.steps).min().unwrap_or(step)
+        sampled.chain(written).chain(schedule.stop.steps).min().unwrap_or(u64::MAX)
     }
 }
