@@ -131,8 +131,7 @@ fn take(device: &mut DeviceSteps, solver: &mut Solver, state: &mut State, count:
     let end = state.clock.step + count;
     let mut events = 0;
     while state.clock.step < end {
-        let (_, _, event) = solver.step_on(device, state, end - state.clock.step, false)?;
-        if event {
+        if solver.step_on(device, state, end - state.clock.step, false)?.event {
             device.store(state)?;
             solver.step_with(state, false)?;
             device.load(solver, state)?;

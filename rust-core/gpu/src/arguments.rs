@@ -19,6 +19,8 @@ pub struct Launch {
     pub from: u32,
     /// 1 if the step samples, otherwise 0.
     pub sample: u32,
+    /// Number of the step since the state was copied to the device, from 1 on.
+    pub serial: u32,
 }
 
 /// Numbers of steps that are not to be taken, nor any later one: the first with an event, and the first before which the neighbor list
@@ -30,6 +32,8 @@ pub struct Stops {
     pub event: u32,
     /// First step before which a particle has moved too far.
     pub moved: u32,
+    /// Not 0 if a bond has entered the event log.
+    pub logged: u32,
 }
 
 impl Launch {
@@ -41,7 +45,7 @@ impl Launch {
 
 impl Stops {
     /// No step is excluded.
-    pub const NONE: Self = Self { event: u32::MAX, moved: u32::MAX };
+    pub const NONE: Self = Self { event: u32::MAX, moved: u32::MAX, logged: 0 };
 }
 
 /// Energies that a contact dissipates in a step: by damage, friction, dashpots, and the error of the integration, J. Aligned, so that a
@@ -54,6 +58,9 @@ pub struct Dissipated(pub [f64; 4]);
 pub type Sampled = [f64; 16];
 /// Squares of the net force (N²) and moment (N²·m²) over the free components of a particle.
 pub type Squares = [f64; 2];
+/// An entry of the event log: position (m), energy dissipated by damage in the step (J), damage, and stored energies by normal, shear, bending,
+/// and twist deformation (J).
+pub type Logged = [f64; 9];
 /// Kinetic energy, and works of damping and of given forces, each before and after the kick, J. Damping counts what it dissipates.
 pub type Works = [f64; 5];
 /// Works of the reactions of a particle's prescribed components, before and after the kick, J.
@@ -107,6 +114,10 @@ pub struct ContactArrays<L: ContactLaw> {
     pub dissipated: [*mut Dissipated; 2],
     /// By contact, in a step that samples.
     pub sampled: *mut Sampled,
+    /// [`Launch::serial`] of the step in which the bond entered the event log; 0 if it did not. No array for unbonded contacts.
+    pub reported: *mut u32,
+    /// By contact that entered it.
+    pub logged: *mut Logged,
     /// Where the steps end.
     pub stops: *mut Stops,
     /// The particles.

@@ -4,17 +4,21 @@ use bytemuck::Pod;
 use concordem_contact::columns::Item;
 use concordem_contact::geometry::{PreviousGeometry, Reference};
 use concordem_contact::law::{ContactLaw, EnergySplit};
-use concordem_contact::math::Mat3;
+use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::pair::{ContactFlags, Pair};
 use concordem_solver::StretchStep;
+use concordem_solver::forces::BondEvent;
 use concordem_solver::state::contacts::{ContactBlock, Contacts};
 use concordem_solver::state::table::Table;
 
-use crate::arguments::{ContactArrays, Dissipated, Launch, ParticleArrays, Sampled, Stops, SumTable};
+use crate::arguments::{ContactArrays, Dissipated, Launch, Logged, ParticleArrays, Sampled, Stops, SumTable};
 use crate::buffer::Buffer;
 use crate::contact::Loads;
 use crate::device::{Device, DeviceError, Kernel};
 use crate::sums::{STRETCH, TileSums};
+
+/// Most entries of the event log that are copied one by one.
+const ENTRIES: usize = 1000;
 
 /// What the blocks of a state share.
 pub struct Shared {
@@ -58,6 +62,9 @@ pub trait BlockOnDevice: Send + Sync {
         steps: &mut [StretchStep],
         sampled: bool,
     ) -> Result<(), DeviceError>;
+    /// The entries of the event log since the last call: the serial numbers of their steps, the indices of the bonds. Those after the step
+    /// `last` do not count, and their flags are taken back.
+    fn logged(&mut self, device: &mut dyn Device, last: u32) -> Result<Vec<(u32, BondEvent)>, DeviceError>;
     /// Copy what the steps changed to `contacts`; `from`: the copy that the next step reads.
     fn store(&self, device: &mut dyn Device, contacts: &mut dyn Contacts, from: u32) -> Result<(), DeviceError>;
     /// Give the memory back.
@@ -90,6 +97,13 @@ struct Block<L: ContactLaw> {
     /// Even and odd steps.
     dissipated: [Buffer<Dissipated>; 2],
     sampled: Buffer<Sampled>,
+    /// Only for bonds.
+    reported: Buffer<u32>,
+    logged: Buffer<Logged>,
+    /// Serial number of the last step whose entries were read.
+    read: u32,
+    /// Whether flags have changed since the contacts were copied to the device.
+    flagged: bool,
     arguments: Buffer<ContactArrays<L>>,
     dissipated_sums: TileSums<4>,
     sampled_sums: TileSums<16>,
@@ -108,6 +122,10 @@ impl<L: ContactLaw> Block<L> {
             history: Default::default(),
             dissipated: Default::default(),
             sampled: Buffer::default(),
+            reported: Buffer::default(),
+            logged: Buffer::default(),
+            read: 0,
+            flagged: false,
             arguments: Buffer::default(),
             dissipated_sums: TileSums::default(),
             sampled_sums: TileSums::default(),
@@ -169,6 +187,11 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         self.history[1].resize(device, Table::<L::State>::WIDTH * self.count)?;
         self.dissipated.iter_mut().try_for_each(|rows| rows.resize(device, self.count))?;
         self.sampled.resize(device, self.count)?;
+        if self.bonds() {
+            self.reported.put(device, &vec![0; self.count])?;
+            self.logged.resize(device, self.count)?;
+        }
+        (self.read, self.flagged) = (0, false);
         let arguments = ContactArrays {
             count: self.count as u64,
             rows: self.rows.pointer(),
@@ -180,6 +203,8 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
             loads,
             dissipated: self.dissipated.each_ref().map(Buffer::pointer),
             sampled: self.sampled.pointer(),
+            reported: self.reported.pointer(),
+            logged: self.logged.pointer(),
             stops: shared.stops,
             particles: shared.particles,
             dt: shared.dt,
@@ -231,11 +256,49 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         Ok(())
     }
 
+    fn logged(&mut self, device: &mut dyn Device, last: u32) -> Result<Vec<(u32, BondEvent)>, DeviceError> {
+        if !self.bonds() {
+            return Ok(Vec::new());
+        }
+        let mut reported = vec![0; self.count];
+        self.reported.get(device, &mut reported)?;
+        let bonds: Vec<usize> = (0..self.count).filter(|&k| reported[k] > self.read).collect();
+        self.read = last;
+        let [Some(&first), Some(&end)] = [bonds.first(), bonds.last()] else { return Ok(Vec::new()) };
+        self.flagged = true;
+        // Many entries at once, or each on its own.
+        let mut entries = vec![[0.0; 9]; if bonds.len() > ENTRIES { end + 1 - first } else { 0 }];
+        self.logged.get_at(device, first, &mut entries)?;
+        let mut events = Vec::new();
+        for k in bonds {
+            if reported[k] > last {
+                let mut flags = [ContactFlags::default()];
+                self.flags[0].get_at(device, k, &mut flags)?;
+                flags[0].bits &= !ContactFlags::REPORTED;
+                self.flags[0].put_at(device, k, &flags)?;
+                continue;
+            }
+            let mut entry = [entries.get(k - first).copied().unwrap_or_default()];
+            if entries.is_empty() {
+                self.logged.get_at(device, k, &mut entry)?;
+            }
+            let mut pair = [Pair { a: 0, b: 0 }];
+            self.pair.get_at(device, k, &mut pair)?;
+            let [[x, y, z, energy, damage, stored @ ..]] = entry;
+            let position = Vec3::new(x, y, z);
+            events.push((reported[k], BondEvent { pair: pair[0], broke: false, damage, position, energy, stored }));
+        }
+        Ok(events)
+    }
+
     fn store(&self, device: &mut dyn Device, contacts: &mut dyn Contacts, from: u32) -> Result<(), DeviceError> {
         let wrong =
             || DeviceError(format!("the block of the law \"{}\" has changed during steps on a device", L::NAME));
         let block = contacts.as_any_mut().downcast_mut::<ContactBlock<L>>();
         let block = block.filter(|block| block.len() == self.count).ok_or_else(wrong)?;
+        if self.flagged {
+            self.flags[0].get(device, &mut block.flags)?;
+        }
         if !self.bonds() {
             self.flags[from as usize].get(device, &mut block.flags)?;
             get_table(&self.reference[from as usize], device, &mut block.reference)?;
@@ -253,6 +316,8 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         self.history.iter_mut().for_each(|buffer| buffer.free(device));
         self.dissipated.iter_mut().for_each(|buffer| buffer.free(device));
         self.sampled.free(device);
+        self.reported.free(device);
+        self.logged.free(device);
         self.arguments.free(device);
         self.dissipated_sums.free(device);
         self.sampled_sums.free(device);

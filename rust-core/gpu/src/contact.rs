@@ -8,6 +8,8 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::pair::ContactFlags;
 use concordem_contact::wrench::torques;
 
+use crate::arguments::Logged;
+
 /// What a contact reads of a particle.
 #[derive(Debug, Clone, Copy)]
 pub struct End {
@@ -81,14 +83,17 @@ pub struct Step {
 
 /// Measure and evaluate a contact.
 ///
-/// `None`: the contact has an event, so the solver must take the step. The bond breaks or enters the event log; or a contact begins that
-/// takes over the energy of a broken bond, or whose stiffness the solver must check.
+/// `log` writes an entry of the event log, or returns `false` if it cannot.
+///
+/// `None`: the contact has an event, so the solver must take the step. The bond breaks; it enters the event log, and `log` cannot write it;
+/// or a contact begins that takes over the energy of a broken bond, or whose stiffness the solver must check.
 #[inline(always)]
 pub fn evaluate<L: ContactLaw>(
     law: &L,
     mut contact: Contact<L::State>,
     [a, b]: [&End; 2],
     step: &Step,
+    log: impl FnOnce(&Logged) -> bool,
 ) -> Option<Evaluated<L::State>> {
     if !contact.flags.carries() {
         if !begins::<L>(&mut contact, [a, b], step.dt) {
@@ -130,8 +135,14 @@ pub fn evaluate<L: ContactLaw>(
         return Some(Evaluated::without_force(contact, energy));
     }
     contact.history = state;
-    if L::damage(&state) >= step.threshold && !contact.flags.has(ContactFlags::REPORTED) {
-        return None;
+    let damage = L::damage(&state);
+    if damage >= step.threshold && !contact.flags.has(ContactFlags::REPORTED) {
+        let [[x, y, z]] = (a.motion.position + point.normal * point.arm_a).data.0;
+        let EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, .. } = energy;
+        if !log(&[x, y, z, energy.damage, damage, stored_normal, stored_shear, stored_bending, stored_twist]) {
+            return None;
+        }
+        contact.flags.bits |= ContactFlags::REPORTED;
     }
     let [mut torque_a, mut torque_b] = torques(&point.normal, &force, [point.arm_a, point.arm_b]);
     if L::TRANSMITS_MOMENT {

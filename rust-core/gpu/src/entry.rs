@@ -29,8 +29,9 @@ macro_rules! contacts_of_laws {
                 step: u32,
                 from: u32,
                 sample: u32,
+                serial: u32,
             ) {
-                unsafe { kernels::contacts(thread(), arguments, Launch { step, from, sample }) }
+                unsafe { kernels::contacts(thread(), arguments, Launch { step, from, sample, serial }) }
             }
         }
     )* };
@@ -42,8 +43,14 @@ concordem_contact::for_each_law!(contacts_of_laws);
 /// # Safety
 /// The arrays are as long as [`MotionArrays`] says.
 #[unsafe(no_mangle)]
-pub unsafe extern "ptx-kernel" fn particles(arguments: *const MotionArrays, step: u32, from: u32, sample: u32) {
-    unsafe { kernels::particles(thread(), arguments, Launch { step, from, sample }) }
+pub unsafe extern "ptx-kernel" fn particles(
+    arguments: *const MotionArrays,
+    step: u32,
+    from: u32,
+    sample: u32,
+    serial: u32,
+) {
+    unsafe { kernels::particles(thread(), arguments, Launch { step, from, sample, serial }) }
 }
 
 /// Sums by tile.
@@ -51,8 +58,8 @@ pub unsafe extern "ptx-kernel" fn particles(arguments: *const MotionArrays, step
 /// # Safety
 /// The arrays are as long as [`SumArrays`] says.
 #[unsafe(no_mangle)]
-pub unsafe extern "ptx-kernel" fn sums(arguments: *const SumArrays, step: u32, from: u32, sample: u32) {
-    unsafe { kernels::sums(thread(), arguments, Launch { step, from, sample }) }
+pub unsafe extern "ptx-kernel" fn sums(arguments: *const SumArrays, step: u32, from: u32, sample: u32, serial: u32) {
+    unsafe { kernels::sums(thread(), arguments, Launch { step, from, sample, serial }) }
 }
 
 /// Sizes with which the kernels were compiled.
@@ -60,7 +67,7 @@ pub unsafe extern "ptx-kernel" fn sums(arguments: *const SumArrays, step: u32, f
 /// # Safety
 /// `sizes` has room for them.
 #[unsafe(no_mangle)]
-pub unsafe extern "ptx-kernel" fn layout(sizes: *mut u64, _step: u32, _from: u32, _sample: u32) {
+pub unsafe extern "ptx-kernel" fn layout(sizes: *mut u64, _step: u32, _from: u32, _sample: u32, _serial: u32) {
     unsafe { kernels::layout(thread(), sizes) }
 }
 

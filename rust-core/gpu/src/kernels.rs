@@ -11,8 +11,9 @@ use concordem_contact::kinematics::Motion;
 use concordem_contact::law::{ContactLaw, EnergySplit};
 use concordem_contact::leapfrog::{Body, Kick, Work};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::pair::ContactFlags;
 
-use crate::arguments::{ContactArrays, Dissipated, LAYOUT, Launch, MotionArrays, ParticleArrays, Stops};
+use crate::arguments::{ContactArrays, Dissipated, LAYOUT, Launch, Logged, MotionArrays, ParticleArrays, Stops};
 use crate::arguments::{SumArrays, SumTable};
 use crate::contact::{self, Contact, End, Evaluated, Step};
 use crate::particle::{self, Advanced};
@@ -27,7 +28,7 @@ const GROUPS: usize = 2;
 #[inline(always)]
 unsafe fn takes(stops: *const Stops, launch: Launch) -> bool {
     // Other threads may write it.
-    let Stops { event, moved } = unsafe { stops.read_volatile() };
+    let Stops { event, moved, .. } = unsafe { stops.read_volatile() };
     launch.step < event && launch.step < moved
 }
 
@@ -100,7 +101,18 @@ pub unsafe fn contacts<L: ContactLaw>(thread: usize, arguments: *const ContactAr
         };
         let law = &*block.rows.add(before.flags.row as usize);
         let step = Step { dt: block.dt, threshold: block.threshold, watched: block.watched != 0 };
-        let evaluated = contact::evaluate(law, before, [&ends[0], &ends[1]], &step);
+        let log = |entry: &Logged| {
+            if block.reported.is_null() {
+                return false;
+            }
+            *block.logged.add(k) = *entry;
+            *block.reported.add(k) = launch.serial;
+            // If the step is discarded, the host takes the flag back.
+            (*block.flags[from].add(k)).bits |= ContactFlags::REPORTED;
+            (&raw mut (*block.stops).logged).write_volatile(1);
+            true
+        };
+        let evaluated = contact::evaluate(law, before, [&ends[0], &ends[1]], &step, log);
         let Some(Evaluated { contact, loads, energy, virial, squares, active }) = evaluated else {
             (&raw mut (*block.stops).event).write_volatile(launch.step);
             return;

@@ -29,6 +29,8 @@ pub struct DeviceSteps {
     free: [u64; 2],
     /// Which copy the next step reads.
     from: u32,
+    /// Number of steps since the state was copied to the device.
+    serial: u32,
 }
 
 #[derive(Default)]
@@ -78,7 +80,7 @@ impl DeviceSteps {
                 "the kernels were compiled from other sources than this program; compile them again with `make ptx`";
             return Err(DeviceError(text.to_owned()));
         }
-        Ok(Self { device, arrays: Arrays::default(), blocks: Vec::new(), count: 0, free: [0; 2], from: 0 })
+        Ok(Self { device, arrays: Arrays::default(), blocks: Vec::new(), count: 0, free: [0; 2], from: 0, serial: 0 })
     }
 
     /// Make the blocks those of the laws of `contacts`, the first `bonds` of which are bonds.
@@ -109,11 +111,12 @@ impl DeviceSteps {
         for step in 0..count {
             let last = step + 1 == count;
             let from = (self.from + step as u32) % 2;
-            self.launch(Launch { step: step as u32, from, sample: u32::from(sample && last) })?;
+            let (step, sample) = (step as u32, u32::from(sample && last));
+            self.launch(Launch { step, from, sample, serial: self.serial + step + 1 })?;
         }
         let mut stops = [Stops::NONE];
         self.arrays.stops.get(&mut *self.device, &mut stops)?;
-        let [Stops { event, moved }] = stops;
+        let [Stops { event, moved, logged }] = stops;
         let taken = count.min(event as usize).min(moved as usize);
         let end = match () {
             () if moved as usize == taken => StretchEnd::Moved,
@@ -122,6 +125,14 @@ impl DeviceSteps {
         };
         self.from = (self.from + taken as u32) % 2;
         let mut steps = vec![StretchStep::default(); taken];
+        if logged != 0 {
+            for (k, block) in self.blocks.iter_mut().enumerate() {
+                for (serial, event) in block.logged(&mut *self.device, self.serial + taken as u32)? {
+                    steps[(serial - self.serial - 1) as usize].bond_events.push((k, event));
+                }
+            }
+        }
+        self.serial += taken as u32;
         for block in &self.blocks {
             block.add_energies(&mut *self.device, &mut steps, sample && taken == count)?;
         }
@@ -156,7 +167,7 @@ impl StepDevice for DeviceSteps {
             return Err(DeviceError(format!("{} contacts are more than a device can number", pairs.len())));
         }
         self.count = state.particles.len();
-        self.from = 0;
+        (self.from, self.serial) = (0, 0);
         let free = |of: Constraint| {
             let is_free = |constraint: &&Constraint| constraint.0 & of.0 != of.0;
             state.particles.constraint.iter().filter(is_free).count() as u64

@@ -13,7 +13,7 @@ use concordem_gpu::device::emulated::Emulated;
 use concordem_gpu::device::{self, Address, Device, DeviceError, Kernel};
 use concordem_packing::bonding::bond as bond_all;
 use concordem_packing::{import_text, mass_of};
-use concordem_solver::forces::{LawLoops, TILE};
+use concordem_solver::forces::{BondEvent, LawLoops, TILE};
 use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
 use concordem_solver::state::columns::{ColumnStore, WriteColumns};
@@ -87,19 +87,24 @@ struct Course {
     on_device: u64,
     by_solver: u64,
     rebuilds: u64,
+    /// Entries of the event log, and how many of them are the device's.
+    events: Vec<(u64, BondEvent)>,
+    logged: usize,
 }
 
 impl Scene {
     /// `steps` steps of the solver; those for which `sampled` holds sum energies.
-    fn solve(&self, steps: u64, sampled: impl Fn(u64) -> bool) -> (State, Result<u64, SolverError>) {
+    fn solve(&self, steps: u64, sampled: impl Fn(u64) -> bool) -> (State, Result<Vec<(u64, BondEvent)>, SolverError>) {
         let mut state = self.state.clone();
         let mut solver = Solver::new(self.model.clone(), &mut state).unwrap();
+        let mut events = Vec::new();
         for step in 0..steps {
-            if let Err(error) = solver.step_with(&mut state, sampled(step)) {
-                return (state, Err(error));
+            match solver.step_with(&mut state, sampled(step)) {
+                Ok(report) => events.extend(report.bond_events.into_iter().map(|(_, event)| (step, event))),
+                Err(error) => return (state, Err(error)),
             }
         }
-        (state, Ok(solver.neighbor_rebuilds()))
+        (state, Ok(events))
     }
 
     /// The same with a device, from which the state comes back every `back` steps.
@@ -123,14 +128,17 @@ impl Scene {
                 let mut event = count == 0;
                 if count > 0 {
                     device.load(&solver, &state).unwrap();
-                    let (_, taken, stopped) = solver.step_on(&mut device, &mut state, count, sample.is_some())?;
+                    let taken = solver.step_on(&mut device, &mut state, count, sample.is_some())?;
                     device.store(&mut state).unwrap();
-                    course.on_device += taken;
-                    event = stopped;
+                    course.on_device += taken.count;
+                    course.logged += taken.bond_events.len();
+                    course.events.extend(taken.bond_events);
+                    event = taken.event;
                 }
                 if event {
                     let step = state.clock.step;
-                    solver.step_with(&mut state, sampled(step))?;
+                    let report = solver.step_with(&mut state, sampled(step))?;
+                    course.events.extend(report.bond_events.into_iter().map(|(_, event)| (step, event)));
                     course.by_solver += 1;
                 }
             }
@@ -145,11 +153,13 @@ impl Scene {
     fn compare(&self, steps: u64, back: u64) -> (State, Course) {
         let sampled = |step: u64| step % 32 == 21;
         let (expected, solved) = self.solve(steps, sampled);
-        solved.unwrap();
+        let events = solved.unwrap();
         let (found, course, _) = self.on_device(steps, back, sampled);
         assert_equal(&found, &expected);
         let course = course.unwrap();
         assert_eq!(course.on_device + course.by_solver, steps);
+        // As text, which tells zeros of different sign.
+        assert_eq!(format!("{:?}", course.events), format!("{events:?}"));
         (found, course)
     }
 }
@@ -211,6 +221,26 @@ fn damaged_concrete_has_the_bits_of_the_solver() {
     let block = state.bonds[0].contacts().as_any().downcast_ref::<ContactBlock<Cpm>>().unwrap();
     let damaged = block.history.iter().filter(|history| history.omega > 0.0).count();
     assert!((block.len() / 100..block.len()).contains(&damaged), "{damaged} of {} bonds are damaged", block.len());
+}
+
+/// Bonds enter the event log on the device; a step that it discards, because another bond breaks, logs nothing twice.
+#[test]
+fn the_event_log_has_the_bits_of_the_solver() {
+    let mut scene = scene(Some(cpm()), NONE, LOCAL, 40.0);
+    scene.model.damage_threshold = 0.01;
+    let (_, course) = scene.compare(120, 1000);
+    assert_quiet(&course);
+    assert!(course.logged > 1000, "{} entries", course.logged);
+    // Above and below the number of entries that are copied one by one.
+    let brittle = CpmParameters { omega_threshold: 0.8, ..CpmParameters::new(YOUNG, 0.2, 3e6, 0.6, 1e-4, 5.0) };
+    let law = Cpm::new(&brittle).unwrap();
+    scene = self::scene(Some(law), Some(law), LOCAL, 40.0);
+    scene.model.damage_threshold = 0.5;
+    let (state, course) = scene.compare(150, 100);
+    assert!(course.logged > 10 && state.broken.len() > 10, "{} entries, {} broken", course.logged, state.broken.len());
+    let at_break = course.events.iter().filter(|(_, event)| event.broke);
+    let both = at_break.filter(|(step, _)| course.events.iter().any(|(other, event)| other == step && !event.broke));
+    assert!(both.count() > 3);
 }
 
 /// Bonds break, and their pairs go on as unbonded contacts: the solver takes these steps, and the device the others.

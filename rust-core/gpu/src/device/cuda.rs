@@ -162,10 +162,11 @@ impl Device for Cuda {
         let block = kernel.block();
         let blocks = threads.div_ceil(block);
         let blocks = u32::try_from(blocks).map_err(|_| DeviceError(format!("{threads} threads are too many")))?;
-        let Launch { mut step, mut from, mut sample } = launch;
+        let Launch { mut step, mut from, mut sample, mut serial } = launch;
         let mut arguments = arguments;
-        let mut parameters: [*mut c_void; 4] =
-            [(&raw mut arguments).cast(), (&raw mut step).cast(), (&raw mut from).cast(), (&raw mut sample).cast()];
+        let numbers = [&raw mut step, &raw mut from, &raw mut sample, &raw mut serial];
+        let [step, from, sample, serial] = numbers.map(<*mut u32>::cast);
+        let mut parameters: [*mut c_void; 5] = [(&raw mut arguments).cast(), step, from, sample, serial];
         let sums = kernel == Kernel::Sums;
         let (main, summed) = (std::ptr::null_mut(), self.summed[launch.parity()]);
         let stream = if sums { self.beside } else { main };

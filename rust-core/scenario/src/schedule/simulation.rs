@@ -12,6 +12,7 @@ use crate::sampling::{Bonds, Operator, SampledHeat, SampledState, ScheduledOpera
 use concordem_contact::math::Mat3;
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
+use concordem_solver::forces::BondEvent;
 use concordem_solver::fracture::Event;
 use concordem_solver::heat::{HeatFlows, HeatLedger};
 use concordem_solver::state::State;
@@ -565,25 +566,24 @@ impl Simulation {
 
     /// Entries of the event log for the bonds of a step.
     fn events(&self, report: &StepReport, time: f64, step: u64) -> Vec<Event> {
-        report
-            .bond_events
-            .iter()
-            .map(|(_, bond_event)| {
-                let total: f64 = bond_event.stored.iter().sum();
-                let fraction = |k: usize| if total > 0.0 { bond_event.stored[k] / total } else { 0.0 };
-                let ids = [bond_event.pair.a, bond_event.pair.b].map(|p| self.state.particles.id[p as usize]);
-                Event {
-                    time,
-                    step,
-                    id_a: ids[0].min(ids[1]),
-                    id_b: ids[0].max(ids[1]),
-                    position: bond_event.position,
-                    mode_shares: [fraction(0), fraction(1), fraction(2), fraction(3)],
-                    energy: bond_event.energy,
-                    damage: bond_event.damage,
-                }
-            })
-            .collect()
+        report.bond_events.iter().map(|(_, bond_event)| self.event(bond_event, time, step)).collect()
+    }
+
+    /// Entry of the event log for a bond.
+    fn event(&self, bond_event: &BondEvent, time: f64, step: u64) -> Event {
+        let total: f64 = bond_event.stored.iter().sum();
+        let fraction = |k: usize| if total > 0.0 { bond_event.stored[k] / total } else { 0.0 };
+        let ids = [bond_event.pair.a, bond_event.pair.b].map(|p| self.state.particles.id[p as usize]);
+        Event {
+            time,
+            step,
+            id_a: ids[0].min(ids[1]),
+            id_b: ids[0].max(ids[1]),
+            position: bond_event.position,
+            mode_shares: [fraction(0), fraction(1), fraction(2), fraction(3)],
+            energy: bond_event.energy,
+            damage: bond_event.damage,
+        }
     }
 
     /// Completed fraction of the run, 0 to 1, by the stop condition nearest to being met; a stress drop cannot be predicted.

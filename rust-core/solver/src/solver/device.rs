@@ -1,13 +1,14 @@
 //! Steps that a device takes in place of the solver.
 //!
-//! A device takes only steps without an event: no bond breaks or is damaged beyond the threshold of the event log, no unbonded contact
-//! begins or opens, the neighbor list is complete. It discards a step in which one of these happens, and the solver takes it. So the
+//! A device takes only steps without an event: no bond breaks, no unbonded contact begins that follows a broken bond, the neighbor list is
+//! complete. It discards a step in which one of these happens, and the solver takes it. So the
 //! rules for events have one definition, and the device needs none of them.
 
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::{Mat3, Vec3};
 
 use super::{STIFFNESS_INTERVAL, Solver, book, check_finite};
+use crate::forces::BondEvent;
 use crate::integrate::{Damping, KickSums};
 use crate::state::State;
 use crate::{SolverError, StepReport};
@@ -63,7 +64,7 @@ pub struct Stretch {
 }
 
 /// Sums of one step.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct StretchStep {
     /// Energies of all contacts, J; stored energies only in a step that samples.
     pub energy: EnergySplit,
@@ -77,6 +78,21 @@ pub struct StretchStep {
     pub force_squared: f64,
     /// As `force_squared`.
     pub moment_squared: f64,
+    /// Entries of the event log, as in [`StepReport`], in the order of the solver.
+    pub bond_events: Vec<(usize, BondEvent)>,
+}
+
+/// What [`Solver::step_on`] did.
+#[derive(Debug, Default)]
+pub struct TakenSteps {
+    /// Report of the last step.
+    pub report: StepReport,
+    /// Number of steps.
+    pub count: u64,
+    /// Whether the solver must take the next step.
+    pub event: bool,
+    /// Entries of the event log, each with its step.
+    pub bond_events: Vec<(u64, BondEvent)>,
 }
 
 /// Why a stretch of steps ended.
@@ -133,8 +149,7 @@ impl Solver {
     }
 
     /// Let `device`, which has the present state ([`StepDevice::load`]), take up to `count` steps, and book them. Only ledger and clock of
-    /// `state` are then current; [`StepDevice::store`] gives the rest. Returns the report of the last step, their number, and whether the
-    /// solver must take the next one. [`Self::forces`] stay those of the solver's own last step.
+    /// `state` are then current; [`StepDevice::store`] gives the rest. [`Self::forces`] stay those of the solver's own last step.
     ///
     /// # Errors
     /// The device fails; velocities that are no longer finite; input that the neighbor search rejects.
@@ -144,15 +159,18 @@ impl Solver {
         state: &mut State,
         count: u64,
         sample: bool,
-    ) -> Result<(StepReport, u64, bool), SolverError> {
+    ) -> Result<TakenSteps, SolverError> {
         let failed = |step, source: DeviceError| SolverError::Device { step, source };
-        let mut report = StepReport::default();
+        let (mut report, mut bond_events) = (StepReport::default(), Vec::new());
         let Stretch { steps, end } = device.advance(count, sample).map_err(|error| failed(state.clock.step, error))?;
         let taken = steps.len() as u64;
-        for StretchStep { energy, virial, kick, active: [bonds, contacts], force_squared, moment_squared } in steps {
+        for step in steps {
+            let StretchStep { energy, virial, kick, active: [bonds, contacts], force_squared, moment_squared, .. } =
+                step;
             let active = [bonds, contacts, 0];
             report =
                 StepReport { energy, virial, kick, active, force_squared, moment_squared, ..StepReport::default() };
+            bond_events.extend(step.bond_events.into_iter().map(|(_, event)| (state.clock.step, event)));
             book(state, &mut report, [0.0; 2]);
         }
         if end == StretchEnd::Moved {
@@ -163,7 +181,7 @@ impl Solver {
             self.rebuild_neighbor_list(state, 0.0)?;
             device.load(self, state).map_err(|error| failed(state.clock.step, error))?;
         }
-        Ok((report, taken, end == StretchEnd::Event))
+        Ok(TakenSteps { report, count: taken, event: end == StretchEnd::Event, bond_events })
     }
 
     /// As [`Self::step_on`] for one step that samples, with the net forces of that step as [`Self::forces`]. `None` if the solver must take it.
@@ -174,13 +192,13 @@ impl Solver {
         &mut self,
         device: &mut dyn StepDevice,
         state: &mut State,
-    ) -> Result<Option<StepReport>, SolverError> {
-        let (report, taken, _) = self.step_on(device, state, 1, true)?;
-        if taken == 0 {
+    ) -> Result<Option<TakenSteps>, SolverError> {
+        let taken = self.step_on(device, state, 1, true)?;
+        if taken.count == 0 {
             return Ok(None);
         }
         let (forces, torques) = (&mut self.force, &mut self.torque);
         device.forces(forces, torques).map_err(|source| SolverError::Device { step: state.clock.step, source })?;
-        Ok(Some(report))
+        Ok(Some(taken))
     }
 }

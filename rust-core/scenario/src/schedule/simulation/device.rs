@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 use super::super::{Loading, guard};
 use super::{Advance, RunError, Simulation, memory};
 use crate::schedule::StopReason;
-use concordem_solver::{SolverError, StepDevice};
+use concordem_solver::forces::BondEvent;
+use concordem_solver::fracture::Event;
+use concordem_solver::{SolverError, StepDevice, TakenSteps};
 
 /// A device, and when to use it.
 pub(super) struct Device {
@@ -85,7 +87,7 @@ impl Simulation {
         steps.load(&self.solver, &self.state).map_err(failed(first))?;
         // Copying takes a tenth of the time, or less.
         let longest = STRETCH.max(10 * begun.elapsed());
-        let (mut event, mut records, mut stopped) = (false, Vec::new(), None);
+        let (mut event, mut records, mut events, mut stopped) = (false, Vec::new(), Vec::new(), None);
         while self.state.clock.step < end && !event && stopped.is_none() && begun.elapsed() < longest {
             let step = self.state.clock.step;
             let record = step.next_multiple_of(self.schedule.sample_interval.max(1));
@@ -96,13 +98,15 @@ impl Simulation {
             if record == step {
                 steps.positions(&mut self.state.particles.position).map_err(failed(step))?;
                 let before = self.before_step(true);
-                let Some(report) = self.solver.sample_on(steps, &mut self.state)? else {
+                let Some(TakenSteps { report, bond_events, .. }) = self.solver.sample_on(steps, &mut self.state)?
+                else {
                     event = true;
                     break;
                 };
                 if !self.schedule.allow_energy_error {
                     self.check_energy(steps, step)?;
                 }
+                events.extend(self.book_events(&bond_events));
                 self.remember(&report);
                 let (record, values) = self.record(&before, &report, 1.0);
                 records.push(record);
@@ -117,14 +121,16 @@ impl Simulation {
             if guarded {
                 count = checked + 1 - step;
             }
-            let (report, taken, left) = self.solver.step_on(steps, &mut self.state, count, guarded)?;
-            event = left;
-            if taken == 0 {
+            let taken = self.solver.step_on(steps, &mut self.state, count, guarded)?;
+            let TakenSteps { report, bond_events, .. } = taken;
+            event = taken.event;
+            if taken.count == 0 {
                 continue;
             }
-            if guarded && taken == count {
+            if guarded && taken.count == count {
                 self.check_energy(steps, checked)?;
             }
+            events.extend(self.book_events(&bond_events));
             self.remember(&report);
             self.last = report;
         }
@@ -142,7 +148,14 @@ impl Simulation {
         let by_steps = || self.schedule.stop.steps.is_some_and(|limit| step >= limit).then_some(StopReason::Steps);
         let stopped = stopped.or_else(by_steps);
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
-        Ok(Some(Advance { records, stopped, ..Advance::default() }))
+        Ok(Some(Advance { records, events, stopped, ..Advance::default() }))
+    }
+
+    /// Counts these entries of the event log.
+    fn book_events(&mut self, bond_events: &[(u64, BondEvent)]) -> Vec<Event> {
+        self.state.schedule_memory[memory::DAMAGED] += bond_events.len() as f64;
+        let dt = self.state.clock.dt;
+        bond_events.iter().map(|(step, event)| self.event(event, *step as f64 * dt, *step)).collect()
     }
 
     /// The guard's check of the ledger after step `step`, which has sampled. The energy of prescribed motions is that of the last copy: they
