@@ -66,6 +66,47 @@ output = { sample_interval = 300 }
     assert_eq!(hash(&on_device), hash(&alone));
     // All steps but the first: records at 300 and 600, and the guard's checks at 256 and 512, are the device's, too.
     assert_eq!(provenance(&on_device, "steps_on_device"), "699");
+    // The first step of velocity Verlet differs, and is the solver's.
+    let verlet = ["--force", "--set", "integration.scheme=velocity-verlet"];
+    let (alone, on_device) =
+        (run("alone.h5", &verlet), run("device.h5", &[&verlet[..], &["--device", "emulated"]].concat()));
+    assert_eq!(hash(&on_device), hash(&alone));
+}
+
+/// Each template with the default kinematics is refused at a key, or has the hash of the run without the device. Those of specimens have the
+/// features of the smaller ones.
+#[test]
+fn templates_are_refused_or_have_the_bits_of_the_solver() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let templates = concat!(env!("CARGO_MANIFEST_DIR"), "/../rust-core/scenario/src/schema/templates");
+    let mut taken = Vec::new();
+    for entry in std::fs::read_dir(templates).expect("the templates") {
+        let template = entry.expect("a template").path();
+        let name = template.file_stem().and_then(|name| name.to_str()).expect("a name").to_owned();
+        if name.contains("specimen") || name == "elastic-sweep" {
+            continue;
+        }
+        let run = |device: &[&str]| {
+            let result = folder.path().join(format!("{name}-{}.h5", device.len()));
+            let set = ["--set", "kinematics=finite", "--set", "stop.steps=150"];
+            let arguments = ["run", "-q", "-o", text(&result), text(&template)];
+            (concordem(arguments.iter().chain(&set).chain(device)), result)
+        };
+        let (on_device, result) = run(&["--device", "emulated"]);
+        if on_device.code == exit::USAGE {
+            assert!(on_device.err.contains("run without --device"), "{name}: {}", on_device.err);
+            continue;
+        }
+        assert_eq!(on_device.code, exit::DONE, "{name}: {}", on_device.err);
+        let (alone, expected) = run(&[]);
+        assert_eq!(alone.code, exit::DONE, "{name}: {}", alone.err);
+        let hash = |path: &Path| concordem(["info", "--hash", text(path)]).out;
+        assert_eq!(hash(&result), hash(&expected), "{name}");
+        taken.push(name);
+    }
+    taken.sort();
+    let expected = ["beam-impact", "concrete-fibers", "concrete-hopkinson", "concrete-mesoscale", "cpm-small"];
+    assert_eq!(taken, [&expected[..], &["hertz-impact", "linear-bond-bar"]].concat());
 }
 
 /// A record of the device ends a run: at a strain, and where the stress has dropped.

@@ -10,7 +10,7 @@
 //! (`entry`), which `rust-core/gpu/ptx` compiles to PTX and checks. Elsewhere it also has the host part: [`DeviceSteps`] takes steps on a
 //! [`Device`](device::Device), in place of the solver. One of the devices is [emulated](device::emulated).
 //!
-//! **Steps with an event** are the solver's: if a bond breaks or enters the event log, or an unbonded contact begins or opens, the step is
+//! **Steps with an event** are the solver's: if a bond breaks, or a contact begins that follows a broken bond, the step is
 //! discarded on the device ([`concordem_solver::StepDevice`]).
 //!
 //! **Supported:** all laws, for bonds and unbonded contacts of rigid spheres; finite measure, local damping or none, gravity, prescribed
