@@ -1,7 +1,7 @@
 //! Arguments of the kernels: addresses of arrays on the device, the same for all devices.
 //!
-//! A step discards nothing: what the first kernel changes has two copies, `from` and `to` by turns, so that a step with an event can be
-//! taken again. So has what the third kernel sums, which runs while the next step begins.
+//! A step overwrites nothing: what the first kernel changes has two copies, `from` and `to` by turns, so that a step with an event can be
+//! taken again. (One flag of bonds has one copy; the host takes it back, see [`ContactArrays::reported`].) So has what the third kernel sums, which runs while the next step begins.
 
 use concordem_contact::law::ContactLaw;
 use concordem_contact::math::{Quat, Vec3};
@@ -23,8 +23,8 @@ pub struct Launch {
     pub serial: u32,
 }
 
-/// Numbers of steps that are not to be taken, nor any later one: the first with an event, and the first before which the neighbor list
-/// must be rebuilt. `u32::MAX`: none.
+/// Where the steps end: the first step with an event, and the first one before which the neighbor list must be rebuilt (`u32::MAX`: none);
+/// neither these nor later ones are taken. And whether there are entries of the event log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Stops {
@@ -100,7 +100,7 @@ pub struct ContactArrays<L: ContactLaw> {
     pub rows: *const L,
     /// Particles.
     pub pair: *const Pair,
-    /// Row and flags of each contact, two copies; for bonds only one, because they change only in events.
+    /// Row and flags of each contact, two copies; for bonds only one: of their flags only [`ContactFlags::REPORTED`] changes on a device.
     pub flags: [*mut ContactFlags; 2],
     /// Length and area without strain, in the same way, column by column: neighboring threads read neighboring numbers.
     pub reference: [*mut f64; 2],
@@ -204,7 +204,8 @@ pub struct SumTable {
     pub stride: u64,
 }
 
-/// Sizes that host and kernels must agree on; the kernel `layout` writes those with which it was compiled.
+/// Sizes that host and kernels must agree on, and a hash of the sources of the kernels; the kernel `layout` writes those with which it was
+/// compiled.
 pub const LAYOUT: [u64; LAYOUTS] = {
     let mut sizes = [0; LAYOUTS];
     sizes[0] = size_of::<Loads>() as u64;
@@ -212,7 +213,8 @@ pub const LAYOUT: [u64; LAYOUTS] = {
     sizes[2] = size_of::<SumArrays>() as u64;
     sizes[3] = size_of::<SumTable>() as u64;
     sizes[4] = size_of::<Launch>() as u64;
-    let mut at = 5;
+    sizes[5] = SOURCES;
+    let mut at = 6;
     macro_rules! of_laws {
         ($($key:ident: $Law:ident,)*) => { $(
             type $Law = concordem_contact::law::$key::$Law;
@@ -226,8 +228,30 @@ pub const LAYOUT: [u64; LAYOUTS] = {
     sizes
 };
 
+/// Hash of the sources of this crate that the kernels consist of; those of the laws are left out.
+const SOURCES: u64 = {
+    let files: [&[u8]; 4] = [
+        include_bytes!("arguments.rs"),
+        include_bytes!("contact.rs"),
+        include_bytes!("kernels.rs"),
+        include_bytes!("particle.rs"),
+    ];
+    // FNV-1a.
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut file = 0;
+    while file < files.len() {
+        let mut at = 0;
+        while at < files[file].len() {
+            hash = (hash ^ files[file][at] as u64).wrapping_mul(0x0000_0100_0000_01b3);
+            at += 1;
+        }
+        file += 1;
+    }
+    hash
+};
+
 macro_rules! count_laws {
     ($($key:ident: $Law:ident,)*) => { [$(stringify!($key)),*].len() };
 }
 /// Number of [`LAYOUT`].
-pub const LAYOUTS: usize = 5 + 3 * concordem_contact::for_each_law!(count_laws);
+pub const LAYOUTS: usize = 6 + 3 * concordem_contact::for_each_law!(count_laws);

@@ -17,8 +17,8 @@ use crate::contact::Loads;
 use crate::device::{Device, DeviceError, Kernel};
 use crate::sums::{STRETCH, TileSums};
 
-/// Most entries of the event log that are copied one by one.
-const ENTRIES: usize = 1000;
+/// Most rows of an array that are copied at once to read some of them.
+const WINDOW: usize = 4096;
 
 /// What the blocks of a state share.
 pub struct Shared {
@@ -153,6 +153,23 @@ fn get_table<T: Item + Pod>(
     (0..Table::<T>::WIDTH).try_for_each(|n| columns.get_at(device, n * count, table.column_mut(n)))
 }
 
+/// The rows of these indices, which ascend, each with its index. Those near each other are read together.
+fn rows<T: Pod>(
+    array: &Buffer<T>,
+    device: &mut dyn Device,
+    mut indices: &[usize],
+) -> Result<Vec<(usize, T)>, DeviceError> {
+    let mut found = Vec::with_capacity(indices.len());
+    while let Some(&first) = indices.first() {
+        let (near, rest) = indices.split_at(indices.partition_point(|&k| k < first + WINDOW));
+        let mut window = vec![T::zeroed(); near.last().map_or(0, |last| last + 1 - first)];
+        array.get_at(device, first, &mut window)?;
+        found.extend(near.iter().map(|&k| (k, window[k - first])));
+        indices = rest;
+    }
+    Ok(found)
+}
+
 impl<L: ContactLaw> BlockOnDevice for Block<L> {
     fn law(&self) -> &'static str {
         L::NAME
@@ -264,31 +281,20 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         self.reported.get(device, &mut reported)?;
         let bonds: Vec<usize> = (0..self.count).filter(|&k| reported[k] > self.read).collect();
         self.read = last;
-        let [Some(&first), Some(&end)] = [bonds.first(), bonds.last()] else { return Ok(Vec::new()) };
-        self.flagged = true;
-        // Many entries at once, or each on its own.
-        let mut entries = vec![[0.0; 9]; if bonds.len() > ENTRIES { end + 1 - first } else { 0 }];
-        self.logged.get_at(device, first, &mut entries)?;
-        let mut events = Vec::new();
-        for k in bonds {
-            if reported[k] > last {
-                let mut flags = [ContactFlags::default()];
-                self.flags[0].get_at(device, k, &mut flags)?;
-                flags[0].bits &= !ContactFlags::REPORTED;
-                self.flags[0].put_at(device, k, &flags)?;
-                continue;
-            }
-            let mut entry = [entries.get(k - first).copied().unwrap_or_default()];
-            if entries.is_empty() {
-                self.logged.get_at(device, k, &mut entry)?;
-            }
-            let mut pair = [Pair { a: 0, b: 0 }];
-            self.pair.get_at(device, k, &mut pair)?;
-            let [[x, y, z, energy, damage, stored @ ..]] = entry;
-            let position = Vec3::new(x, y, z);
-            events.push((reported[k], BondEvent { pair: pair[0], broke: false, damage, position, energy, stored }));
+        self.flagged |= !bonds.is_empty();
+        let (discarded, bonds): (Vec<usize>, Vec<usize>) = bonds.into_iter().partition(|&k| reported[k] > last);
+        for (k, mut flags) in rows(&self.flags[0], device, &discarded)? {
+            flags.bits &= !ContactFlags::REPORTED;
+            self.flags[0].put_at(device, k, &[flags])?;
         }
-        Ok(events)
+        let pairs = rows(&self.pair, device, &bonds)?;
+        let entries = rows(&self.logged, device, &bonds)?;
+        let event = |((k, pair), (_, entry)): ((usize, Pair), (usize, Logged))| {
+            let [x, y, z, energy, damage, stored @ ..] = entry;
+            let position = Vec3::new(x, y, z);
+            (reported[k], BondEvent { pair, broke: false, damage, position, energy, stored })
+        };
+        Ok(pairs.into_iter().zip(entries).map(event).collect())
     }
 
     fn store(&self, device: &mut dyn Device, contacts: &mut dyn Contacts, from: u32) -> Result<(), DeviceError> {

@@ -2,7 +2,7 @@
 //!
 //! The only unsafe code of the crate apart from the calls of a driver. Each thread writes the row of one contact, of one particle, or of
 //! one sum, and reads nothing that another thread of the same kernel writes, except for the [`Stops`]: threads that write one of these
-//! write the same number, which excludes no step before the present one.
+//! write the same number; none excludes a step before the present one.
 
 #![allow(unsafe_code)]
 

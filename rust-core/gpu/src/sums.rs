@@ -21,8 +21,8 @@ pub struct TileSums<const WIDTH: usize> {
 }
 
 impl<const WIDTH: usize> TileSums<WIDTH> {
-    /// Prepare sums of `rows`, arrays on the device for even and odd steps. `start`: first row of each tile, then the number of rows. `steps`: those that have sums of
-    /// their own; 1 if only steps that sample have any.
+    /// Prepare sums of `rows`, arrays on the device for even and odd steps. `start`: first row of each tile, then the number of rows.
+    /// `steps`: those that have sums of their own; 1 if only steps that sample have any.
     pub fn load(
         &mut self,
         device: &mut dyn Device,
@@ -59,7 +59,7 @@ impl<const WIDTH: usize> TileSums<WIDTH> {
                 total
             })
         };
-        Ok(sums.chunks_exact(self.tiles * WIDTH).map(of_step).collect())
+        Ok(sums.chunks_exact((self.tiles * WIDTH).max(1)).map(of_step).collect())
     }
 
     /// Give the memory back.

@@ -232,8 +232,7 @@ impl Run {
             }
             let advance = self.simulation.advance()?;
             self.first_step.get_or_insert_with(|| self.begun.elapsed());
-            for sample in advance.records.iter().copied().chain(advance.sample) {
-                self.files.append_sample(&sample.to_row())?;
+            if let Some(sample) = self.append_records(&advance)? {
                 self.show(&sample, start, false);
                 if last_look.elapsed() > Duration::from_millis(100) {
                     last_look = Instant::now();
@@ -273,6 +272,19 @@ impl Run {
             }
         }
         Ok(Some((self.simulation.state.clock.step - first_step, start.elapsed())))
+    }
+
+    /// Writes the records. Returns the last one: the state is that of its step.
+    fn append_records(&mut self, advance: &Advance) -> Result<Option<Record>, Failure> {
+        let mut last = None;
+        for &record in advance.records.iter().chain(&advance.sample) {
+            self.files.append_sample(&record.to_row())?;
+            // [`Self::show`] draws the last one.
+            if let (Some(live), Some(Record { strain, stress, .. })) = (&mut self.live, last.replace(record)) {
+                live.record(strain, stress);
+            }
+        }
+        Ok(last)
     }
 
     /// Prints the end of a stage, and bonds made during the run.

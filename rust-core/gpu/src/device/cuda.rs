@@ -79,7 +79,7 @@ impl Cuda {
     fn wait(&self) -> Result<(), DeviceError> {
         self.enter()?;
         // Safety: the stream lives as long as this value.
-        unsafe { stream::synchronize(self.beside) }.map_err(|error| fault("the sums", error))
+        unsafe { stream::synchronize(self.beside) }.map_err(|error| fault("the steps on the device", error))
     }
 
     fn function(&mut self, kernel: Kernel) -> Result<sys::CUfunction, DeviceError> {

@@ -66,7 +66,7 @@ impl Kernel {
 pub type Address = u64;
 
 /// A device. All calls take effect in their order, with one exception: [`Kernel::Sums`] may run while the launches of the next step do, but
-/// ends before those of the step after it begin. Only [`Self::download`] waits for the launches before it.
+/// ends before those of the step after it begin. [`Self::upload`], [`Self::download`], and [`Self::free`] wait for all launches before them.
 pub trait Device: Send + Sync {
     /// What a user calls it.
     fn name(&self) -> String;

@@ -290,8 +290,8 @@ impl Simulation {
     }
 
     /// Advances one step, with the record and the operators that are due. The step that ends the run also gives the
-    /// record and all operators of the final state. With [a device](Self::use_device), advances many steps where none of them has a record,
-    /// operators, or events.
+    /// record and all operators of the final state. With [a device](Self::use_device), advances many steps where none has operators, a
+    /// snapshot, or a broken bond; records and events of these steps come together, and are lost if a later one of them fails.
     ///
     /// # Errors
     /// The solver or the device fails, or an operator cannot be evaluated.

@@ -29,7 +29,7 @@ pub trait StepDevice: Send + Sync {
     /// The device has too little memory, or fails.
     fn load(&mut self, solver: &Solver, state: &State) -> Result<(), DeviceError>;
 
-    /// Take up to `count` steps from the state on the device; the last of them sums stored energies if `sample`.
+    /// Take up to `count` steps from the state on the device; the last of them also sums what a record needs if `sample`.
     ///
     /// # Errors
     /// The device fails.
@@ -41,7 +41,8 @@ pub trait StepDevice: Send + Sync {
     /// The device fails.
     fn positions(&mut self, positions: &mut [Vec3]) -> Result<(), DeviceError>;
 
-    /// Copy force (N) and torque (N·m) of the contacts on each particle from the device; those of the last step, which must have sampled.
+    /// Copy force (N) and torque (N·m) of the contacts on each particle from the device; those of the last
+    /// step that sampled, also after [`Self::load`] of the same particles.
     ///
     /// # Errors
     /// The device fails.
@@ -149,7 +150,8 @@ impl Solver {
     }
 
     /// Let `device`, which has the present state ([`StepDevice::load`]), take up to `count` steps, and book them. Only ledger and clock of
-    /// `state` are then current; [`StepDevice::store`] gives the rest. [`Self::forces`] stay those of the solver's own last step.
+    /// `state` are then current; [`StepDevice::store`] gives the rest. [`Self::forces`] stay those of the last step of
+    /// the solver's own or of [`Self::sample_on`].
     ///
     /// # Errors
     /// The device fails; velocities that are no longer finite; input that the neighbor search rejects.

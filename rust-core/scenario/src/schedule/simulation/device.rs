@@ -90,8 +90,12 @@ impl Simulation {
         let (mut event, mut records, mut events, mut stopped) = (false, Vec::new(), Vec::new(), None);
         while self.state.clock.step < end && !event && stopped.is_none() && begun.elapsed() < longest {
             let step = self.state.clock.step;
-            let record = step.next_multiple_of(self.schedule.sample_interval.max(1));
-            let mut count = (end - step).min(self.solver.steps_for_device(&self.state));
+            let record = match self.schedule.sample_interval {
+                0 => u64::MAX,
+                interval => step.next_multiple_of(interval),
+            };
+            // Often enough to look at the clock.
+            let mut count = (end - step).min(self.solver.steps_for_device(&self.state)).min(guard::INTERVAL);
             if count == 0 {
                 break;
             }
