@@ -5,7 +5,7 @@ use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, places};
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::kinematics::{BranchVector, MotionMeasure, Pose, RestFrame};
 use crate::law::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_each};
-use crate::math::{Vec3, is_zero};
+use crate::math::Vec3;
 use crate::wrench::{Wrenches, wrenches_of_four};
 
 /// Evaluates slender or Timoshenko beams with equal parameters and small end rotations in columns; see
@@ -102,7 +102,7 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
     }
     let mut turned = false;
     for i in 0..count {
-        turned |= !is_zero(&input.rest.rest_rotation.get(i));
+        turned |= input.rest.rest_rotation.get(i) != Vec3::zeros();
         // A NaN area makes the stress NaN, and the contact takes the scalar path.
         if !batch.bonded(i) {
             input.reference.area[i] = f64::NAN;
