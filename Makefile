@@ -224,7 +224,8 @@ ptx:
 	rust-core/gpu/ptx
 
 # What a machine with a graphics processor needs to check and measure it, in target/gpu; there run `rust-core/gpu/measure run`.
-gpu: ptx
+gpu:
+	.ci/setup ptx
 	rust-core/gpu/measure build
 
 # Parts of our solver alone, operators, and the bridges to YADE.

@@ -1,7 +1,8 @@
 //! Arguments of the kernels: addresses of arrays on the device, the same for all devices.
 //!
 //! A step overwrites nothing: what the first kernel changes has two copies, `from` and `to` by turns, so that a step with an event can be
-//! taken again. (One flag of bonds has one copy; the host takes it back, see [`ContactArrays::reported`].) So has what the third kernel sums, which runs while the next step begins.
+//! taken again. (One flag of bonds has one copy; the host takes it back, see [`ContactArrays::reported`].) What the third kernel sums has two
+//! copies, too, because it runs while the next step begins.
 
 use concordem_contact::law::ContactLaw;
 use concordem_contact::math::{Quat, Vec3};

@@ -62,8 +62,8 @@ pub trait BlockOnDevice: Send + Sync {
         steps: &mut [StretchStep],
         sampled: bool,
     ) -> Result<(), DeviceError>;
-    /// The entries of the event log since the last call: the serial numbers of their steps, the indices of the bonds. Those after the step
-    /// `last` do not count, and their flags are taken back.
+    /// The entries of the event log since the last call, each with the [`Launch::serial`] of its step. Entries after the step `last` are of a
+    /// discarded step: they do not count, and their flags are taken back.
     fn logged(&mut self, device: &mut dyn Device, last: u32) -> Result<Vec<(u32, BondEvent)>, DeviceError>;
     /// Copy what the steps changed to `contacts`; `from`: the copy that the next step reads.
     fn store(&self, device: &mut dyn Device, contacts: &mut dyn Contacts, from: u32) -> Result<(), DeviceError>;

@@ -231,7 +231,7 @@ fn the_event_log_has_the_bits_of_the_solver() {
     let (_, course) = scene.compare(120, 1000);
     assert_quiet(&course);
     assert!(course.logged > 1000, "{} entries", course.logged);
-    // Above and below the number of entries that are copied one by one.
+    // In other steps bonds break, so the solver takes them.
     let brittle = CpmParameters { omega_threshold: 0.8, ..CpmParameters::new(YOUNG, 0.2, 3e6, 0.6, 1e-4, 5.0) };
     let law = Cpm::new(&brittle).unwrap();
     scene = self::scene(Some(law), Some(law), LOCAL, 40.0);

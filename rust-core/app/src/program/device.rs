@@ -9,7 +9,7 @@ use concordem_solver::StepDevice;
 /// The device that takes the steps.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(super) struct DeviceArguments {
-    /// Take the steps between events on a graphics processor, with bitwise equal results: gpu. Needs a build with
+    /// Take the steps on a graphics processor, with bitwise equal results: gpu. Needs a build with
     /// `--features gpu`
     #[arg(long, value_name = "NAME", value_enum)]
     device: Option<DeviceName>,

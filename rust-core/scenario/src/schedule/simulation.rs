@@ -1,10 +1,12 @@
 //! A run: state, solver, and schedule, advanced step by step.
 
 mod device;
+mod error;
+mod memory;
 
 use std::sync::OnceLock;
 
-use super::guard::{self, EnergyFault, Guard};
+use super::guard::{self, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
 use super::{Aim, Bonding, Record, Schedule, Stage, StageReason, bonding};
@@ -19,83 +21,8 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::{Model, Solver, SolverError, StepReport, time_step};
 
-/// Why a run cannot continue.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RunError {
-    /// The solver failed.
-    #[error(transparent)]
-    Solver(#[from] SolverError),
-    /// Integration errors have changed the energy, or the motion is unstable.
-    #[error("at step {step} (t = {time} s) {}", describe(fault))]
-    Energy {
-        /// Step.
-        step: u64,
-        /// Time, s.
-        time: f64,
-        /// What is wrong.
-        fault: Box<EnergyFault>,
-    },
-    /// Bonds made during the run are too stiff for the time step.
-    #[error("at step {step} (t = {time} s), after {made} bonds were made, the time step of {dt:.3e} s exceeds its stability bound of \
-             {bound:.3e} s; give integration.time_step = {:.2e}", 0.8 * bound)]
-    Bonds {
-        /// Step.
-        step: u64,
-        /// Time, s.
-        time: f64,
-        /// Number of new bonds.
-        made: usize,
-        /// Time step, s.
-        dt: f64,
-        /// Its bound, s.
-        bound: f64,
-    },
-    /// The run has something that no device supports.
-    #[error("the device `{device}` does not support {what}; run without --device")]
-    Device {
-        /// Name of the device.
-        device: String,
-        /// What it does not support.
-        what: &'static str,
-    },
-    /// An operator cannot be evaluated.
-    #[error("sample `{name}` at step {step}: {source}")]
-    Operator {
-        /// Name of the sample.
-        name: String,
-        /// Step.
-        step: u64,
-        /// Cause.
-        source: OperatorError,
-    },
-}
-
-/// An [`EnergyFault`] in words.
-fn describe(fault: &EnergyFault) -> String {
-    let EnergyFault { unstable, yade, created, turnover, integration, residual, kinetic, stored } = fault;
-    let remedy = "The time step is too large for the contacts that have formed: lower integration.contact_safety or \
-                  integration.time_step. With integration.allow_energy_error = true the run continues anyway";
-    if *unstable {
-        return format!(
-            "the motion is unstable: the stored energy is {stored:.3e} J, but kinetic plus stored energy is {:.3e} J. {remedy}",
-            kinetic + stored
-        );
-    }
-    let remedy = if *yade {
-        "YADE's kinematics create energy where particles rotate: use kinematics = \"finite\", or a smaller \
-         integration.time_step. With integration.allow_energy_error = true the run continues anyway"
-    } else {
-        remedy
-    };
-    let (verb, without) = if *created > 0.0 { ("gained", "without a source") } else { ("lost", "without a sink") };
-    format!(
-        "the run has {verb} {:.3e} J {without}, {:.1} % of its energy of {turnover:.3e} J (ledger: integration \
-         {integration:.3e} J, residual {residual:.3e} J). {remedy}",
-        created.abs(),
-        100.0 * created.abs() / turnover
-    )
-}
+pub use error::RunError;
+pub(crate) use memory::{continue_memory, forget_turnover};
 
 /// Result of [`Simulation::advance`].
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -133,53 +60,6 @@ pub struct OperatorRow {
 
 /// Largest number of walls that follow the opening of a gauge: the state has so many places for them.
 pub(crate) const OPENINGS: usize = 8;
-
-/// Indices into [`State::schedule_memory`].
-mod memory {
-    pub const PEAK: usize = 0;
-    pub const BROKEN: usize = 1;
-    pub const DAMAGED: usize = 2;
-    pub const VIRIAL: usize = 3;
-    pub const STOPPED: usize = 12;
-    pub const AXIAL: usize = 13;
-    /// Largest energy present or dissipated so far, J.
-    pub const ENERGY: usize = 15;
-    /// Lasting rate of the servo of a cell, 1/s, column by column.
-    pub const LASTING: usize = 16;
-    /// Lasting speed of a loading that follows the opening of a gauge, m/s, and after it those of up to [`super::OPENINGS`] walls. Such loadings do
-    /// not drive a cell, so that the place is free.
-    pub const OPENING: usize = LASTING;
-    /// Which bonds have been made during the run: one bit for each [`super::Bonding`].
-    pub const BONDED: usize = LASTING + 9;
-    /// First value of [`super::StageProgress`]. After it come time (s) and step of the end of each stage.
-    pub const STAGE: usize = BONDED + 1;
-    pub const COUNT: usize = STAGE + super::StageProgress::LENGTH;
-}
-
-/// Prepares the memory of an earlier run for its continuation: clears the reason for stopping, and the peak stress if
-/// the loading is new.
-/// `new_stages`: the first of them starts at this time (s) and step.
-pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stages: Option<(f64, u64)>) {
-    memory.resize(memory.len().max(memory::COUNT), 0.0);
-    if let Some((time, step)) = new_stages {
-        memory.truncate(memory::COUNT);
-        StageProgress::read(&memory[memory::STAGE..]).begin(0, time, step).write(&mut memory[memory::STAGE..]);
-    }
-    if let Some(stopped) = memory.get_mut(memory::STOPPED) {
-        *stopped = 0.0;
-    }
-    if let (true, Some(peak)) = (new_loading, memory.get_mut(memory::PEAK)) {
-        *peak = 0.0;
-        memory[memory::LASTING..memory::BONDED].fill(0.0);
-    }
-}
-
-/// Clears the largest energy so far, when the energy balance starts again.
-pub(crate) fn forget_turnover(memory: &mut [f64]) {
-    if let Some(energy) = memory.get_mut(memory::ENERGY) {
-        *energy = 0.0;
-    }
-}
 
 /// A running simulation.
 pub struct Simulation {

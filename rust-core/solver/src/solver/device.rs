@@ -1,8 +1,9 @@
 //! Steps that a device takes in place of the solver.
 //!
-//! A device takes only steps without an event: no bond breaks, no unbonded contact begins that follows a broken bond, the neighbor list is
-//! complete. It discards a step in which one of these happens, and the solver takes it. So the
-//! rules for events have one definition, and the device needs none of them.
+//! A device takes only steps without an event. An event is: a bond breaks, the pair of a broken bond touches again, an unbonded contact enters
+//! the event log, or a contact begins whose stiffness the solver must check. The device discards a step with an event, and the solver takes
+//! it. So the rules for events have one definition, and the device needs none of them. The device stops before a step for which the neighbor
+//! list may be incomplete.
 
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::{Mat3, Vec3};

@@ -1,0 +1,53 @@
+//! What a run remembers in its state: places in [`State::schedule_memory`](concordem_solver::state::State::schedule_memory).
+
+use crate::schedule::stage::StageProgress;
+
+/// Stress of the largest magnitude so far, Pa.
+pub(super) const PEAK: usize = 0;
+/// Number of bonds that broke.
+pub(super) const BROKEN: usize = 1;
+/// Number of bonds that entered the event log by their damage.
+pub(super) const DAMAGED: usize = 2;
+/// `Σ l⊗f` of the last step, J, column by column.
+pub(super) const VIRIAL: usize = 3;
+/// Code of the reason why the run has ended; 0 if it has not.
+pub(super) const STOPPED: usize = 12;
+/// Axial forces of the two ends in the last step, N.
+pub(super) const AXIAL: usize = 13;
+/// Largest energy present or dissipated so far, J.
+pub(super) const ENERGY: usize = 15;
+/// Lasting rate of the servo of a cell, 1/s, column by column.
+pub(super) const LASTING: usize = 16;
+/// Lasting speed of a loading that follows the opening of a gauge, m/s, and after it those of up to [`super::OPENINGS`] walls. Such loadings do
+/// not drive a cell, so that the place is free.
+pub(super) const OPENING: usize = LASTING;
+/// Which bonds have been made during the run: one bit for each [`Bonding`](crate::schedule::Bonding).
+pub(super) const BONDED: usize = LASTING + 9;
+/// First value of [`StageProgress`]. After it come time (s) and step of the end of each stage.
+pub(super) const STAGE: usize = BONDED + 1;
+pub(super) const COUNT: usize = STAGE + StageProgress::LENGTH;
+
+/// Prepares the memory of an earlier run for its continuation: clears the reason for stopping, and the peak stress if
+/// the loading is new.
+/// `new_stages`: the first of them starts at this time (s) and step.
+pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stages: Option<(f64, u64)>) {
+    memory.resize(memory.len().max(COUNT), 0.0);
+    if let Some((time, step)) = new_stages {
+        memory.truncate(COUNT);
+        StageProgress::read(&memory[STAGE..]).begin(0, time, step).write(&mut memory[STAGE..]);
+    }
+    if let Some(stopped) = memory.get_mut(STOPPED) {
+        *stopped = 0.0;
+    }
+    if let (true, Some(peak)) = (new_loading, memory.get_mut(PEAK)) {
+        *peak = 0.0;
+        memory[LASTING..BONDED].fill(0.0);
+    }
+}
+
+/// Clears the largest energy so far, when the energy balance starts again.
+pub(crate) fn forget_turnover(memory: &mut [f64]) {
+    if let Some(energy) = memory.get_mut(ENERGY) {
+        *energy = 0.0;
+    }
+}
