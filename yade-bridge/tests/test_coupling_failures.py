@@ -56,7 +56,7 @@ def made_up(motion):
         return motion(block.nodes, steps[0])
 
     elements = coupling.CallbackElements(block.nodes, surface.STEP, step, lambda: steps[0], lambda state: steps.__setitem__(0, state))
-    skin = coupling.Skin(elements, coupling.Embedding(block.nodes, coupling._embedding._cells_of(block), block.nodes).cells)
+    skin = coupling.Skin(elements, coupling._embedding._cells_of(block))
     return elements, skin
 
 
