@@ -255,6 +255,20 @@ impl Item for Vec3 {
     type Arrays = Vec3Arrays;
 }
 
+impl Vec3Arrays {
+    /// Whether an item has a number other than zero. Without branches; unused items count, too.
+    #[inline(always)]
+    pub fn any_nonzero(&self) -> bool {
+        let mut any = false;
+        for column in &self.0 {
+            for number in column {
+                any |= *number != 0.0;
+            }
+        }
+        any
+    }
+}
+
 impl Arrays for Vec3Arrays {
     type Item = Vec3;
 

@@ -50,4 +50,15 @@ impl ContactFlags {
     pub fn has(self, bits: u8) -> bool {
         self.bits & bits == bits
     }
+    /// The bits that all `flags` have, in each field; then those that any of them has. Without branches.
+    #[inline(always)]
+    pub fn all_and_any(flags: &[Self]) -> [Self; 2] {
+        let [mut all, mut any] = [u64::MAX, 0];
+        for flags in flags {
+            let numbers: u64 = bytemuck::cast(*flags);
+            all &= numbers;
+            any |= numbers;
+        }
+        [bytemuck::cast(all), bytemuck::cast(any)]
+    }
 }

@@ -1,7 +1,7 @@
 //! Motion of particles in a step, and the inputs of the motion measures.
 
 use crate::Cell;
-use crate::columns::{Item, Lanes};
+use crate::columns::{BATCH, Item, Lanes};
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::math::{Quat, Symmetric, Vec3};
 use crate::wall::ClosestPoint;
@@ -148,6 +148,15 @@ pub trait MotionSource {
         [[ai, aj, ak, al], [bi, bj, bk, bl]]
     }
 
+    /// Whether [`Self::rotations`] gives any.
+    fn has_rotations(&self) -> bool;
+
+    /// Whether a contact of the batch may cross the border of the cell.
+    fn crosses(&self) -> bool;
+
+    /// Whether all contacts of the batch are known to be bonds.
+    fn all_bonded(&self) -> bool;
+
     /// Rotations of A and B in the step, if the poses contain orientations in their place: in scenes with beams.
     fn rotations(&self, i: usize) -> Option<[Quat; 2]>;
 
@@ -181,6 +190,9 @@ pub trait MotionSource {
 
     /// Part of [`Self::constants`]: masses of A and B, kg.
     fn masses(&self, i: usize) -> [f64; 2];
+
+    /// Read the masses of the first `count` contacts.
+    fn read_masses(&self, count: usize, arrays: [&mut [f64; BATCH]; 2]);
 
     /// Sum of the surface displacements of A and B, m; only if particles deform.
     fn surface_displacement(&self, i: usize) -> Symmetric;

@@ -33,6 +33,9 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// which columns may leave out: the scalar path evaluates it.
     fn inherits(&self, i: usize) -> bool;
 
+    /// Whether any contact of the batch may inherit energy. Cheaper than [`Self::inherits`] of each.
+    fn may_inherit(&self) -> bool;
+
     /// Damage from which on the event log records a contact.
     fn damage_threshold(&self) -> f64;
 
@@ -66,6 +69,8 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
 pub trait ColumnResults<L: ContactLaw> {
     /// Whether contact `i` needs the scalar path, because it ends, or because of what the columns leave out.
     fn need_scalar_path<B: Batch<L>>(&self, i: usize, batch: &B) -> bool;
+    /// Whether none of the columns, used or not, needs the scalar path, found without a branch per contact. If not, each contact is asked.
+    fn all_plain<B: Batch<L>>(&self, batch: &B) -> bool;
     /// Normals and lengths of the contacts after the step.
     fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays;
     /// Histories of the contacts after the step; `None` if they did not change.
@@ -88,8 +93,10 @@ pub(super) fn commit_columns<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(
 ) {
     // Bit `i`: contact `i` takes the scalar path.
     let mut scalar = 0_u32;
-    for i in 0..count {
-        scalar |= u32::from(results.need_scalar_path(i, batch)) << i;
+    if !results.all_plain(batch) {
+        for i in 0..count {
+            scalar |= u32::from(results.need_scalar_path(i, batch)) << i;
+        }
     }
     if scalar != 0 {
         keep(scalar, count, batch, results);

@@ -202,7 +202,7 @@ crate::columns! {
         motion: FiniteInput,
         /// Its length is NaN for a contact that is not a bond.
         reference: Reference,
-        /// Mass, kg; zero without dashpots.
+        /// Mass, kg; of no meaning without dashpots.
         mass_a: f64,
         mass_b: f64,
         history: LinearBondState,
@@ -321,6 +321,15 @@ impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
     }
 
     #[inline(always)]
+    fn all_plain<B: Batch<LinearBond>>(&self, _batch: &B) -> bool {
+        let mut hold = true;
+        for holds in &self.0.bond.holds {
+            hold &= *holds != 0.0;
+        }
+        hold
+    }
+
+    #[inline(always)]
     fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
         &mut self.0.bond.geometry
     }
@@ -427,14 +436,18 @@ impl ContactLaw for LinearBond {
         FiniteInput::write(&mut input.motion, count, batch);
         batch.read_histories(count, &mut input.history);
         batch.read_references(count, &mut input.reference);
-        for i in 0..count {
-            if !batch.bonded(i) {
-                input.reference.length[i] = f64::NAN;
+        if !batch.all_bonded() {
+            for i in 0..count {
+                if !batch.bonded(i) {
+                    input.reference.length[i] = f64::NAN;
+                }
             }
-            let [mass_a, mass_b] = if damped { batch.masses(i) } else { [0.0; 2] };
-            input.mass_a.set(i, mass_a);
-            input.mass_b.set(i, mass_b);
-            if B::DEFORM {
+        }
+        if damped {
+            batch.read_masses(count, [&mut input.mass_a, &mut input.mass_b]);
+        }
+        if B::DEFORM {
+            for i in 0..count {
                 arrays.surface_displacement.set(i, batch.surface_displacement(i));
             }
         }

@@ -118,9 +118,7 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
     FiniteInput::write(&mut input.motion, count, batch);
     batch.read_histories(count, bytemuck::cast_mut(&mut input.history));
     batch.read_references(count, &mut input.reference);
-    for i in 0..count {
-        [input.mass_a[i], input.mass_b[i]] = batch.masses(i);
-    }
+    batch.read_masses(count, [&mut input.mass_a, &mut input.mass_b]);
     if law.has_shear_dashpot() {
         columns.apply(&Evaluated::<L, true> { law: &law, dt });
     } else {
@@ -138,6 +136,15 @@ impl<L: Pressing> ColumnResults<L> for Results<'_> {
     fn need_scalar_path<B: Batch<L>>(&self, i: usize, batch: &B) -> bool {
         let presses = self.0.elongation[i] < 0.0;
         !presses || batch.inherits(i)
+    }
+
+    #[inline(always)]
+    fn all_plain<B: Batch<L>>(&self, batch: &B) -> bool {
+        let mut press = true;
+        for elongation in &self.0.elongation {
+            press &= *elongation < 0.0;
+        }
+        press && !batch.may_inherit()
     }
 
     #[inline(always)]

@@ -184,10 +184,21 @@ pub(super) struct TileEvaluator<
     pub(super) tile: Tile<'a, L>,
     pub(super) totals: Totals,
     pub(super) pending: [PendingContact; SIZE],
-    /// The first contact of the batch, if the batch is full and its contacts follow each other.
-    run: Option<usize>,
+    /// The contacts of the batch, if it is full, and they follow each other.
+    run: Option<Run>,
     /// How it moves numbers between rows and columns.
     pub(super) lanes: T,
+}
+
+/// A full batch of contacts that follow each other, have forces, and count.
+#[derive(Clone, Copy)]
+struct Run {
+    /// Its first contact.
+    first: usize,
+    /// The bits that the flags of all its contacts have.
+    all: ContactFlags,
+    /// The bits that any of them has.
+    any: ContactFlags,
 }
 
 /// A contact of the present batch.
@@ -224,14 +235,12 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
         k: usize,
         mut slot: u32,
     ) -> Option<u32> {
-        const WATCHED: u8 = ContactFlags::ACTIVE | ContactFlags::BROKEN | ContactFlags::NOT_OWNED;
         if SIZE != BATCH {
             return None;
         }
         let flags = self.tile.flags.get(k..k + BATCH)?;
-        // Without branches, so that the compiler uses vector registers.
-        let other = flags.iter().fold(0, |other, flags| other | (flags.bits & WATCHED) ^ ContactFlags::ACTIVE);
-        if other != 0 {
+        let [all, any] = ContactFlags::all_and_any(flags);
+        if !all.has(ContactFlags::ACTIVE) || any.bits & (ContactFlags::BROKEN | ContactFlags::NOT_OWNED) != 0 {
             return None;
         }
         for pair in pairs.get(k + AHEAD..).unwrap_or_default().iter().take(BATCH) {
@@ -246,7 +255,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             *pending =
                 PendingContact { contact: (k + i) as u32, slot: place, pair: *pair, begins: false, counted: true };
         }
-        self.run = Some(k);
+        self.run = Some(Run { first: k, all, any });
         Some(slot)
     }
 
@@ -264,7 +273,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     #[inline(always)]
     fn read<R: Item + Pod>(&self, rows: &Rows<'_, R>, count: usize, arrays: &mut R::Arrays) {
         match self.run {
-            Some(first) => rows.read_run(first, arrays),
+            Some(run) => rows.read_run(run.first, arrays),
             None => rows.read(&self.listed()[..count], arrays),
         }
     }
@@ -387,6 +396,21 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     }
 
     #[inline(always)]
+    fn has_rotations(&self) -> bool {
+        self.context.oriented
+    }
+
+    #[inline(always)]
+    fn crosses(&self) -> bool {
+        self.run.is_none_or(|run| run.any.image != [0; 3])
+    }
+
+    #[inline(always)]
+    fn all_bonded(&self) -> bool {
+        self.run.is_some_and(|run| run.all.has(ContactFlags::BONDED))
+    }
+
+    #[inline(always)]
     fn rotations(&self, i: usize) -> Option<[Quat; 2]> {
         self.context.oriented.then(|| self.rotations_in_step(self.pending[i].pair))
     }
@@ -458,6 +482,14 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     }
 
     #[inline(always)]
+    fn read_masses(&self, count: usize, [of_a, of_b]: [&mut [f64; BATCH]; 2]) {
+        let mass = &self.context.particles.mass[..];
+        for ((a, b), pending) in of_a.iter_mut().zip(of_b).zip(&self.pending[..count]) {
+            (*a, *b) = (mass[pending.pair.a as usize], mass[pending.pair.b as usize]);
+        }
+    }
+
+    #[inline(always)]
     fn surface_displacement(&self, i: usize) -> Symmetric {
         let Pair { a, b } = self.pending[i].pair;
         self.context.surface_displacement[a as usize].0 + self.context.surface_displacement[b as usize].0
@@ -521,6 +553,9 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     #[inline(always)]
     fn alike(&self, count: usize) -> bool {
         let row = |pending: &PendingContact| self.tile.flags[pending.contact as usize].row;
+        if let Some(run) = self.run {
+            return run.all.row == run.any.row;
+        }
         self.rows.len() == 1 || self.pending[..count].iter().all(|pending| row(pending) == row(&self.pending[0]))
     }
 
@@ -528,6 +563,11 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     fn inherits(&self, i: usize) -> bool {
         let PendingContact { contact, begins, .. } = self.pending[i];
         begins && self.tile.flags[contact as usize].has(ContactFlags::KEPT_REFERENCE)
+    }
+
+    #[inline(always)]
+    fn may_inherit(&self) -> bool {
+        self.run.is_none()
     }
 
     #[inline(always)]
@@ -560,7 +600,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     #[inline(always)]
     fn store_geometries(&mut self, count: usize, arrays: &<PreviousGeometry as Item>::Arrays) {
         match self.run {
-            Some(first) => self.tile.previous.write_run(first, arrays),
+            Some(run) => self.tile.previous.write_run(run.first, arrays),
             None => self.tile.previous.write(&self.listed()[..count], arrays),
         }
     }
@@ -568,7 +608,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     #[inline(always)]
     fn store_histories(&mut self, count: usize, arrays: &<L::State as Item>::Arrays) {
         match self.run {
-            Some(first) => self.tile.history.write_run(first, arrays),
+            Some(run) => self.tile.history.write_run(run.first, arrays),
             None => self.tile.history.write(&self.listed()[..count], arrays),
         }
     }

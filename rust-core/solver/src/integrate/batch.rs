@@ -84,7 +84,9 @@ impl FreeKick {
     pub fn of(shared: &Shared<'_>, chunk: &Chunk<'_>) -> Option<Self> {
         let &Shared { context, gradient, loads, .. } = shared;
         let plain = loads.is_empty() && chunk.previous.is_empty();
-        let plain = plain && context.gradient_change.is_none() && !context.convective;
+        // Without a cell there is no convection.
+        let convective = context.convective && gradient.is_some();
+        let plain = plain && context.gradient_change.is_none() && !convective;
         let (damped, damping) = match context.damping {
             Damping::None => (false, [0.0; 2]),
             Damping::Local { translation, rotation } => (true, [translation, rotation]),

@@ -108,13 +108,15 @@ impl KickSums {
     }
 }
 
-/// Sum the forces and torques of each particle: those of its own tile, then those in the halos, in fixed order.
-pub fn gather(of_tiles: &[Wrench], maps: &[&TileMap], force: &mut [Vec3], torque: &mut [Vec3]) {
-    let sums = force.par_chunks_mut(TILE).zip(torque.par_chunks_mut(TILE)).zip(of_tiles.par_chunks(TILE));
+/// Sum the forces and torques of each particle: those of its own tile, then those in the halos, in fixed order. Sets those of the tiles to
+/// zero, for the next step.
+pub fn gather(of_tiles: &mut [Wrench], maps: &[&TileMap], force: &mut [Vec3], torque: &mut [Vec3]) {
+    let sums = force.par_chunks_mut(TILE).zip(torque.par_chunks_mut(TILE)).zip(of_tiles.par_chunks_mut(TILE));
     sums.enumerate().for_each(|(chunk, ((force, torque), of_tile))| {
         for ((force, torque), wrench) in force.iter_mut().zip(torque.iter_mut()).zip(of_tile) {
             *force = wrench.force;
             *torque = wrench.torque;
+            *wrench = Wrench::default();
         }
         for map in maps {
             for (i, (force, torque)) in force.iter_mut().zip(torque.iter_mut()).enumerate() {

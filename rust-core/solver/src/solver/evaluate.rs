@@ -20,7 +20,7 @@ impl Solver {
     /// Returns `Σ f⊗image` (N) over contacts across the periodic border.
     pub(super) fn evaluate(&mut self, state: &mut State, sample: bool, report: &mut StepReport) -> Mat3 {
         let mut watch = Stopwatch::start();
-        self.net.clear();
+        // Zero: the last step left them so.
         self.net.resize(state.particles.len(), Wrench::default());
         self.pass.clear();
         report.evaluations += 1;
@@ -71,7 +71,7 @@ impl Solver {
         }
         watch.lap(&mut self.stages.contacts);
         let maps = maps(&self.bond_maps, &self.contact_map, state);
-        integrate::gather(&self.net, &maps, &mut self.force, &mut self.torque);
+        integrate::gather(&mut self.net, &maps, &mut self.force, &mut self.torque);
         // Without iterations, [`DeformationPass::finish`] adds the halo.
         if deformation::iteration(deformable).is_some() {
             self.pass.gather(&maps, &state.particles, reacting);

@@ -35,20 +35,24 @@ impl FiniteInput {
     pub fn write<S: MotionSource>(arrays: &mut <Self as Item>::Arrays, count: usize, source: &S) {
         arrays.shift = bytemuck::Zeroable::zeroed();
         source.read_previous(count, &mut arrays.previous);
+        let lanes = source.lanes();
         for i in (0..count).step_by(4) {
-            let places = places(i, count);
-            let [a, b] = source.four_poses(places);
-            arrays.a.set_four(i, a, source.lanes());
-            arrays.b.set_four(i, b, source.lanes());
-            for place in places {
-                if S::PERIODIC
-                    && let Some(shift) = source.shift(place)
-                {
-                    arrays.shift.set(place, shift);
+            let [a, b] = source.four_poses(places(i, count));
+            arrays.a.set_four(i, a, lanes);
+            arrays.b.set_four(i, b, lanes);
+        }
+        if S::PERIODIC && source.crosses() {
+            for i in 0..count {
+                if let Some(shift) = source.shift(i) {
+                    arrays.shift.set(i, shift);
                 }
-                if let Some([a, b]) = source.rotations(place) {
-                    arrays.a.rotation.set(place, a);
-                    arrays.b.rotation.set(place, b);
+            }
+        }
+        if source.has_rotations() {
+            for i in 0..count {
+                if let Some([a, b]) = source.rotations(i) {
+                    arrays.a.rotation.set(i, a);
+                    arrays.b.rotation.set(i, b);
                 }
             }
         }

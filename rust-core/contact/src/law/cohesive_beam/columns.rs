@@ -94,26 +94,28 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
     input.shift = bytemuck::Zeroable::zeroed();
     batch.read_histories(count, &mut input.rest);
     batch.read_references(count, &mut input.reference);
+    let lanes = batch.lanes();
     for i in (0..count).step_by(4) {
-        let places = places(i, count);
-        let [a, b] = batch.four_poses(places);
-        input.a.set_four(i, a, batch.lanes());
-        input.b.set_four(i, b, batch.lanes());
+        let [a, b] = batch.four_poses(places(i, count));
+        input.a.set_four(i, a, lanes);
+        input.b.set_four(i, b, lanes);
     }
-    let mut turned = false;
-    for i in 0..count {
-        turned |= input.rest.rest_rotation.get(i) != Vec3::zeros();
+    if !batch.all_bonded() {
         // A NaN area makes the stress NaN, and the contact takes the scalar path.
-        if !batch.bonded(i) {
-            input.reference.area[i] = f64::NAN;
-        }
-        if B::PERIODIC
-            && let Some(shift) = batch.shift(i)
-        {
-            input.shift.set(i, shift);
+        for i in 0..count {
+            if !batch.bonded(i) {
+                input.reference.area[i] = f64::NAN;
+            }
         }
     }
-    if turned {
+    if B::PERIODIC && batch.crosses() {
+        for i in 0..count {
+            if let Some(shift) = batch.shift(i) {
+                input.shift.set(i, shift);
+            }
+        }
+    }
+    if input.rest.rest_rotation.any_nonzero() {
         columns.apply(&Intact::<true> { beam: &beam, shear_coefficient });
     } else {
         columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
@@ -135,6 +137,15 @@ impl ColumnResults<CohesiveBeam> for Results<'_> {
         // A stress of NaN, too.
         let holds = self.columns.stress[i] < self.strength;
         !holds
+    }
+
+    #[inline(always)]
+    fn all_plain<B: Batch<CohesiveBeam>>(&self, _batch: &B) -> bool {
+        let mut hold = true;
+        for stress in &self.columns.stress {
+            hold &= *stress < self.strength;
+        }
+        hold
     }
 
     #[inline(always)]

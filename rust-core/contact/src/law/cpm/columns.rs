@@ -124,6 +124,16 @@ impl ColumnResults<Cpm> for Responses<'_> {
     }
 
     #[inline(always)]
+    fn all_plain<B: Batch<Cpm>>(&self, batch: &B) -> bool {
+        let threshold = batch.damage_threshold();
+        let mut small = true;
+        for omega in &self.0.history.omega {
+            small &= *omega < threshold;
+        }
+        small && !batch.may_inherit()
+    }
+
+    #[inline(always)]
     fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
         &mut self.0.geometry
     }
@@ -306,6 +316,10 @@ fn predict_damage(law: &Cpm, count: usize, columns: &mut Columns) {
 /// Write 1 for a bond, else 0.
 #[inline(always)]
 fn write_bonded<B: Batch<Cpm>>(column: &mut [f64; BATCH], count: usize, batch: &B) {
+    if batch.all_bonded() {
+        *column = [1.0; BATCH];
+        return;
+    }
     for (i, bonded) in column.iter_mut().enumerate().take(count) {
         *bonded = f64::from(u8::from(batch.bonded(i)));
     }
