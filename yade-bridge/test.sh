@@ -26,6 +26,8 @@ install_package() {
     site=$("$python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
     rm -rf "$site/concordem"
     cp -r "$target/python/concordem" "$site/"
+    # As pip does: YADE writes no compiled modules itself, and each import would compile them.
+    "$python" -m compileall -q "$site/concordem"
   done
 }
 
