@@ -548,7 +548,7 @@ void concordem_yade_bonds_forces(const ConcordemBonds *bonds, const double **for
 int64_t concordem_yade_bonds_step(ConcordemBonds *bonds, const ConcordemBondedStep *step, const ConcordemMessage *message);
 
 /// Write the virial `Σ l⊗f` over all contacts, J: forces of the last step, branch vectors between the present positions, at the
-/// addresses `positions` of all particles; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
+/// addresses `positions` of all particles, or if these are null, between the positions of the last step; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
 int64_t concordem_yade_bonds_virial(const ConcordemBonds *bonds,
                                     const double (*const *positions)[3],
                                     double (*virial)[9],
@@ -808,4 +808,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x8780638a33aeacfc)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x1a6ae8dcf8465cff)

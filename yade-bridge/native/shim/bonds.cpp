@@ -87,6 +87,28 @@ namespace {
 	        nullptr;
 #endif
 
+	/* Waits until no other thread uses the bonds. Without Python's lock, which the step of another thread may need for its checks. */
+	class Between {
+		std::unique_lock<std::recursive_mutex> lock;
+
+	public:
+		explicit Between(std::recursive_mutex& inUse)
+		        : lock(inUse, std::try_to_lock)
+		{
+			if (lock.owns_lock()) return;
+			PyThreadState* python = PyGILState_Check() ? PyEval_SaveThread() : nullptr;
+			lock.lock();
+			if (python) PyEval_RestoreThread(python);
+		}
+	};
+
+	/* Whether no other thread moves bodies now. YADE's loop waits for the scripts that it calls. */
+	bool isAtRest()
+	{
+		if (!Omega::instance().isRunning()) return true;
+		return boost::python::extract<bool>(boost::python::import("concordem.yade._pause").attr("in_the_loop")());
+	}
+
 	/* Not of a derived class, as in the engine without headers. */
 	bool isBall(const shared_ptr<Body>& body)
 	{
@@ -175,6 +197,7 @@ void BondedEngine_Rust::verify(bool deep)
 
 void BondedEngine_Rust::check()
 {
+	const Between between(inUse);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (bonds) verify(true);
@@ -462,6 +485,7 @@ void BondedEngine_Rust::load()
 
 void BondedEngine_Rust::takeOver()
 {
+	const Between between(inUse);
 	scene = Omega::instance().getScene().get();
 	if (!bonds && !memory.empty()) load();
 	if (bonds) refuse("the bonds have already been taken over; call release() first");
@@ -483,6 +507,7 @@ int32_t BondedEngine_Rust::isPresent(const void* engine, size_t k, uint32_t numb
 
 void BondedEngine_Rust::action()
 {
+	const Between between(inUse);
 	if (!bonds) {
 		if (!memory.empty()) load();
 		else {
@@ -517,6 +542,7 @@ void BondedEngine_Rust::action()
 
 ConcordemFacts BondedEngine_Rust::facts()
 {
+	const Between between(inUse);
 	if (!bonds && !memory.empty()) {
 		scene = Omega::instance().getScene().get();
 		load();
@@ -557,6 +583,7 @@ void BondedEngine_Rust::writeStates()
 
 Matrix3r BondedEngine_Rust::stress(Real volume)
 {
+	const Between between(inUse);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (!bonds) refuse("there are no bonds yet; take a step or call takeOver() first");
@@ -567,11 +594,13 @@ Matrix3r BondedEngine_Rust::stress(Real volume)
 	double sum[9];
 	Reason reason;
 	vector<const double(*)[3]> positions;
-	for (size_t k = 0; k < seen.size(); k++) {
+	// While another thread runs YADE, the positions of the last step.
+	const bool present = isAtRest();
+	for (size_t k = 0; present && k < seen.size(); k++) {
 		if (!isPresent(this, k, concordem_yade_bonds_ids(bonds.get())[k])) refuse("a body with bonds was deleted or replaced");
 		positions.push_back(reinterpret_cast<const double(*)[3]>(states[k]->pos.data()));
 	}
-	if (concordem_yade_bonds_virial(bonds.get(), positions.data(), &sum, reason) < 0) refuse(reason.text);
+	if (concordem_yade_bonds_virial(bonds.get(), present ? positions.data() : nullptr, &sum, reason) < 0) refuse(reason.text);
 	Matrix3r found;
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 3; j++)
@@ -581,6 +610,7 @@ Matrix3r BondedEngine_Rust::stress(Real volume)
 
 void BondedEngine_Rust::release()
 {
+	const Between between(inUse);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (!bonds) return;
@@ -612,6 +642,7 @@ namespace {
 
 boost::python::object BondedEngine_Rust::words()
 {
+	const Between between(inUse);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (!bonds) refuse("there are no bonds yet; take a step or call takeOver() first");
@@ -621,6 +652,7 @@ boost::python::object BondedEngine_Rust::words()
 
 void BondedEngine_Rust::preSave(BondedEngine_Rust&)
 {
+	const Between between(inUse);
 	if (bonds) memory = saved(bonds.get());
 }
 

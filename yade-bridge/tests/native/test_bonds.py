@@ -6,6 +6,8 @@ import os
 import struct
 import sys
 
+import numpy as np
+
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 from specimen import *
@@ -15,6 +17,7 @@ from yade import utils
 from yade.minieigenHP import Matrix3, Vector3
 
 import concordem.yade as bridge
+from concordem import _core, operators
 
 WORK = os.environ.get("BRIDGE_WORK", "/tmp")
 bridge.load_native()
@@ -544,6 +547,46 @@ def test_background_and_reset():
     O.reset()
     engine()
     run(5)
+
+
+def sums_of_last_positions(e):
+    x, contacts = e.forces()
+    return operators.region_stress(x, contacts, operators.Region.all(1.0)).stress
+
+
+@on_two_threads
+def test_bonds_are_read_between_two_steps_of_another_thread():
+    """Each copy is that of a whole step: a run that ends there has the same bytes. So is each stress, with the positions of that step.
+    Tolerance of the stress: rounding of sums of 7,000 numbers."""
+    steps = 300
+    e = engine()
+    copies, stresses, counts = [], [], []
+    O.run(steps)
+    while O.running:
+        stresses.append(np.array(e.stress(1.0)))
+        copies.append(e.words())
+        counts.append((e.steps, e.bondCount, e.broken))
+    O.wait()
+    assert len(copies) > 5 and counts == sorted(counts), counts
+    wanted = {_core.Hosted.of_words(copy, 1).steps: copy for copy in copies}
+    e, found, sums = engine(), {}, []
+    for _ in range(steps):
+        O.step()
+        sums.append(sums_of_last_positions(e))
+        if e.steps in wanted:
+            found[e.steps] = e.words()
+    assert found == {k: copy for k, copy in wanted.items() if k > 0} and len(found) > 5
+    size = np.abs(sums).max()
+    for stress in stresses[1:]:
+        assert min(np.abs(stress - one).max() for one in sums) < 1e-11 * size
+
+
+def test_a_body_far_away_stops_the_run():
+    e = engine()
+    O.bodies[7].state.pos = Vector3(1e30, 0, 0)
+    with raises(RuntimeError, "body 7 is 1e30 m from the origin"):
+        O.step()
+    assert e.steps == 0
 
 
 def memory():

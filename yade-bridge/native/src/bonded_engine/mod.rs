@@ -212,7 +212,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
 }
 
 /// Write the virial `Σ l⊗f` over all contacts, J: forces of the last step, branch vectors between the present positions, at the
-/// addresses `positions` of all particles; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
+/// addresses `positions` of all particles, or if these are null, between the positions of the last step; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_virial(
     bonds: *const Bonds,
@@ -224,8 +224,12 @@ pub unsafe extern "C" fn concordem_yade_bonds_virial(
     unsafe {
         guarded(message, || {
             let Bonds { assembly, pool } = &*bonds;
-            let addresses = slice(positions, assembly.state.particles.len());
-            let present: Vec<Vec3> = addresses.iter().map(|&address| Vec3::from(*address)).collect();
+            let last = &assembly.state.particles.position;
+            let present: Vec<Vec3> = if positions.is_null() {
+                last.clone()
+            } else {
+                slice(positions, last.len()).iter().map(|&address| Vec3::from(*address)).collect()
+            };
             let sum = pool.install(|| assembly.virial(&present)).map_err(|error| error.to_string())?;
             *virial = row_by_row(&sum);
             Ok::<_, String>(0)
