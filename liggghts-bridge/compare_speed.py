@@ -7,6 +7,9 @@ component of Open MPI counts the bytes sent on 8 processors in a periodic box, a
   liggghts-bridge/compare_speed.py [--rounds 15]   measures, writes validation/results/liggghts-speed.json, prints the blocks for
                                                    docs/book/reference/liggghts.md
   liggghts-bridge/compare_speed.py --memory        measures the memory alone, and replaces those figures in the results file
+  liggghts-bridge/compare_speed.py --rebuild       instead, the time of a rebuild of our bonds, in steps: runs that rebuild the lists in
+                                                   every step, minus runs that never do, beside the same without bonds; the fastest
+                                                   of the rounds; writes validation/results/liggghts-rebuild.json
   liggghts-bridge/compare_speed.py --docs          prints the blocks from the results file
   liggghts-bridge/compare_speed.py --check         fails if the blocks in docs/book/reference/liggghts.md are not up to date
 """
@@ -25,6 +28,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 LAUNCHER = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, "../target")), "liggghts/concordem-liggghts")
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 RESULTS = os.path.join(HERE, "../validation/results/liggghts-speed.json")
+REBUILDS = os.path.join(HERE, "../validation/results/liggghts-rebuild.json")
 DOCS = os.path.join(HERE, "../docs/book/reference/liggghts.md")
 EDGE = 22
 # Additional steps of the long run. They take seconds, while the start-up time varies by hundredths of a second.
@@ -142,6 +146,24 @@ def of_step(folder, script, processors, steps):
     return (long - short) / steps, float(share[-1]) if share else float("nan"), int(bonds[0]) if bonds else 0
 
 
+def rebuilds(folder, rounds, edge=30):
+    """Time of a rebuild over that of a step, for each law in a periodic box with nine bonds per sphere."""
+    packing(folder, edge)
+    lists = {"never": "neigh_modify every 1000 delay 1000\n", "always": "neigh_modify every 1 delay 0 check no\n"}
+    scripts = {law: BONDS.format(law=text) for law, text in LAWS.items()}
+    scripts["none"] = scripts["cpm"].replace("bond distance 1.5", "bond none")
+    best = {(law, when): math.inf for law in scripts for when in lists}
+    for _ in range(rounds):
+        for law, when in best:
+            best[law, when] = min(best[law, when], of_step(folder, lists[when] + scripts[law], 1, 100)[0])
+    host = best["none", "always"] - best["none", "never"]
+    for law in LAWS:
+        # A whole step of LIGGGHTS, with our bonds; LIGGGHTS' own rebuild is subtracted.
+        step, rebuild = best[law, "never"], best[law, "always"] - best[law, "never"] - host
+        print(f"{law:14} step {step * 1e3:6.1f} ms, rebuild {rebuild * 1e3:6.1f} ms: {rebuild / step:.2f} steps", flush=True)
+        yield {"law": law, "spheres": edge**3, "bonds": 9 * edge**3, "step_s": step, "rebuild_s": rebuild, "rebuild_in_steps": rebuild / step}
+
+
 def sent(folder, script, steps):
     """[bytes, messages] sent between all processes of a run, ghosts per process, owned atoms per process."""
     for name in os.listdir(folder):
@@ -225,9 +247,22 @@ def measure(rounds):
         if processors == 1:
             figure["bytes_per_bond"], figure["bytes_per_bond_at_most"] = held[law]
         result["bonds"].append(figure)
+    return result | circumstances(load)
+
+
+def circumstances(load):
+    """Commit, machine, and load of a record that began with the load `load`."""
     commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
-    return result | {"commit": commit, "machine": f"{platform.machine()}, {os.cpu_count()} processors",
-                     "load_average_before": load, "load_average": os.getloadavg()}
+    with open("/proc/cpuinfo") as file:
+        model = re.search(r"(?m)^model name\s*: (.*)$", file.read())
+    return {"commit": commit, "machine": f"{model[1] if model else platform.machine()}, {os.cpu_count()} processors",
+            "load_average_before": load, "load_average": os.getloadavg()}
+
+
+def save(path, result):
+    with open(path, "w") as out:
+        json.dump(result, out, indent=1)
+        out.write("\n")
 
 
 def digits(value, count=2):
@@ -335,9 +370,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--memory", action="store_true")
+    parser.add_argument("--rebuild", action="store_true")
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
+    if arguments.rebuild:
+        load = os.getloadavg()
+        with tempfile.TemporaryDirectory() as folder:
+            found = list(rebuilds(folder, arguments.rounds))
+        save(REBUILDS, {"rebuilds": found} | circumstances(load))
+        return
     if arguments.memory:
         with open(RESULTS) as file:
             result = json.load(file)
@@ -346,14 +388,10 @@ def main():
         for figure in result["bonds"]:
             if figure["processors"] == 1:
                 figure["bytes_per_bond"], figure["bytes_per_bond_at_most"] = held[figure["law"]]
-        with open(RESULTS, "w") as out:
-            json.dump(result, out, indent=1)
-            out.write("\n")
+        save(RESULTS, result)
     elif not arguments.docs and not arguments.check:
         result = measure(arguments.rounds)
-        with open(RESULTS, "w") as out:
-            json.dump(result, out, indent=1)
-            out.write("\n")
+        save(RESULTS, result)
         for name, values in [("ratio of contacts", result["contacts"]["ratios"]),
                              *((f"{f['law']} on {f['processors']}", f["rounds"]) for f in result["bonds"])]:
             print(f"scatter of the median, {name}: {scatter(values) * 100:.1f} %")

@@ -15,6 +15,18 @@ fn printed_on(processors: usize, host: Host, script: &str, page: &str, folder: &
     run_in(host, folder, &text, processors)
 }
 
+/// A map with an entry per id takes 4 bytes per atom of the whole run on every process.
+#[test]
+fn no_script_asks_for_a_map_with_an_entry_per_id() {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let scripts = std::fs::read_dir(examples).unwrap().map(|entry| entry.unwrap().path());
+    let scripts: Vec<_> = scripts.filter(|path| path.extension().is_some_and(|end| end == "in")).collect();
+    assert!(scripts.len() > 8, "{scripts:?}");
+    for path in scripts {
+        assert!(!std::fs::read_to_string(&path).unwrap().contains("map array"), "{path:?}");
+    }
+}
+
 /// The same on two processors, for the scripts of the tutorial.
 fn printed(host: Host, script: &str, folder: &Path) -> String {
     printed_on(2, host, script, "tutorials/in-liggghts-lammps.md", folder)
