@@ -446,9 +446,13 @@ int64_t concordem_network_begin_restart(ConcordemNetwork *network,
                                         int64_t *most,
                                         const ConcordemMessage *message);
 
-/// Number of reals that atom `i` of the host takes into the restart file. Sets `reals` to them; they are valid until
-/// [`concordem_network_end_restart`].
-int64_t concordem_network_restart_piece(const ConcordemNetwork *network, int64_t i, const double **reals);
+/// Number of reals that atom `i` of the host takes into the restart file.
+int64_t concordem_network_restart_length(const ConcordemNetwork *network, int64_t i);
+
+/// Set `reals` to those that atom `i` of the host takes into the restart file; they are valid until the next call. Returns their number.
+int64_t concordem_network_restart_piece(ConcordemNetwork *network,
+                                        int64_t i,
+                                        const double **reals);
 
 /// Forget the shares of the atoms.
 void concordem_network_end_restart(ConcordemNetwork *network);
@@ -773,4 +777,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x0f32b47c3a4185c5)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x8b204ff59b872f00)

@@ -482,8 +482,7 @@ void FixBondBase::unpack_restart(int nlocal, int nth)
 int FixBondBase::size_restart(int i)
 {
   if (i == 0) begin_restart();
-  const double *reals;
-  return 1 + facts_.atom_width + static_cast<int>(concordem_network_restart_piece(network_, i, &reals));
+  return 1 + facts_.atom_width + static_cast<int>(concordem_network_restart_length(network_, i));
 }
 
 // The first processor writes this number for all atoms, and write_restart comes before.

@@ -522,14 +522,16 @@ pub unsafe extern "C" fn concordem_network_begin_restart(
     }
 }
 
-/// Number of reals that atom `i` of the host takes into the restart file. Sets `reals` to them; they are valid until
-/// [`concordem_network_end_restart`].
+/// Number of reals that atom `i` of the host takes into the restart file.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_restart_piece(
-    network: *const Network,
-    i: i64,
-    reals: *mut *const f64,
-) -> i64 {
+pub unsafe extern "C" fn concordem_network_restart_length(network: *const Network, i: i64) -> i64 {
+    // SAFETY: a valid pointer from the shim.
+    unsafe { (*network).restart_length(i as usize) as i64 }
+}
+
+/// Set `reals` to those that atom `i` of the host takes into the restart file; they are valid until the next call. Returns their number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_restart_piece(network: *mut Network, i: i64, reals: *mut *const f64) -> i64 {
     // SAFETY: valid pointers from the shim.
     unsafe {
         let piece = (*network).restart_piece(i as usize);

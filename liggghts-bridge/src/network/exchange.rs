@@ -53,12 +53,27 @@ impl Incoming {
     }
 }
 
-/// Compact records in pieces, one for each atom of the host.
+/// Compact records in pieces, one for each atom of the host. A piece is made when the host asks for it: all of them take as much memory as
+/// the bonds.
 #[derive(Default)]
 pub(super) struct Pieces {
-    reals: Vec<f64>,
-    /// Where the piece of each atom starts, and where the last one ends.
+    /// Where each record comes from.
+    places: Vec<Place>,
+    /// Records that are not in a block, compact, one after the other.
+    others: Vec<f64>,
+    /// Where the piece of each atom starts, and where the last one ends, in reals.
     start: Vec<usize>,
+    /// The same in records.
+    first: Vec<usize>,
+    /// The piece that was made last.
+    piece: Vec<f64>,
+}
+
+/// Where a record comes from: a contact of a block, or reals of [`Pieces::others`].
+#[derive(Clone, Copy)]
+enum Place {
+    Contact(Kind, u32),
+    Other { at: usize, length: u8 },
 }
 
 /// Records that a rebuild adds to the blocks, without duplicates, sorted by [`Record::key`]. They stay compact, because records of full
@@ -231,9 +246,9 @@ impl Network {
 
     /// Visit each record that is to be stored once among all processors: those whose lower id belongs to an atom that this one owns at
     /// present.
-    fn each_counted(&self, atoms: &Atoms<'_>, visit: &mut dyn FnMut(&Record)) {
+    fn each_counted(&self, atoms: &Atoms<'_>, visit: &mut dyn FnMut(Option<usize>, &Record)) {
         for (at, head) in Record::all_compact(&self.restored, self.width) {
-            visit(&Record::read_compact(&self.restored[at..], &head, self.width));
+            visit(None, &Record::read_compact(&self.restored[at..], &head, self.width));
         }
         self.each_with_owned(0, atoms, visit);
     }
@@ -242,37 +257,38 @@ impl Network {
     pub fn owned_ends(&self, atoms: &Atoms<'_>) -> [usize; 2] {
         [0, 1].map(|end| {
             let mut count = 0;
-            self.each_with_owned(end, atoms, &mut |record| count += usize::from(record.kind == Kind::Bond));
+            self.each_with_owned(end, atoms, &mut |_, record| count += usize::from(record.kind == Kind::Bond));
             count
         })
     }
 
-    /// Visit each record whose lower id (`end` 0) or higher id (1) belongs to an atom that this processor owns at present.
-    fn each_with_owned(&self, end: usize, atoms: &Atoms<'_>, visit: &mut dyn FnMut(&Record)) {
+    /// Visit each record whose lower id (`end` 0) or higher id (1) belongs to an atom that this processor owns at present, and its index in
+    /// the block of its kind, if it is there.
+    fn each_with_owned(&self, end: usize, atoms: &Atoms<'_>, visit: &mut dyn FnMut(Option<usize>, &Record)) {
         // Atoms may have migrated since the last rebuild.
         let mut owned: Vec<Tag> = atoms.tag.iter().take(atoms.owned).collect();
         owned.sort_unstable();
         for (&tag, reals) in owned.iter().filter_map(|tag| Some((tag, self.incoming.of(*tag)?))) {
             for (at, head) in Record::all_compact(reals, self.width).filter(|(_, head)| head.key.1[end] == tag) {
-                visit(&Record::read_compact(&reals[at..], &head, self.width));
+                visit(None, &Record::read_compact(&reals[at..], &head, self.width));
             }
         }
         let counts = |tag: &Tag| owned.binary_search(tag).is_ok() && self.incoming.of(*tag).is_none();
         for (kind, block) in blocks(&self.state) {
             let of_block = (0..block.len()).filter(|&k| counts(&ascending(self.tags_of(block.pairs()[k]))[end]));
-            for record in of_block.filter_map(|k| self.record_of(&self.tags, kind, k)) {
-                visit(&record);
+            for (k, record) in of_block.filter_map(|k| Some((k, self.record_of(&self.tags, kind, k)?))) {
+                visit(Some(k), &record);
             }
         }
         for record in self.dormant.iter().filter(|record| counts(&record.key().1[end])) {
-            visit(record);
+            visit(None, record);
         }
     }
 
     /// Rows of all records that are to be stored by this processor.
     pub fn counted_rows(&self, atoms: &Atoms<'_>) -> Vec<f64> {
         let mut rows = Vec::new();
-        self.each_counted(atoms, &mut |record| record.write(self.width, &mut rows));
+        self.each_counted(atoms, &mut |_, record| record.write(self.width, &mut rows));
         rows
     }
 
@@ -282,25 +298,62 @@ impl Network {
     /// # Errors
     /// There are records, but no atoms.
     pub fn begin_restart(&mut self, atoms: &Atoms<'_>) -> Result<[usize; 2], NetworkError> {
-        let (mut reals, mut lengths) = (Vec::new(), Vec::new());
-        self.each_counted(atoms, &mut |record| {
-            let before = reals.len();
-            record.write_compact(self.width, &mut reals);
-            lengths.push((reals.len() - before) as u8);
+        self.pieces = Pieces::default();
+        let (mut places, mut lengths, mut others, mut piece) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        self.each_counted(atoms, &mut |index, record| {
+            piece.clear();
+            record.write_compact(self.width, &mut piece);
+            let length = piece.len() as u8;
+            lengths.push(length);
+            places.push(match index {
+                Some(k) => Place::Contact(record.kind, k as u32),
+                None => Place::Other { at: others.len(), length },
+            });
+            if index.is_none() {
+                others.extend(&piece);
+            }
         });
         if atoms.owned == 0 && !lengths.is_empty() {
             return Err(NetworkError::NoCarrier);
         }
         let start = share(&lengths, atoms.owned);
         let most = start.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
-        self.pieces = Pieces { reals, start };
+        let (mut first, mut records, mut at) = (Vec::with_capacity(start.len()), 0, 0);
+        for &start in &start {
+            while at < start {
+                at += usize::from(lengths[records]);
+                records += 1;
+            }
+            first.push(records);
+        }
+        self.pieces = Pieces { places, others, start, first, piece };
         Ok([lengths.len(), most])
     }
 
-    /// Records that atom `i` of the host takes into the restart file.
-    pub fn restart_piece(&self, i: usize) -> &[f64] {
-        let Pieces { reals, start } = &self.pieces;
-        start.get(i..i + 2).map_or(&[], |ends| &reals[ends[0]..ends[1]])
+    /// Number of reals that atom `i` of the host takes into the restart file.
+    pub fn restart_length(&self, i: usize) -> usize {
+        self.pieces.start.get(i..i + 2).map_or(0, |ends| ends[1] - ends[0])
+    }
+
+    /// Records that atom `i` of the host takes into the restart file. Bonds must be those of [`Self::begin_restart`].
+    pub fn restart_piece(&mut self, i: usize) -> &[f64] {
+        let mut pieces = std::mem::take(&mut self.pieces);
+        pieces.piece.clear();
+        let records = pieces.first.get(i..i + 2).map_or(0..0, |ends| ends[0]..ends[1]);
+        for place in &pieces.places[records] {
+            match *place {
+                Place::Contact(kind, k) => {
+                    if let Some(record) = self.record_of(&self.tags, kind, k as usize) {
+                        record.write_compact(self.width, &mut pieces.piece);
+                    }
+                }
+                Place::Other { at, length } => {
+                    pieces.piece.extend(&pieces.others[at..][..usize::from(length)]);
+                }
+            }
+        }
+        self.pieces = pieces;
+        &self.pieces.piece
     }
 
     /// All records are in the restart file.
