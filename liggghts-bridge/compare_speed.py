@@ -36,7 +36,7 @@ CONTACT_STEPS, BOND_STEPS = 1000, 300
 SPACING = 0.0099
 HEAD = """units si
 atom_style sphere
-atom_modify map array sort 0 0
+atom_modify sort 0 0
 boundary p p p
 newton off
 {processors}communicate single vel yes
@@ -161,7 +161,7 @@ def rebuilds(folder, rounds, edge=30):
         # A whole step of LIGGGHTS, with our bonds; LIGGGHTS' own rebuild is subtracted.
         step, rebuild = best[law, "never"], best[law, "always"] - best[law, "never"] - host
         print(f"{law:14} step {step * 1e3:6.1f} ms, rebuild {rebuild * 1e3:6.1f} ms: {rebuild / step:.2f} steps", flush=True)
-        yield {"law": law, "spheres": edge**3, "bonds": 9 * edge**3, "step_s": step, "rebuild_s": rebuild, "rebuild_in_steps": rebuild / step}
+        yield {"style": law, "spheres": edge**3, "bonds": 9 * edge**3, "step_s": step, "rebuild_s": rebuild, "rebuild_in_steps": rebuild / step}
 
 
 def sent(folder, script, steps):
@@ -299,6 +299,16 @@ def cost(result):
     return lines
 
 
+def rebuild_cost():
+    """Lines of the docs about rebuilds."""
+    with open(REBUILDS) as file:
+        found = json.load(file)
+    times = ", ".join(f"{f['rebuild_s'] * 1e3:.1f} ms or {f['rebuild_in_steps']:.2f} steps (`{f['style']}`)" for f in found["figures"])
+    first = found["figures"][0]
+    return [f"A rebuild of the bonds, when LIGGGHTS rebuilds its lists, takes {times}; the target is two steps. {found['machine']}, "
+            f"{first['spheres']:,} spheres with {first['bonds'] / first['spheres']:.0f} bonds each, fastest of {found['rounds']} rounds."]
+
+
 def step_of(result, law, m, breaking=0.0):
     """Weak-scaling model of a step for m³ atoms per processor: bonds, computing time (s), ghosts, bytes sent, time to pack a ghost (s).
 
@@ -353,7 +363,7 @@ def scaling(result):
 
 def blocks(result):
     """Blocks of the docs, each between comment lines that name it."""
-    parts = (("cost", cost(result)), ("weak scaling", scaling(result)))
+    parts = (("cost", cost(result)), ("rebuild", rebuild_cost()), ("weak scaling", scaling(result)))
     return ["\n".join([f"<!-- compare_speed.py: {name} -->", *lines, "<!-- end -->"]) for name, lines in parts]
 
 
@@ -378,7 +388,7 @@ def main():
         load = os.getloadavg()
         with tempfile.TemporaryDirectory() as folder:
             found = list(rebuilds(folder, arguments.rounds))
-        save(REBUILDS, {"rebuilds": found} | circumstances(load))
+        save(REBUILDS, circumstances(load) | {"rounds": arguments.rounds, "figures": found})
         return
     if arguments.memory:
         with open(RESULTS) as file:

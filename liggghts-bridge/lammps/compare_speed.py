@@ -10,6 +10,8 @@ order, as in data files of many programs; LAMMPS sorts its atoms in space. --jso
 --rebuild: instead, the time of a rebuild of our bonds, in steps: runs that rebuild the lists in every step, minus runs that never do,
 minus the same difference without our bonds. --impact: instead, processor time of whole runs of the example bpm/impact with our beams
 and with those of LAMMPS. Both on one processor, from the fastest round each.
+  liggghts-bridge/lammps/compare_speed.py --docs | --check   prints the blocks for docs/book/reference/lammps.md from the results files, or fails
+                                                             if they are not up to date
   liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--shuffled] [--rebuild | --impact] [--json FILE]
 """
 import argparse
@@ -21,11 +23,15 @@ import random
 import re
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "../..")
+RESULTS = os.path.join(ROOT, "validation/results/lammps-speed.json")
+REBUILDS = os.path.join(ROOT, "validation/results/lammps-rebuild.json")
+DOCS = os.path.join(ROOT, "docs/book/reference/lammps.md")
 VENV = os.path.join(ROOT, ".venv-lammps/bin")
 PLUGINS = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "lammps")
 SPACING = 0.01
@@ -34,7 +40,7 @@ YOUNG, POISSON, RATIO = 30e9, 0.2, 0.5
 STEPS = 100
 HEAD = """units si
 atom_style bpm/sphere
-atom_modify map array sort 0 0
+atom_modify sort 0 0
 boundary {boundary}
 newton off
 comm_modify vel yes
@@ -115,8 +121,7 @@ def own(folder, law, edge, neighbors):
     with open(path, "w") as out:
         for k in range(edge**3):
             out.write(" ".join(f"{v * SPACING:.17g}" for v in (k % edge, k // edge % edge, k // edge**2)) + f" {RADIUS}\n")
-    command = ["cargo", "run", "--quiet", "--release", "--package", "concordem", "--example", "speed", "--", path,
-               law, "--ratio", "1.05" if neighbors == 3 else "1.5", "--steps", str(2 * STEPS)]
+    command = [os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "release/examples/speed"), path, law, "--ratio", "1.05" if neighbors == 3 else "1.5", "--steps", str(2 * STEPS)]
     found = json.loads(subprocess.run(command, cwd=ROOT, env=dict(os.environ, RAYON_NUM_THREADS="1"), check=True, capture_output=True,
                                       text=True).stdout)
     return found["ns_per_bond_step_median"] * found["bonds"] * 1e-9, found["bonds"]
@@ -178,6 +183,41 @@ def impacts(rounds):
         yield found
 
 
+def blocks():
+    """Blocks of the docs from the results files, each between comment lines that name it."""
+    with open(RESULTS) as file:
+        speed = json.load(file)
+    with open(REBUILDS) as file:
+        rebuilt = json.load(file)
+
+    def found(style, boundary, neighbors, processors=1):
+        return next(f for f in speed["figures"] if f["style"] == style and f["boundary"] == boundary and f["processors"] == processors
+                    and round(f["bonds"] / f["spheres"] / 3) == neighbors // 3)
+
+    ours = ["cohesive_beam", "cpm", "linear_bond"]
+    lines = [f"{speed['machine']['model']}, medians of {len(speed['figures'][0]['ratios'])} rounds:", "",
+             "| Box, bonds per sphere | `bpm/rotational` | " + " | ".join(f"`{law}`" for law in ours) + " |", "|---|---|---|---|---|"]
+    for boundary, box in (("f f f", "open"), ("p p p", "periodic")):
+        for neighbors in (3, 9):
+            cells = [f"{found('bpm/rotational', boundary, neighbors)['ns_per_bond_step']:.0f} ns per bond"]
+            for law in ours:
+                figure = found(f"concordem/{law}", boundary, neighbors)
+                cells.append(f"{figure['ns_per_bond_step']:.0f} ({figure['ratio']:.2f})")
+            lines.append(f"| {box}, {neighbors} | " + " | ".join(cells) + " |")
+    own = ["| Bonds per sphere, our solver | " + " | ".join(f"`{law}`" for law in ours) + " | `linear_bond` between deformable particles |",
+           "|---|---|---|---|---|"]
+    for neighbors in (3, 9):
+        figures = [found(f"our solver, {law}", "f f f", neighbors) for law in (*ours, "deformable")]
+        own.append(f"| {neighbors} | " + " | ".join(f"{f['ns_per_bond_step']:.0f} ({f['ratio']:.2f})" for f in figures) + " |")
+    times = ", ".join(f"{f['rebuild_s'] * 1e3:.1f} ms or {f['rebuild_in_steps']:.2f} steps (`{f['style'].removeprefix('concordem/')}`)"
+                      for f in rebuilt["figures"])
+    first = rebuilt["figures"][0]
+    rebuild = [f"A rebuild of the bonds, when LAMMPS rebuilds its lists, takes {times}; the target is two steps. {rebuilt['machine']['model']}, "
+               f"{first['spheres']:,} spheres with {first['bonds'] / first['spheres']:.1f} bonds each, fastest of {rebuilt['rounds']} rounds."]
+    parts = (("cost", lines), ("our solver", own), ("rebuild", rebuild))
+    return ["\n".join([f"<!-- lammps/compare_speed.py: {name} -->", *part, "<!-- end -->"]) for name, part in parts]
+
+
 def processor():
     with open("/proc/cpuinfo") as file:
         return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
@@ -194,7 +234,19 @@ def main():
     only.add_argument("--rebuild", action="store_true")
     only.add_argument("--impact", action="store_true")
     parser.add_argument("--json")
+    parser.add_argument("--docs", action="store_true")
+    parser.add_argument("--check", action="store_true")
     arguments = parser.parse_args()
+    if arguments.docs:
+        print("\n\n".join(blocks()))
+        return
+    if arguments.check:
+        with open(DOCS) as file:
+            docs = file.read()
+        for block in blocks():
+            if block not in docs:
+                sys.exit(f"docs/book/reference/lammps.md does not show the results files; it should contain\n{block}")
+        return
     if (arguments.rebuild or arguments.impact) and (arguments.processors or arguments.shuffled):
         parser.error("--rebuild and --impact run on one processor, with ids in order; leave --processors and --shuffled out")
     if arguments.impact and arguments.edge:
@@ -236,8 +288,9 @@ def main():
             commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
             machine = {"processors": os.cpu_count(), "model": processor()}
             duration = round(time.monotonic() - started)
-            json.dump({"commit": commit, "machine": machine, "duration_s": duration, "load_average": os.getloadavg(), "figures": figures},
-                      out, indent=1)
+            json.dump({"commit": commit, "machine": machine, "duration_s": duration, "load_average": os.getloadavg(), "rounds": arguments.rounds,
+                       "figures": figures}, out, indent=1)
+            out.write("\n")
 
 
 if __name__ == "__main__":

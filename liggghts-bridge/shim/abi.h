@@ -449,10 +449,12 @@ int64_t concordem_network_begin_restart(ConcordemNetwork *network,
 /// Number of reals that atom `i` of the host takes into the restart file.
 int64_t concordem_network_restart_length(const ConcordemNetwork *network, int64_t i);
 
-/// Set `reals` to those that atom `i` of the host takes into the restart file; they are valid until the next call. Returns their number.
+/// Set `reals` to those that atom `i` of the host takes into the restart file; they are valid until the next call. Returns their number, or
+/// −1 and a message.
 int64_t concordem_network_restart_piece(ConcordemNetwork *network,
                                         int64_t i,
-                                        const double **reals);
+                                        const double **reals,
+                                        const ConcordemMessage *message);
 
 /// Forget the shares of the atoms.
 void concordem_network_end_restart(ConcordemNetwork *network);
@@ -777,4 +779,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x8b204ff59b872f00)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x2ad1713d963c49b5)

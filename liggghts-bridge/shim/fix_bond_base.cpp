@@ -457,7 +457,8 @@ int FixBondBase::pack_restart(int i, double *buf)
   int m = 1;
   for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
   const double *reals;
-  const int64_t count = concordem_network_restart_piece(network_, i, &reals);
+  const int64_t count = concordem_network_restart_piece(network_, i, &reals, &message_);
+  if (count < 0) fail_on_this_processor();
   if (count > 0) memcpy(buf + m, reals, sizeof(double) * count);
   m += static_cast<int>(count);
   buf[0] = m;
@@ -478,7 +479,7 @@ void FixBondBase::unpack_restart(int nlocal, int nth)
   if (concordem_network_restore(network_, atom->tag[nlocal], extra + m, end - m, &message_) < 0) fail_on_this_processor();
 }
 
-// LIGGGHTS asks for the sizes of all atoms before it calls write_restart, LAMMPS afterwards.
+// LIGGGHTS asks for the sizes of all atoms before it calls write_restart, LAMMPS afterwards. Both begin, so the records are counted twice.
 int FixBondBase::size_restart(int i)
 {
   if (i == 0) begin_restart();

@@ -10,7 +10,7 @@ use concordem_contact::math::Vec3;
 use concordem_liggghts::driver::{DriverError, Liggghts};
 use concordem_liggghts::records::ascending;
 
-const SCRIPT: &str = "units si\natom_style sphere\natom_modify map array sort 0 0\nboundary f f f\nnewton off   # of bonds\n\
+const SCRIPT: &str = "units si\natom_style sphere\natom_modify sort 0 0\nboundary f f f\nnewton off   # of bonds\n\
     communicate single vel yes\nregion box block -0.02 0.06 -0.02 0.06 -0.02 0.06 units box\ncreate_box 1 box\n\
     lattice sc 0.0099\nregion block block 0 0.038 0 0.038 0 0.038 units box\ncreate_atoms 1 region block\n\
     set group all diameter 0.01 density 2500\nneighbor 0.001 bin\nneigh_modify delay 0\ntimestep 1e-7\n\

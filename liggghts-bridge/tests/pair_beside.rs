@@ -92,7 +92,7 @@ fn histories_go_through_restarts() {
         };
         let first = script(&head("cloud.data", "f f f", 1e-3, 2e-6), &format!("run {half}\nwrite_restart half.bin\n"));
         run(folder.path(), &first, 1);
-        let begin = "units si\natom_style sphere\natom_modify map array sort 0 0\nboundary f f f\nnewton off\n\
+        let begin = "units si\natom_style sphere\natom_modify sort 0 0\nboundary f f f\nnewton off\n\
                      communicate single vel yes\nread_restart half.bin\nneighbor 1e-3 bin\nneigh_modify delay 0\ntimestep 2e-6\n";
         run(folder.path(), &script(begin, &format!("{}run {half}\n", dump("again.dump", 100))), 2);
         frames(&folder.path().join("again.dump"))

@@ -529,14 +529,23 @@ pub unsafe extern "C" fn concordem_network_restart_length(network: *const Networ
     unsafe { (*network).restart_length(i as usize) as i64 }
 }
 
-/// Set `reals` to those that atom `i` of the host takes into the restart file; they are valid until the next call. Returns their number.
+/// Set `reals` to those that atom `i` of the host takes into the restart file; they are valid until the next call. Returns their number, or
+/// −1 and a message.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_restart_piece(network: *mut Network, i: i64, reals: *mut *const f64) -> i64 {
+pub unsafe extern "C" fn concordem_network_restart_piece(
+    network: *mut Network,
+    i: i64,
+    reals: *mut *const f64,
+    message: *const Message,
+) -> i64 {
     // SAFETY: valid pointers from the shim.
     unsafe {
-        let piece = (*network).restart_piece(i as usize);
-        *reals = piece.as_ptr();
-        piece.len() as i64
+        guarded(message, || {
+            (*network).restart_piece(i as usize).map(|piece| {
+                *reals = piece.as_ptr();
+                piece.len() as i64
+            })
+        })
     }
 }
 

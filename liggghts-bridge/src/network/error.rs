@@ -32,6 +32,11 @@ pub enum NetworkError {
         /// Step.
         step: i64,
     },
+    /// The bonds changed while the host wrote a restart file.
+    #[error(
+        "the bonds have changed while the restart file was written, which is incomplete; please report this script"
+    )]
+    ChangedWhileWritten,
     /// Couple stress in a periodic box.
     #[error("couple stress depends on absolute positions and is undefined in a periodic box; use `boundary f f f`")]
     Periodic,

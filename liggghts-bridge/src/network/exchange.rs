@@ -53,27 +53,22 @@ impl Incoming {
     }
 }
 
-/// Compact records in pieces, one for each atom of the host. A piece is made when the host asks for it: all of them take as much memory as
-/// the bonds.
+/// What each atom of the host takes into a restart file: compact records, put together when the host packs the atom, because those of all
+/// atoms take as much memory as the bonds.
 #[derive(Default)]
 pub(super) struct Pieces {
-    /// Where each record comes from.
-    places: Vec<Place>,
-    /// Records that are not in a block, compact, one after the other.
+    /// Records that are in no block, compact: those that were read from a file or came with atoms, and dormant ones.
     others: Vec<f64>,
-    /// Where the piece of each atom starts, and where the last one ends, in reals.
-    start: Vec<usize>,
-    /// The same in records.
-    first: Vec<usize>,
-    /// The piece that was made last.
+    /// Where each of them starts, and where the last one ends.
+    other_starts: Vec<usize>,
+    /// The records after them: contacts of the blocks.
+    contacts: Vec<Link>,
+    /// Where the piece of each atom starts, and where the last one ends, in records.
+    starts: Vec<usize>,
+    /// Reals of each piece.
+    pub(super) lengths: Vec<usize>,
+    /// The piece that the host packs.
     piece: Vec<f64>,
-}
-
-/// Where a record comes from: a contact of a block, or reals of [`Pieces::others`].
-#[derive(Clone, Copy)]
-enum Place {
-    Contact(Kind, u32),
-    Other { at: usize, length: u8 },
 }
 
 /// Records that a rebuild adds to the blocks, without duplicates, sorted by [`Record::key`]. They stay compact, because records of full
@@ -245,8 +240,8 @@ impl Network {
     }
 
     /// Visit each record that is to be stored once among all processors: those whose lower id belongs to an atom that this one owns at
-    /// present.
-    fn each_counted(&self, atoms: &Atoms<'_>, visit: &mut dyn FnMut(Option<usize>, &Record)) {
+    /// present, those in blocks last.
+    pub(super) fn each_counted(&self, atoms: &Atoms<'_>, visit: &mut dyn FnMut(Option<usize>, &Record)) {
         for (at, head) in Record::all_compact(&self.restored, self.width) {
             visit(None, &Record::read_compact(&self.restored[at..], &head, self.width));
         }
@@ -274,14 +269,14 @@ impl Network {
             }
         }
         let counts = |tag: &Tag| owned.binary_search(tag).is_ok() && self.incoming.of(*tag).is_none();
+        for record in self.dormant.iter().filter(|record| counts(&record.key().1[end])) {
+            visit(None, record);
+        }
         for (kind, block) in blocks(&self.state) {
             let of_block = (0..block.len()).filter(|&k| counts(&ascending(self.tags_of(block.pairs()[k]))[end]));
             for (k, record) in of_block.filter_map(|k| Some((k, self.record_of(&self.tags, kind, k)?))) {
                 visit(Some(k), &record);
             }
-        }
-        for record in self.dormant.iter().filter(|record| counts(&record.key().1[end])) {
-            visit(None, record);
         }
     }
 
@@ -298,62 +293,64 @@ impl Network {
     /// # Errors
     /// There are records, but no atoms.
     pub fn begin_restart(&mut self, atoms: &Atoms<'_>) -> Result<[usize; 2], NetworkError> {
-        self.pieces = Pieces::default();
-        let (mut places, mut lengths, mut others, mut piece) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut others, mut other_starts, mut contacts, mut lengths) = (Vec::new(), vec![0], Vec::new(), Vec::new());
+        let mut compact = Vec::new();
         self.each_counted(atoms, &mut |index, record| {
-            piece.clear();
-            record.write_compact(self.width, &mut piece);
-            let length = piece.len() as u8;
-            lengths.push(length);
-            places.push(match index {
-                Some(k) => Place::Contact(record.kind, k as u32),
-                None => Place::Other { at: others.len(), length },
-            });
-            if index.is_none() {
-                others.extend(&piece);
+            compact.clear();
+            record.write_compact(self.width, &mut compact);
+            lengths.push(compact.len() as u8);
+            if let Some(k) = index {
+                contacts.push(Link::new(record.kind, k as u32));
+            } else {
+                others.extend(&compact);
+                other_starts.push(others.len());
             }
         });
         if atoms.owned == 0 && !lengths.is_empty() {
             return Err(NetworkError::NoCarrier);
         }
-        let start = share(&lengths, atoms.owned);
-        let most = start.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
-        let (mut first, mut records, mut at) = (Vec::with_capacity(start.len()), 0, 0);
-        for &start in &start {
-            while at < start {
-                at += usize::from(lengths[records]);
-                records += 1;
+        let count = lengths.len();
+        let real_starts = share(&lengths, atoms.owned);
+        let (mut starts, mut record, mut real) = (Vec::with_capacity(real_starts.len()), 0, 0);
+        for &start in &real_starts {
+            while real < start {
+                real += usize::from(lengths[record]);
+                record += 1;
             }
-            first.push(records);
+            starts.push(record);
         }
-        self.pieces = Pieces { places, others, start, first, piece };
-        Ok([lengths.len(), most])
+        let lengths: Vec<usize> = real_starts.windows(2).map(|ends| ends[1] - ends[0]).collect();
+        let most = lengths.iter().copied().max().unwrap_or(0);
+        self.pieces = Pieces { others, other_starts, contacts, starts, lengths, piece: Vec::new() };
+        Ok([count, most])
     }
 
     /// Number of reals that atom `i` of the host takes into the restart file.
     pub fn restart_length(&self, i: usize) -> usize {
-        self.pieces.start.get(i..i + 2).map_or(0, |ends| ends[1] - ends[0])
+        self.pieces.lengths.get(i).copied().unwrap_or(0)
     }
 
-    /// Records that atom `i` of the host takes into the restart file. Bonds must be those of [`Self::begin_restart`].
-    pub fn restart_piece(&mut self, i: usize) -> &[f64] {
+    /// Records that atom `i` of the host takes into the restart file.
+    ///
+    /// # Errors
+    /// The bonds have changed since [`Self::begin_restart`]: the host has room for the length of that time.
+    pub fn restart_piece(&mut self, i: usize) -> Result<&[f64], NetworkError> {
+        let length = self.restart_length(i);
         let mut pieces = std::mem::take(&mut self.pieces);
         pieces.piece.clear();
-        let records = pieces.first.get(i..i + 2).map_or(0..0, |ends| ends[0]..ends[1]);
-        for place in &pieces.places[records] {
-            match *place {
-                Place::Contact(kind, k) => {
-                    if let Some(record) = self.record_of(&self.tags, kind, k as usize) {
-                        record.write_compact(self.width, &mut pieces.piece);
-                    }
-                }
-                Place::Other { at, length } => {
-                    pieces.piece.extend(&pieces.others[at..][..usize::from(length)]);
+        if let Some(&[first, end]) = pieces.starts.get(i..i + 2) {
+            let others = pieces.other_starts.len() - 1;
+            let [start, stop] = [first, end].map(|record| pieces.other_starts[record.min(others)]);
+            pieces.piece.extend(&pieces.others[start..stop]);
+            let [start, stop] = [first, end].map(|record| record.max(others) - others);
+            for link in &pieces.contacts[start..stop] {
+                if let Some(record) = self.record_of(&self.tags, link.kind(), link.index()) {
+                    record.write_compact(self.width, &mut pieces.piece);
                 }
             }
         }
         self.pieces = pieces;
-        &self.pieces.piece
+        if self.pieces.piece.len() == length { Ok(&self.pieces.piece) } else { Err(NetworkError::ChangedWhileWritten) }
     }
 
     /// All records are in the restart file.

@@ -121,6 +121,59 @@ fn ids_of_64_bits_give_the_same_forces() {
     assert_eq!((other.sums().bonds, other.ends()), (1.0, [1.0, 1.0]));
 }
 
+/// All records that `network` is to store.
+fn counted(network: &Network, arrays: &mut Arrays) -> Vec<Record> {
+    let mut records = Vec::new();
+    network.each_counted(&arrays.atoms(), &mut |_, record| records.push(*record));
+    records
+}
+
+/// Those that the owned atoms take into a restart file.
+fn written(network: &mut Network, arrays: &mut Arrays) -> Vec<Record> {
+    let [count, most] = network.begin_restart(&arrays.atoms()).unwrap();
+    let (mut all, mut longest) = (Vec::new(), 0);
+    for i in 0..arrays.owned {
+        let length = network.restart_length(i);
+        let piece = network.restart_piece(i).unwrap();
+        assert_eq!(piece.len(), length);
+        longest = longest.max(length);
+        all.extend(piece);
+    }
+    let width = network.width;
+    let records: Vec<_> =
+        Record::all_compact(&all, width).map(|(at, head)| Record::read_compact(&all[at..], &head, width)).collect();
+    assert_eq!((records.len(), longest), (count, most));
+    records
+}
+
+/// The atoms together take each record once, whether it is of a bond, came with an atom, or was read from another file. A piece whose
+/// length has changed is an error.
+#[test]
+fn atoms_take_all_records_into_a_restart_file() {
+    let ids = |k: usize| 1 + k as Tag;
+    let (mut network, _) = forces(ids, false);
+    let mut arrays = Arrays::new(&network, &[3, 0, 1, 2], &[4], ids, false);
+    let of_bonds = written(&mut network, &mut arrays);
+    assert_eq!((of_bonds.len(), &of_bonds), (4, &counted(&network, &mut arrays)));
+    let mut buffer = Vec::new();
+    network.pack(ids(1), true, &mut buffer);
+    let mut arrived = empty();
+    arrived.unpack(ids(1), &buffer).unwrap();
+    let mut arrays_there = Arrays::new(&arrived, &[1], &[0, 2], ids, false);
+    // Of its two bonds, the one to the higher id.
+    let with_atom = written(&mut arrived, &mut arrays_there);
+    assert_eq!((with_atom.len(), &with_atom), (1, &counted(&arrived, &mut arrays_there)));
+    let mut read = empty();
+    network.begin_restart(&arrays.atoms()).unwrap();
+    for i in 0..4 {
+        read.restore(ids(i), network.restart_piece(i).unwrap()).unwrap();
+    }
+    assert_eq!(written(&mut read, &mut arrays), of_bonds);
+    // As if a bond had been damaged since.
+    network.pieces.lengths[0] -= 1;
+    assert!(matches!(network.restart_piece(0), Err(NetworkError::ChangedWhileWritten)));
+}
+
 /// The order of sums follows from positions, so forces have the same bits whatever the ids, and so has the force that a row names.
 #[test]
 fn ids_do_not_change_forces() {

@@ -193,7 +193,7 @@ pub fn head_for(host: Host, data: &str, boundary: &str, skin: f64, dt: f64) -> S
     match host {
         Host::Liggghts => head(data, boundary, skin, dt),
         Host::Lammps => format!(
-            "units si\natom_style bpm/sphere\natom_modify map array sort 0 0\nboundary {boundary}\nnewton off\n\
+            "units si\natom_style bpm/sphere\natom_modify sort 0 0\nboundary {boundary}\nnewton off\n\
              comm_modify vel yes\nread_data {data}\nneighbor {skin:e} bin\nneigh_modify every 1 delay 0\n\
              timestep {dt:e}\n"
         ),
@@ -203,7 +203,7 @@ pub fn head_for(host: Host, data: &str, boundary: &str, skin: f64, dt: f64) -> S
 /// First part of a script, up to the neighbor lists; it reads `data`. `skin` in m, `dt` in s.
 pub fn head(data: &str, boundary: &str, skin: f64, dt: f64) -> String {
     format!(
-        "units si\natom_style sphere\natom_modify map array sort 0 0\nboundary {boundary}\nnewton off\n\
+        "units si\natom_style sphere\natom_modify sort 0 0\nboundary {boundary}\nnewton off\n\
          communicate single vel yes\nread_data {data}\nneighbor {skin:e} bin\nneigh_modify delay 0\ntimestep {dt:e}\n"
     )
 }

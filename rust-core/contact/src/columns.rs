@@ -494,6 +494,22 @@ mod tests {
         assert_eq!((places(0, 1), places(4, 6)), ([0; 4], [4, 5, 5, 5]));
     }
 
+    /// Any number of any item counts, in either sign; -0 is zero.
+    #[test]
+    fn a_number_other_than_zero_is_found() {
+        let mut arrays = <Vec3 as Item>::Arrays::zeroed();
+        arrays.set(3, Vec3::new(0.0, -0.0, 0.0));
+        assert!(!arrays.any_nonzero());
+        for (i, axis) in [(0, 0), (7, 1), (BATCH - 1, 2)] {
+            let mut item = Vec3::zeros();
+            item[axis] = -1e-300;
+            arrays.set(i, item);
+            assert!(arrays.any_nonzero());
+            arrays.set(i, Vec3::zeros());
+            assert!(!arrays.any_nonzero());
+        }
+    }
+
     /// Every component comes back from its own array.
     #[test]
     fn items_survive_columns() {

@@ -62,3 +62,24 @@ impl ContactFlags {
         [bytemuck::cast(all), bytemuck::cast(any)]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bits are joined field by field: a bit of one field does not reach another.
+    #[test]
+    fn flags_are_joined_field_by_field() {
+        let flags = |row, bits, image| ContactFlags { row, bits, image, padding: 0 };
+        let (bonded, active) = (ContactFlags::BONDED, ContactFlags::ACTIVE);
+        let [all, any] = ContactFlags::all_and_any(&[
+            flags(5, bonded | active, [0, -1, 0]),
+            flags(5, active, [0; 3]),
+            flags(5, active | ContactFlags::REPORTED, [0; 3]),
+        ]);
+        assert_eq!(all, flags(5, active, [0; 3]));
+        assert_eq!(any, flags(5, bonded | active | ContactFlags::REPORTED, [0, -1, 0]));
+        let [all, any] = ContactFlags::all_and_any(&[flags(1, 0, [0; 3]), flags(2, 0, [0; 3])]);
+        assert_ne!(all.row, any.row, "other rows");
+    }
+}

@@ -402,6 +402,8 @@ struct ConcordemFacts {
   uint64_t neighborListRebuilds;
   double dissipated[4];
   double stored;
+  /// Volume of the cell in the last step, m³; 0 without a cell.
+  double cellVolume;
   int32_t needsRotation;
   int32_t threads;
 };
@@ -548,7 +550,8 @@ void concordem_yade_bonds_forces(const ConcordemBonds *bonds, const double **for
 int64_t concordem_yade_bonds_step(ConcordemBonds *bonds, const ConcordemBondedStep *step, const ConcordemMessage *message);
 
 /// Write the virial `Σ l⊗f` over all contacts, J: forces of the last step, branch vectors between the present positions, at the
-/// addresses `positions` of all particles, or if these are null, between the positions of the last step; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
+/// addresses `positions` of all particles; if `positions` is null, between the positions of the last step. Nine reals in row-major order,
+/// branch vector first. Returns 0, or −1 and a message.
 int64_t concordem_yade_bonds_virial(const ConcordemBonds *bonds,
                                     const double (*const *positions)[3],
                                     double (*virial)[9],
@@ -785,9 +788,10 @@ static_assert(offsetof(ConcordemFacts, steps) == 24 && sizeof(ConcordemFacts::st
 static_assert(offsetof(ConcordemFacts, neighborListRebuilds) == 32 && sizeof(ConcordemFacts::neighborListRebuilds) == 8, "ConcordemFacts::neighborListRebuilds");
 static_assert(offsetof(ConcordemFacts, dissipated) == 40 && sizeof(ConcordemFacts::dissipated) == 32, "ConcordemFacts::dissipated");
 static_assert(offsetof(ConcordemFacts, stored) == 72 && sizeof(ConcordemFacts::stored) == 8, "ConcordemFacts::stored");
-static_assert(offsetof(ConcordemFacts, needsRotation) == 80 && sizeof(ConcordemFacts::needsRotation) == 4, "ConcordemFacts::needsRotation");
-static_assert(offsetof(ConcordemFacts, threads) == 84 && sizeof(ConcordemFacts::threads) == 4, "ConcordemFacts::threads");
-static_assert(sizeof(ConcordemFacts) == 88 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemFacts, cellVolume) == 80 && sizeof(ConcordemFacts::cellVolume) == 8, "ConcordemFacts::cellVolume");
+static_assert(offsetof(ConcordemFacts, needsRotation) == 88 && sizeof(ConcordemFacts::needsRotation) == 4, "ConcordemFacts::needsRotation");
+static_assert(offsetof(ConcordemFacts, threads) == 92 && sizeof(ConcordemFacts::threads) == 4, "ConcordemFacts::threads");
+static_assert(sizeof(ConcordemFacts) == 96 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
 static_assert(offsetof(ConcordemConcreteScene, bodies) == 0 && sizeof(ConcordemConcreteScene::bodies) == 8, "ConcordemConcreteScene::bodies");
 static_assert(offsetof(ConcordemConcreteScene, contacts) == 8 && sizeof(ConcordemConcreteScene::contacts) == 8, "ConcordemConcreteScene::contacts");
 static_assert(offsetof(ConcordemConcreteScene, pairs) == 16 && sizeof(ConcordemConcreteScene::pairs) == 8, "ConcordemConcreteScene::pairs");
@@ -808,4 +812,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x1a6ae8dcf8465cff)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xfdc896ee09cf561b)

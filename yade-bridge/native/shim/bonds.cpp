@@ -2,6 +2,7 @@
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bonds.hpp"
+#include "bonds_lock.hpp"
 #include "functor.hpp"
 #include "rules.hpp"
 #include <core/InteractionLoop.hpp>
@@ -67,10 +68,25 @@ namespace {
 	const char* const stateUpdater = "CpmStateUpdater";
 	const char* const title        = "BondedEngine_Rust";
 
-	/* Engines with bonds. (Never deleted, because engines may be deleted later than static objects.) */
+	/* Engines with bonds. An engine gets its bodies before it joins, and loses them after it has left. (Never deleted, because engines may be
+	   deleted later than static objects.) */
 	std::set<const BondedEngine_Rust*>& bondedEngines = *new std::set<const BondedEngine_Rust*>;
 	/* Scenes whose bonded engine was deleted while it had bonds, with its bit of groupMask. */
 	std::map<const Scene*, int>& abandoned = *new std::map<const Scene*, int>;
+	/* Of both: scripts read them while YADE's thread takes bonds over. */
+	std::mutex& registry = *new std::mutex;
+
+	void join(const BondedEngine_Rust* engine)
+	{
+		const std::lock_guard<std::mutex> lock(registry);
+		bondedEngines.insert(engine);
+	}
+
+	void leave(const BondedEngine_Rust* engine)
+	{
+		const std::lock_guard<std::mutex> lock(registry);
+		bondedEngines.erase(engine);
+	}
 
 	InsertionSortCollider& colliderOf(const Scene& scene)
 	{
@@ -87,27 +103,8 @@ namespace {
 	        nullptr;
 #endif
 
-	/* Waits until no other thread uses the bonds. Without Python's lock, which the step of another thread may need for its checks. */
-	class Between {
-		std::unique_lock<std::recursive_mutex> lock;
-
-	public:
-		explicit Between(std::recursive_mutex& inUse)
-		        : lock(inUse, std::try_to_lock)
-		{
-			if (lock.owns_lock()) return;
-			PyThreadState* python = PyGILState_Check() ? PyEval_SaveThread() : nullptr;
-			lock.lock();
-			if (python) PyEval_RestoreThread(python);
-		}
-	};
-
-	/* Whether no other thread moves bodies now. YADE's loop waits for the scripts that it calls. */
-	bool isAtRest()
-	{
-		if (!Omega::instance().isRunning()) return true;
-		return boost::python::extract<bool>(boost::python::import("concordem.yade._pause").attr("in_the_loop")());
-	}
+	/* Whether no other thread moves bodies now. */
+	bool bodiesStand() { return boost::python::extract<bool>(boost::python::import("concordem.yade._scene").attr("bodies_stand")()); }
 
 	/* Not of a derived class, as in the engine without headers. */
 	bool isBall(const shared_ptr<Body>& body)
@@ -197,7 +194,7 @@ void BondedEngine_Rust::verify(bool deep)
 
 void BondedEngine_Rust::check()
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (bonds) verify(true);
@@ -205,8 +202,10 @@ void BondedEngine_Rust::check()
 
 BondedEngine_Rust::~BondedEngine_Rust()
 {
-	bondedEngines.erase(this);
-	if (bonds && selfMask) abandoned[scene] = selfMask;
+	leave(this);
+	if (!bonds || !selfMask) return;
+	const std::lock_guard<std::mutex> lock(registry);
+	abandoned[scene] = selfMask;
 }
 
 bool BondedEngine_Rust::isMissingIn(const Scene& now) const
@@ -222,6 +221,7 @@ bool BondedEngine_Rust::isMissingIn(const Scene& now) const
 
 string abandonedBonds()
 {
+	const std::lock_guard<std::mutex> lock(registry);
 	const Scene* scene = Omega::instance().getScene().get();
 	for (const BondedEngine_Rust* engine : bondedEngines)
 		if (engine->isMissingIn(*scene))
@@ -315,7 +315,7 @@ void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
 		throw;
 	}
 	nextIter = scene->iter + 1;
-	bondedEngines.insert(this);
+	join(this);
 	if (updateStates > 0)
 		for (const auto& engine : scene->engines)
 			if (engine->getClassName() == stateUpdater) engine->dead = true;
@@ -478,14 +478,14 @@ void BondedEngine_Rust::load()
 	if (!made) refuse(reason.text);
 	bonds = shared_ptr<ConcordemBonds>(made, concordem_yade_bonds_delete);
 	attach();
-	bondedEngines.insert(this);
+	join(this);
 	memory.clear();
 	memory.shrink_to_fit();
 }
 
 void BondedEngine_Rust::takeOver()
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	scene = Omega::instance().getScene().get();
 	if (!bonds && !memory.empty()) load();
 	if (bonds) refuse("the bonds have already been taken over; call release() first");
@@ -507,7 +507,7 @@ int32_t BondedEngine_Rust::isPresent(const void* engine, size_t k, uint32_t numb
 
 void BondedEngine_Rust::action()
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	if (!bonds) {
 		if (!memory.empty()) load();
 		else {
@@ -542,7 +542,7 @@ void BondedEngine_Rust::action()
 
 ConcordemFacts BondedEngine_Rust::facts()
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	if (!bonds && !memory.empty()) {
 		scene = Omega::instance().getScene().get();
 		load();
@@ -583,24 +583,24 @@ void BondedEngine_Rust::writeStates()
 
 Matrix3r BondedEngine_Rust::stress(Real volume)
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (!bonds) refuse("there are no bonds yet; take a step or call takeOver() first");
+	// While another thread moves bodies, cell and positions of the last step.
+	const bool stand = bodiesStand();
 	if (volume <= 0) {
 		if (!scene->isPeriodic) refuse("the volume is missing; give stress(volume), which only a periodic scene can omit");
-		volume = std::abs(scene->cell->hSize.determinant());
+		volume = stand ? std::abs(scene->cell->hSize.determinant()) : facts().cellVolume;
 	}
 	double sum[9];
 	Reason reason;
 	vector<const double(*)[3]> positions;
-	// While another thread runs YADE, the positions of the last step.
-	const bool present = isAtRest();
-	for (size_t k = 0; present && k < seen.size(); k++) {
+	for (size_t k = 0; stand && k < seen.size(); k++) {
 		if (!isPresent(this, k, concordem_yade_bonds_ids(bonds.get())[k])) refuse("a body with bonds was deleted or replaced");
 		positions.push_back(reinterpret_cast<const double(*)[3]>(states[k]->pos.data()));
 	}
-	if (concordem_yade_bonds_virial(bonds.get(), present ? positions.data() : nullptr, &sum, reason) < 0) refuse(reason.text);
+	if (concordem_yade_bonds_virial(bonds.get(), stand ? positions.data() : nullptr, &sum, reason) < 0) refuse(reason.text);
 	Matrix3r found;
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 3; j++)
@@ -610,7 +610,7 @@ Matrix3r BondedEngine_Rust::stress(Real volume)
 
 void BondedEngine_Rust::release()
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (!bonds) return;
@@ -623,7 +623,7 @@ void BondedEngine_Rust::release()
 	collider.doSort = true;
 	scene->doSort   = true;
 	dead          = true;
-	bondedEngines.erase(this);
+	leave(this);
 	nextIter = -1;
 	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 }
@@ -642,7 +642,7 @@ namespace {
 
 boost::python::object BondedEngine_Rust::words()
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	scene = Omega::instance().getScene().get();
 	facts();
 	if (!bonds) refuse("there are no bonds yet; take a step or call takeOver() first");
@@ -652,7 +652,7 @@ boost::python::object BondedEngine_Rust::words()
 
 void BondedEngine_Rust::preSave(BondedEngine_Rust&)
 {
-	const Between between(inUse);
+	const BondsLock lock(bondsMutex);
 	if (bonds) memory = saved(bonds.get());
 }
 

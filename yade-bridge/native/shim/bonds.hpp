@@ -20,7 +20,7 @@ class BondedEngine_Rust : public GlobalEngine {
 	vector<Real>                       radii;     // of the bodies at the take-over
 	string                             settings;  // of the functors and materials at the take-over
 	vector<std::pair<const Engine*, bool>> checkedEngines; // O.engines when they were last checked, with `dead`
-	std::recursive_mutex               inUse;         // held by the thread that uses the bonds
+	std::recursive_mutex               bondsMutex;    // held while a thread reads or changes the bonds; see BondsLock
 	long                               nextIter = -1; // the iteration in which the engine must act next; -1: any
 	int                                storedId = -1, damageId = -1, frictionId = -1, viscousId = -1, integrationId = -1;
 
@@ -76,7 +76,7 @@ public:
 		/*py*/
 		.def("takeOver",&BondedEngine_Rust::takeOver,"Take over the bonds now. Call it between two steps.")
 		.def("release",&BondedEngine_Rust::release,"Delete the bonds; YADE handles contacts between the bodies again. CpmStateUpdater stays dead.")
-		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress of the periodic cell, or of a body of this volume (m³), from bonds and contacts: σ = (1/V) Σ l⊗f, Pa, tension positive; first index: branch vector. Forces of the last step, branch vectors between the present positions, as in getStress; while another thread runs YADE, between those of the last step.")
+		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress of the periodic cell, or of a body of this volume (m³), from bonds and contacts: σ = (1/V) Σ l⊗f, Pa, tension positive; first index: branch vector. Forces of the last step, branch vectors between the present positions, as in getStress; while another thread runs YADE, positions and cell of the last step.")
 		.def("words",&BondedEngine_Rust::words,"A copy of the bonds as bytes, for concordem.yade, which adds the methods contacts(), forces(), temperatures(), interactions(), give_back(), and write_vtk().")
 		.def("check",&BondedEngine_Rust::check,"Raise an error unless the engine is in its place in O.engines, has acted in every step, and settings and bodies are those of the take-over. O.run and O.step call it.")
 		.add_property("bondCount",&BondedEngine_Rust::bondCount_get,"Number of intact bonds.")

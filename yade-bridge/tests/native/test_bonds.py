@@ -310,31 +310,40 @@ def test_saved_and_loaded_with_the_same_bits():
     assert digest() == straight
 
 
+def periodic_cell(bonded):
+    """A sheared periodic cell, with or without the engine."""
+    O.reset()
+    one_thread()
+    O.periodic = True
+    O.cell.hSize = Matrix3(21.5e-3, 0, 0, 0, 21.5e-3, 0, 0, 0, 41.5e-3)
+    O.cell.velGrad = Matrix3(0.2, 0.15, 0, 0, -0.1, 0, 0, 0.05, 0.1)
+    O.materials.append(CpmMat(**MATERIAL))
+    for x, y, z, r in packing():
+        O.bodies.append(utils.sphere((x, y, z), 0.9 * r, material=O.materials[0], color=(1, 1, 1)))
+    O.dt = 5e-8
+    bound, geometry = Bo1_Sphere_Aabb(aabbEnlargeFactor=1.4), Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=1.4)
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([bound], verletDist=0.5e-3),
+        InteractionLoop([geometry], [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1)], [Law2_ScGeom_CpmPhys_Cpm()]),
+        NewtonIntegrator(damping=0.2),
+    ]
+    O.step()
+    bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1.0
+    if bonded:
+        O.engines = O.engines[:3] + [BondedEngine_Rust()] + O.engines[3:]
+        O.step()
+        return O.engines[3]
+
+
 def test_periodic_cell():
-    """A sheared periodic cell: YADE alone and with the engine."""
+    """YADE alone and with the engine."""
     found = []
     for bonded in (False, True):
-        O.reset()
-        O.periodic = True
-        O.cell.hSize = Matrix3(21.5e-3, 0, 0, 0, 21.5e-3, 0, 0, 0, 41.5e-3)
-        O.cell.velGrad = Matrix3(0.2, 0.15, 0, 0, -0.1, 0, 0, 0.05, 0.1)
-        O.materials.append(CpmMat(**MATERIAL))
-        for x, y, z, r in packing():
-            O.bodies.append(utils.sphere((x, y, z), 0.9 * r, material=O.materials[0], color=(1, 1, 1)))
-        O.dt = 5e-8
-        bound, geometry = Bo1_Sphere_Aabb(aabbEnlargeFactor=1.4), Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=1.4)
-        O.engines = [
-            ForceResetter(),
-            InsertionSortCollider([bound], verletDist=0.5e-3),
-            InteractionLoop([geometry], [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1)], [Law2_ScGeom_CpmPhys_Cpm()]),
-            NewtonIntegrator(damping=0.2),
-        ]
-        O.step()
-        start = places()
-        bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1.0
-        if bonded:
-            O.engines = O.engines[:3] + [BondedEngine_Rust()] + O.engines[3:]
-        run(100)
+        periodic_cell(bonded)
+        if not bonded:
+            start = places()
+        run(99 if bonded else 100)
         found.append(places())
         if bonded:
             e = O.engines[3]
@@ -549,36 +558,61 @@ def test_background_and_reset():
     run(5)
 
 
-def sums_of_last_positions(e):
-    x, contacts = e.forces()
-    return operators.region_stress(x, contacts, operators.Region.all(1.0)).stress
+def stress_of_last_step(e, volume):
+    """With the positions of that step, and in a periodic cell its volume."""
+    bonds = _core.Hosted.of_words(e.words(), 1)
+    if not volume:
+        volume = [abs(np.linalg.det(bonds.cell[0]))]
+    return operators.region_stress(*bonds.forces(False), operators.Region.all(*volume)).stress
+
+
+def read_while_another_thread_runs(scene, volume):
+    """Each copy is that of a whole step: a run that ends there has the same bytes. So is each stress, with the positions and the cell of that step.
+    Tolerance of the stress: rounding of sums of 7,000 numbers."""
+    steps = 600
+    e = scene()
+    copies, stresses, counts = [], [], []
+    O.run(steps)
+    while O.running:
+        stresses.append(np.array(e.stress(*volume)))
+        copies.append(e.words())
+        counts.append((e.steps, e.bondCount, e.broken))
+    O.wait()
+    assert len(copies) > 5, "too few to say anything"
+    assert [steps for steps, _, _ in counts] == sorted(steps for steps, _, _ in counts)
+    wanted = {_core.Hosted.of_words(copy, 1).steps: copy for copy in copies}
+    e = scene()
+    found, expected = {e.steps: e.words()}, [stress_of_last_step(e, volume)]
+    for _ in range(steps):
+        O.step()
+        expected.append(stress_of_last_step(e, volume))
+        found[e.steps] = e.words() if e.steps in wanted else None
+    assert wanted == {step: found[step] for step in wanted}
+    size = np.abs(expected).max()
+    for stress in stresses:
+        assert min(np.abs(stress - one).max() for one in expected) < 1e-11 * size
+
+
+def test_a_pyrunner_reads_the_present_positions():
+    import builtins
+
+    e = engine()
+    builtins.bonded, builtins.seen = e, []
+    O.engines = O.engines + [PyRunner(command="seen.append(bonded.stress(1.0))", iterPeriod=1)]
+    for _ in range(20):
+        O.step()
+        present, last = np.array(e.stress(1.0)), stress_of_last_step(e, [1.0])
+        assert np.array_equal(np.array(builtins.seen[-1]), present), (builtins.seen[-1], present)
+        assert np.abs(present - last).max() > 1e-9 * np.abs(present).max(), (present, last)
 
 
 @on_two_threads
 def test_bonds_are_read_between_two_steps_of_another_thread():
-    """Each copy is that of a whole step: a run that ends there has the same bytes. So is each stress, with the positions of that step.
-    Tolerance of the stress: rounding of sums of 7,000 numbers."""
-    steps = 300
-    e = engine()
-    copies, stresses, counts = [], [], []
-    O.run(steps)
-    while O.running:
-        stresses.append(np.array(e.stress(1.0)))
-        copies.append(e.words())
-        counts.append((e.steps, e.bondCount, e.broken))
-    O.wait()
-    assert len(copies) > 5 and counts == sorted(counts), counts
-    wanted = {_core.Hosted.of_words(copy, 1).steps: copy for copy in copies}
-    e, found, sums = engine(), {}, []
-    for _ in range(steps):
-        O.step()
-        sums.append(sums_of_last_positions(e))
-        if e.steps in wanted:
-            found[e.steps] = e.words()
-    assert found == {k: copy for k, copy in wanted.items() if k > 0} and len(found) > 5
-    size = np.abs(sums).max()
-    for stress in stresses[1:]:
-        assert min(np.abs(stress - one).max() for one in sums) < 1e-11 * size
+    read_while_another_thread_runs(engine, [1.0])
+
+
+def test_bonds_of_a_periodic_cell_are_read_between_two_steps_of_another_thread():
+    read_while_another_thread_runs(lambda: periodic_cell(True), [])
 
 
 def test_a_body_far_away_stops_the_run():

@@ -177,6 +177,7 @@ def test_pauses_by_engines_of_yade_end_between_two_steps():
 
     builtins.slow = slow
     O.dt = 1e-5
+    moving = 0
     for _ in range(3):
         # The controller sets itself dead when it has reached its goal, so every run gets a new one.
         O.engines = [
@@ -189,9 +190,15 @@ def test_pauses_by_engines_of_yade_end_between_two_steps():
         ]
         first = O.iter
         O.run()
+        while O.running:
+            time.sleep(1e-3)
+        if builtins.within:
+            moving += not _scene.bodies_stand()
         O.wait()
+        assert _scene.bodies_stand()
         assert builtins.within is False and not O.running and O.iter == first + 3
         bridge.snapshot()
+    assert moving > 0, "no run was seen in the step that goes on"
 
 
 def test_a_script_in_the_loop_reads():

@@ -152,7 +152,7 @@ pub trait MotionSource {
     fn has_rotations(&self) -> bool;
 
     /// Whether a contact of the batch may cross the border of the cell.
-    fn crosses(&self) -> bool;
+    fn may_cross_border(&self) -> bool;
 
     /// Whether all contacts of the batch are known to be bonds.
     fn all_bonded(&self) -> bool;

@@ -1,7 +1,7 @@
 //! Evaluation of many contacts of one law at a time.
 
 use super::contract::{ContactLaw, Response};
-use crate::columns::{Arrays, Columns, Item, Lanes};
+use crate::columns::{Arrays, BATCH, Columns, Item, Lanes};
 use crate::geometry::PreviousGeometry;
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::{
@@ -67,10 +67,15 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
 /// Results of a law in columns, in steps without a sample. The caller stores geometries and histories as columns. Forces, which it adds
 /// to rows, come from the columns four by four ([`Lanes`]), energies one by one.
 pub trait ColumnResults<L: ContactLaw> {
-    /// Whether contact `i` needs the scalar path, because it ends, or because of what the columns leave out.
-    fn need_scalar_path<B: Batch<L>>(&self, i: usize, batch: &B) -> bool;
-    /// Whether none of the columns, used or not, needs the scalar path, found without a branch per contact. If not, each contact is asked.
-    fn all_plain<B: Batch<L>>(&self, batch: &B) -> bool;
+    /// Whether contact `i` certainly needs no scalar path, unless it inherits energy: it survives, and its damage is below `threshold`. A
+    /// comparison without branches, also of columns that no contact uses.
+    fn survives(&self, i: usize, threshold: f64) -> bool;
+    /// Whether contact `i`, of which [`Self::survives`] is not certain, needs the scalar path, because it ends, or because of what the
+    /// columns leave out.
+    #[inline(always)]
+    fn needs_scalar_path<B: Batch<L>>(&self, _i: usize, _batch: &B) -> bool {
+        true
+    }
     /// Normals and lengths of the contacts after the step.
     fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays;
     /// Histories of the contacts after the step; `None` if they did not change.
@@ -93,9 +98,16 @@ pub(super) fn commit_columns<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(
 ) {
     // Bit `i`: contact `i` takes the scalar path.
     let mut scalar = 0_u32;
-    if !results.all_plain(batch) {
+    let threshold = batch.damage_threshold();
+    // All columns at once, without a branch per contact.
+    let mut all_survive = true;
+    for i in 0..BATCH {
+        all_survive &= results.survives(i, threshold);
+    }
+    if !all_survive || batch.may_inherit() {
         for i in 0..count {
-            scalar |= u32::from(results.need_scalar_path(i, batch)) << i;
+            let needs = batch.inherits(i) || !results.survives(i, threshold) && results.needs_scalar_path(i, batch);
+            scalar |= u32::from(needs) << i;
         }
     }
     if scalar != 0 {

@@ -131,20 +131,9 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
 struct Results<'a>(&'a mut <PressingOutput as Item>::Arrays);
 
 impl<L: Pressing> ColumnResults<L> for Results<'_> {
-    /// It opens, or inherits the energy of a bond.
     #[inline(always)]
-    fn need_scalar_path<B: Batch<L>>(&self, i: usize, batch: &B) -> bool {
-        let presses = self.0.elongation[i] < 0.0;
-        !presses || batch.inherits(i)
-    }
-
-    #[inline(always)]
-    fn all_plain<B: Batch<L>>(&self, batch: &B) -> bool {
-        let mut press = true;
-        for elongation in &self.0.elongation {
-            press &= *elongation < 0.0;
-        }
-        press && !batch.may_inherit()
+    fn survives(&self, i: usize, _threshold: f64) -> bool {
+        self.0.elongation[i] < 0.0
     }
 
     #[inline(always)]

@@ -8,7 +8,7 @@
 //!
 //! * [`context`](StepContext): inputs of a force evaluation besides the contacts;
 //! * `tile_map`: the division of a block of contacts into tiles and halo slots;
-//! * `tile`: the loop over the contacts of a tile; `commit` is its last stage; `temperature`: contacts whose
+//! * `tile`: the loop over the contacts of a tile; `tile_batch`: what measures and laws read and store; `commit` is its last stage; `temperature`: contacts whose
 //!   constants depend on the temperature;
 //! * `block`: the interface of a block to the solver, whatever its law; `laws`: the loops compiled for each law;
 //! * [`walls`]: contacts with walls; [`record`]: forces as operators read them, without a step.
@@ -20,6 +20,7 @@ mod laws;
 pub mod record;
 mod temperature;
 mod tile;
+mod tile_batch;
 mod tile_map;
 mod totals;
 pub mod walls;

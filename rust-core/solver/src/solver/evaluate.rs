@@ -20,7 +20,11 @@ impl Solver {
     /// Returns `Σ f⊗image` (N) over contacts across the periodic border.
     pub(super) fn evaluate(&mut self, state: &mut State, sample: bool, report: &mut StepReport) -> Mat3 {
         let mut watch = Stopwatch::start();
-        // Zero: the last step left them so.
+        // `gather` leaves them zero, unless a panic came before it.
+        if !self.net_is_zero {
+            self.net.fill(Wrench::default());
+        }
+        self.net_is_zero = false;
         self.net.resize(state.particles.len(), Wrench::default());
         self.pass.clear();
         report.evaluations += 1;
@@ -72,6 +76,7 @@ impl Solver {
         watch.lap(&mut self.stages.contacts);
         let maps = maps(&self.bond_maps, &self.contact_map, state);
         integrate::gather(&mut self.net, &maps, &mut self.force, &mut self.torque);
+        self.net_is_zero = true;
         // Without iterations, [`DeformationPass::finish`] adds the halo.
         if deformation::iteration(deformable).is_some() {
             self.pass.gather(&maps, &state.particles, reacting);

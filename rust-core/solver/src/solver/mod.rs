@@ -48,6 +48,8 @@ pub struct Solver {
     smallest: f64,
     /// Forces and torques of the contacts of a particle's own tile.
     net: Vec<Wrench>,
+    /// Whether these are all zero.
+    net_is_zero: bool,
     /// Those of all contacts.
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
@@ -115,6 +117,7 @@ impl Solver {
             wall_vertices: Vec::new(),
             smallest: 0.0,
             net: Vec::new(),
+            net_is_zero: true,
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             poses: Vec::new(),

@@ -399,9 +399,14 @@ fn batched_particles_move_as_on_the_scalar_path() {
     let mut sheared = Cell::new_box(Vec3::repeat(4.0));
     sheared.velocity_gradient = Mat3::new(0.1, 0.5, 0.0, -0.2, 0.0, 0.3, 0.0, 0.0, -0.1);
     let damped = Damping::Local { translation: 0.3, rotation: 0.2 };
-    for (damping, cell) in
-        [(Damping::None, None), (damped, None), (Damping::None, Some(&sheared)), (damped, Some(&sheared))]
-    {
+    for (damping, cell, convective) in [
+        (Damping::None, None, false),
+        (damped, None, false),
+        // YADE's kinematics: without a cell, nothing is carried along.
+        (damped, None, true),
+        (Damping::None, Some(&sheared), false),
+        (damped, Some(&sheared), false),
+    ] {
         let kick = KickContext {
             dt: 0.01,
             fraction: 0.5,
@@ -409,7 +414,7 @@ fn batched_particles_move_as_on_the_scalar_path() {
             damping,
             cell,
             gradient_change: None,
-            convective: false,
+            convective,
             targets: None,
         };
         let net = NetForces { force: &force, torque: &torque };

@@ -37,8 +37,8 @@ impl Assembly {
     ///
     /// # Errors
     /// A force that is not finite.
-    pub fn virial(&self, present: &[Vec3]) -> Result<Mat3, OperatorError> {
-        let forces = self.last_forces(Some(present));
+    pub fn virial(&self, present: Option<&[Vec3]>) -> Result<Mat3, OperatorError> {
+        let forces = self.last_forces(present);
         // With volume 1, the stress equals the sum.
         let all = Region::All { volume: 1.0 };
         Ok(region_stress(&forces.set(&self.state.particles)?, &all, Truncation::BranchClipped, None)?.stress)

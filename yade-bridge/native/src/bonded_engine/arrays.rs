@@ -94,6 +94,8 @@ pub struct Facts {
     pub(super) neighbor_list_rebuilds: u64,
     pub(super) dissipated: [f64; 4],
     pub(super) stored: f64,
+    /// Volume of the cell in the last step, m³; 0 without a cell.
+    pub(super) cell_volume: f64,
     pub(super) needs_rotation: i32,
     pub(super) threads: i32,
 }

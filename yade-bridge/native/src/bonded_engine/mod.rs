@@ -133,6 +133,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_facts(bonds: *const Bonds, facts: 
             neighbor_list_rebuilds: a.solver.neighbor_rebuilds(),
             dissipated: a.dissipated,
             stored: a.stored,
+            cell_volume: a.state.cell.map_or(0.0, |cell| cell.volume()),
             needs_rotation: i32::from(a.needs_rotation),
             threads: pool.current_num_threads() as i32,
         };
@@ -212,7 +213,8 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
 }
 
 /// Write the virial `Σ l⊗f` over all contacts, J: forces of the last step, branch vectors between the present positions, at the
-/// addresses `positions` of all particles, or if these are null, between the positions of the last step; nine reals in row-major order, branch vector first. Returns 0, or −1 and a message.
+/// addresses `positions` of all particles; if `positions` is null, between the positions of the last step. Nine reals in row-major order,
+/// branch vector first. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_virial(
     bonds: *const Bonds,
@@ -224,13 +226,11 @@ pub unsafe extern "C" fn concordem_yade_bonds_virial(
     unsafe {
         guarded(message, || {
             let Bonds { assembly, pool } = &*bonds;
-            let last = &assembly.state.particles.position;
-            let present: Vec<Vec3> = if positions.is_null() {
-                last.clone()
-            } else {
-                slice(positions, last.len()).iter().map(|&address| Vec3::from(*address)).collect()
-            };
-            let sum = pool.install(|| assembly.virial(&present)).map_err(|error| error.to_string())?;
+            let present: Option<Vec<Vec3>> = (!positions.is_null()).then(|| {
+                let addresses = slice(positions, assembly.state.particles.len());
+                addresses.iter().map(|&address| Vec3::from(*address)).collect()
+            });
+            let sum = pool.install(|| assembly.virial(present.as_deref())).map_err(|error| error.to_string())?;
             *virial = row_by_row(&sum);
             Ok::<_, String>(0)
         })

@@ -24,7 +24,7 @@ from ._concrete import Concrete, add_to_clock, cell_of, class_of, engine_of, sor
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._motion import Motion, free_bit
 from ._rules import refuse
-from ._scene import Bodies, Reals, at_rest, bodies, gather, host, is_at_rest, of_class
+from ._scene import Bodies, Reals, at_rest, bodies, bodies_stand, gather, host, of_class
 
 _registered: dict[str, BondedEngine] = {}
 
@@ -385,7 +385,7 @@ class BondedEngine:
         Positions and branch vectors are the present ones, as in YADE's operators; while YADE runs in another thread, those of the last
         step.
         """
-        return self.solver.forces(is_at_rest())
+        return self.solver.forces(bodies_stand())
 
     def stress_sum(self) -> Reals:
         """`Σ l⊗f` over all bonds and contacts, J, first index the branch vector, (3, 3)."""

@@ -12,13 +12,14 @@ import functools
 import os
 import sys
 import tempfile
+import threading
 import warnings
 from typing import Any, Callable, Iterator, Protocol, Sequence
 
 import numpy as np
 
 from .._errors import ConcordemWarning, YadeError
-from . import _rules
+from . import _pause, _rules
 
 
 class Bonded(Protocol):
@@ -224,7 +225,11 @@ def install() -> None:
         # The engines read settings and bodies in their own steps, now and then.
         if not all(is_calm() for is_calm in calm):
             check(deep=False)
-        return _raised(lambda: step(self))
+        _pause.stepping = threading.get_ident()
+        try:
+            return _raised(lambda: step(self))
+        finally:
+            _pause.stepping = None
 
     @functools.wraps(wait)
     def checked_wait(self: Any) -> Any:

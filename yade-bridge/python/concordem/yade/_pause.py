@@ -22,9 +22,14 @@ _changed: tuple[int, int] | None = None
 LONGEST_STEP = 60.0
 
 
+#: The thread within `O.step`, which some versions of YADE run in the thread that calls it.
+stepping: int | None = None
+
+
 def in_the_loop() -> bool:
-    """Whether YADE's loop has called this script and waits for it. Python has not started its thread and has a dummy for it."""
-    return type(threading.current_thread()).__name__ == "_DummyThread"
+    """Whether YADE's loop has called this script and waits for it. Its thread is that of `O.step`, or one that Python has not started and has
+    a dummy for."""
+    return threading.get_ident() == stepping or type(threading.current_thread()).__name__ == "_DummyThread"
 
 
 def step_under_way(omega: Any) -> bool:

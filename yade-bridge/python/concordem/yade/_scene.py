@@ -13,7 +13,7 @@ from .._errors import YadeError
 from .._types import Contacts, Fabric, Loads, RegionStress
 from ._layout import probe
 from ._memory import address_of, memory, pack_real
-from ._pause import in_the_loop
+from ._pause import in_the_loop, step_under_way
 from ._probe import Layout
 
 Reals = NDArray[np.float64]
@@ -74,6 +74,13 @@ def host() -> _Yade:
 def is_at_rest() -> bool:
     """Whether no other thread changes YADE's memory now. YADE's own loop waits for the scripts that it calls."""
     return not host().omega.running or in_the_loop()
+
+
+def bodies_stand() -> bool:
+    """Whether no other thread moves bodies now, not even in a step that a paused run has not finished. A step that an error has ended looks
+    the same, so False after it."""
+    omega = host().omega
+    return in_the_loop() or not (omega.running or step_under_way(omega))
 
 
 def at_rest() -> None:

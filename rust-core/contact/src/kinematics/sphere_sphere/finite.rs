@@ -41,7 +41,7 @@ impl FiniteInput {
             arrays.a.set_four(i, a, lanes);
             arrays.b.set_four(i, b, lanes);
         }
-        if S::PERIODIC && source.crosses() {
+        if S::PERIODIC && source.may_cross_border() {
             for i in 0..count {
                 if let Some(shift) = source.shift(i) {
                     arrays.shift.set(i, shift);

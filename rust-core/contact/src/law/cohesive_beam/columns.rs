@@ -108,7 +108,7 @@ pub(super) fn respond_batch<B: Batch<CohesiveBeam>>(
             }
         }
     }
-    if B::PERIODIC && batch.crosses() {
+    if B::PERIODIC && batch.may_cross_border() {
         for i in 0..count {
             if let Some(shift) = batch.shift(i) {
                 input.shift.set(i, shift);
@@ -132,20 +132,10 @@ struct Results<'a> {
 }
 
 impl ColumnResults<CohesiveBeam> for Results<'_> {
+    /// Not with a stress of NaN.
     #[inline(always)]
-    fn need_scalar_path<B: Batch<CohesiveBeam>>(&self, i: usize, _batch: &B) -> bool {
-        // A stress of NaN, too.
-        let holds = self.columns.stress[i] < self.strength;
-        !holds
-    }
-
-    #[inline(always)]
-    fn all_plain<B: Batch<CohesiveBeam>>(&self, _batch: &B) -> bool {
-        let mut hold = true;
-        for stress in &self.columns.stress {
-            hold &= *stress < self.strength;
-        }
-        hold
+    fn survives(&self, i: usize, _threshold: f64) -> bool {
+        self.columns.stress[i] < self.strength
     }
 
     #[inline(always)]

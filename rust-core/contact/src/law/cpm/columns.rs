@@ -110,27 +110,16 @@ impl ColumnResult for ContactResponse<'_> {
 struct Responses<'a>(&'a mut <ColumnResponse as Item>::Arrays);
 
 impl ColumnResults<Cpm> for Responses<'_> {
-    /// Its damage needs branches or is reported, or it inherits the energy of a bond.
+    /// Not with a damage of NaN.
     #[inline(always)]
-    fn need_scalar_path<B: Batch<Cpm>>(&self, i: usize, batch: &B) -> bool {
-        let Self(columns) = self;
-        let omega = columns.history.omega[i];
-        if batch.inherits(i) {
-            return true;
-        }
-        // The common case needs no more numbers.
-        let small = omega < batch.damage_threshold();
-        !small && (omega.is_nan() || batch.reports(i, &columns.history.get(i)))
+    fn survives(&self, i: usize, threshold: f64) -> bool {
+        self.0.history.omega[i] < threshold
     }
 
+    /// Its damage needs branches, or is reported.
     #[inline(always)]
-    fn all_plain<B: Batch<Cpm>>(&self, batch: &B) -> bool {
-        let threshold = batch.damage_threshold();
-        let mut small = true;
-        for omega in &self.0.history.omega {
-            small &= *omega < threshold;
-        }
-        small && !batch.may_inherit()
+    fn needs_scalar_path<B: Batch<Cpm>>(&self, i: usize, batch: &B) -> bool {
+        self.0.history.omega[i].is_nan() || batch.reports(i, &self.0.history.get(i))
     }
 
     #[inline(always)]

@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::conformance::{GEOMETRY, Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+use crate::law::{Frictional, RegisteredLaw};
+use crate::quantity::{self, Force, Number};
 
 /// Deformations are a large fraction of the length, so rounding of positions hides nothing.
 fn subject(name: &'static str, bond: LinearBond) -> Subject<Native<LinearBond>> {
