@@ -1,7 +1,9 @@
 //! Long work without the interpreter's lock: thread pools, progress, and signals.
 
-use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use concordem_yade::own_thread::with_all_processors;
@@ -15,8 +17,8 @@ pub const SLICE: Duration = Duration::from_millis(50);
 /// Interval between calls of the progress function.
 pub const REPORT: Duration = Duration::from_millis(200);
 
-/// Payload that carries an exception of a signal handler or progress function back to Python.
-struct Interrupted(PyErr);
+/// Payload that unwinds work which a signal handler or a progress function has stopped.
+struct Stopped;
 
 /// A pool with this number of threads; `None`: the global pool, with all processors.
 pub fn pool(threads: Option<usize>) -> PyResult<Option<rayon::ThreadPool>> {
@@ -50,8 +52,9 @@ pub fn reporter<'py>(py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> P
     }
 }
 
-/// Run long work without the interpreter's lock. When it reports, `progress` (stage, fraction) is called and signals are checked;
-/// both may stop it with an exception.
+/// Run long work without the interpreter's lock, in a thread of its own. Meanwhile this thread checks for signals, which Python handles in its
+/// main thread alone, and calls `progress` with the last stage and fraction that the work has reported. Both may stop the work with an
+/// exception; it ends when it reports again.
 pub fn guarded<T: Send>(
     py: Python<'_>,
     threads: Option<usize>,
@@ -60,38 +63,63 @@ pub fn guarded<T: Send>(
 ) -> PyResult<T> {
     let pool = pool(threads)?;
     let report = reporter(py, progress)?;
+    let (stop, last) = (AtomicBool::new(false), Mutex::new(None::<(String, f64)>));
+    // Whether there was something to tell.
+    let tell = |py: Python<'_>| {
+        let latest = last.lock().map_or(None, |mut last| last.take());
+        match (&report, latest) {
+            (Some(report), Some(latest)) => report.call1(py, latest).map(|_| true),
+            _ => Ok(false),
+        }
+    };
+    let mut failure = None;
     let outcome = py.detach(|| {
-        catch_unwind(AssertUnwindSafe(|| {
-            inside(pool.as_ref(), || {
-                let mut last: Option<Instant> = None;
-                let mut look = |stage: &str, share: f64| {
-                    if last.is_some_and(|at| at.elapsed() < SLICE) {
-                        return;
-                    }
-                    let told = Python::attach(|py| {
-                        py.check_signals()?;
-                        match &report {
-                            Some(report) if last.is_none_or(|at| at.elapsed() >= REPORT) => {
-                                report.call1(py, (stage, share)).map(drop)
+        std::thread::scope(|scope| {
+            let (running, ended) = channel::<()>();
+            let worker = scope.spawn(|| {
+                let _running = running;
+                catch_unwind(AssertUnwindSafe(|| {
+                    inside(pool.as_ref(), || {
+                        work(&mut |stage, share| {
+                            if stop.load(Ordering::Relaxed) {
+                                // The work has no other way to stop; none of its data is kept.
+                                resume_unwind(Box::new(Stopped));
                             }
-                            _ => Ok(()),
-                        }
-                    });
-                    last = Some(Instant::now());
-                    if let Err(error) = told {
-                        // Unwind to cancel the work, which has no other way to stop; none of its data is kept.
-                        resume_unwind(Box::new(Interrupted(error)));
+                            if let Ok(mut last) = last.lock() {
+                                *last = Some((stage.to_owned(), share));
+                            }
+                        })
+                    })
+                }))
+            });
+            let mut told: Option<Instant> = None;
+            while ended.recv_timeout(SLICE) == Err(RecvTimeoutError::Timeout) {
+                if failure.is_some() {
+                    continue;
+                }
+                let looked = Python::attach(|py| {
+                    py.check_signals()?;
+                    if told.is_none_or(|at| at.elapsed() >= REPORT) && tell(py)? {
+                        told = Some(Instant::now());
                     }
-                };
-                work(&mut look)
-            })
-        }))
+                    Ok(())
+                });
+                if let Err(error) = looked {
+                    failure = Some(error);
+                    stop.store(true, Ordering::Relaxed);
+                }
+            }
+            worker.join().unwrap_or_else(Err)
+        })
     });
+    let ended = if failure.is_none() && outcome.is_ok() { tell(py).map(|_| ()) } else { Ok(()) };
     close(py, report.as_ref())?;
-    outcome.map_err(|payload: Box<dyn Any + Send>| match payload.downcast::<Interrupted>() {
-        Ok(interrupted) => interrupted.0,
-        Err(other) => internal(&*other),
-    })
+    ended?;
+    match (outcome, failure) {
+        (_, Some(error)) => Err(error),
+        (Ok(found), None) => Ok(found),
+        (Err(payload), None) => Err(internal(&*payload)),
+    }
 }
 
 /// End the line of a progress bar.

@@ -336,9 +336,33 @@ def test_motion_that_is_not_finite_is_an_error(two):
     assert caught.value.kind == "Solver" or caught.value.kind == "NotFinite"
 
 
+def test_progress_functions_see_a_packing_and_may_end_it():
+    data = concordem.Scenario.template("cpm-specimen-tension").to_dict()
+    data["packing"]["count"] = 100_000
+    seen = []
+
+    def report(stage, share):
+        seen.append((stage, share))
+        if len(seen) == 4:
+            raise RuntimeError("enough")
+
+    start = time.monotonic()
+    with pytest.raises(RuntimeError, match="enough"):
+        concordem.Scenario.from_dict(data).simulation(threads=1, progress=report)
+    assert time.monotonic() - start < 5.0
+    assert [stage for stage, _ in seen] == ["compaction"] * 4
+    shares = [share for _, share in seen]
+    assert shares == sorted(set(shares)) and shares[0] > 0
+
+
 def test_a_packing_is_unwound_when_interrupted():
-    scenario = concordem.Scenario.template("cpm-specimen-tension")
+    # So many spheres that it takes minutes: a packing that is finished is in the cache, and the next run has it at once.
+    data = concordem.Scenario.template("cpm-specimen-tension").to_dict()
+    data["packing"]["count"] = 100_000
+    start = time.monotonic()
+    scenario = concordem.Scenario.from_dict(data)
     timer = threading.Timer(0.5, _thread.interrupt_main)
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         scenario.simulation(threads=1)
+    assert time.monotonic() - start < 5.0, "while spheres are placed, too, which takes a minute here"

@@ -9,12 +9,21 @@ use concordem_solver::state::particles::Sphere;
 /// Largest number of positions tried for one sphere.
 const ATTEMPTS: usize = 10_000;
 
+/// Spheres between two reports; they take some 0.1 s in a cell that is nearly full.
+const REPORTED: usize = 256;
+
 /// Spheres of the given radii (m) at random positions in a periodic cube with edge `edge` (m) without contact, largest first
-/// (random sequential addition).
+/// (random sequential addition). `placed` is called with the number of spheres after every [`REPORTED`] of them, so that the caller may
+/// show it, or be interrupted.
 ///
 /// # Errors
 /// [`PackingError::NoRoom`].
-pub(super) fn random_cloud(mut radii: Vec<f64>, edge: f64, random: &mut Random) -> Result<Vec<Sphere>, PackingError> {
+pub(super) fn random_cloud(
+    mut radii: Vec<f64>,
+    edge: f64,
+    random: &mut Random,
+    placed: &mut dyn FnMut(usize),
+) -> Result<Vec<Sphere>, PackingError> {
     radii.sort_by(|a, b| b.total_cmp(a));
     let mut spheres: Vec<Sphere> = Vec::with_capacity(radii.len());
     // Each size class is half as large as the one before. The boxes of its grid are as wide as twice its largest
@@ -34,6 +43,9 @@ pub(super) fn random_cloud(mut radii: Vec<f64>, edge: f64, random: &mut Random) 
             level.boxes.entry(level.box_of(&position)).or_default().push(spheres.len());
         }
         spheres.push(Sphere { position, radius });
+        if spheres.len().is_multiple_of(REPORTED) {
+            placed(spheres.len());
+        }
     }
     Ok(spheres)
 }
@@ -95,8 +107,10 @@ mod tests {
         for (sizes, count) in sizes.iter().zip([400, 4000]) {
             let radii = sizes.radii(count, 1).unwrap();
             let edge = 3.0 * concordem_contact::math::cbrt(radii.iter().map(|r| r * r * r).sum());
-            let spheres = random_cloud(radii, edge, &mut Random::new(2)).unwrap();
+            let mut reports = Vec::new();
+            let spheres = random_cloud(radii, edge, &mut Random::new(2), &mut |placed| reports.push(placed)).unwrap();
             assert_eq!(spheres.len(), count);
+            assert_eq!(reports, (1..=count / REPORTED).map(|k| k * REPORTED).collect::<Vec<_>>());
             let packing = Packing { spheres, cell: Some(Cell::new_box(Vec3::repeat(edge))) };
             assert_eq!(PackingSummary::new(&packing, 1.0).unwrap().coordination, 0.0);
         }
@@ -104,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_full_cell_is_reported() {
-        let full = random_cloud(vec![1.0; 100], 6.0, &mut Random::new(1));
+        let full = random_cloud(vec![1.0; 100], 6.0, &mut Random::new(1), &mut |_| {});
         assert!(matches!(full, Err(PackingError::NoRoom { .. })));
     }
 }

@@ -152,7 +152,7 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
     let inner = recipe.edge - 2.0 * largest;
     positive("space between the walls left for the largest sphere", inner)?;
     let mut random = Random::new(recipe.seed ^ 0x9e37_79b9_7f4a_7c15);
-    let mut spheres = random_cloud(radii, inner, &mut random)?;
+    let mut spheres = random_cloud(radii, inner, &mut random, &mut |_| {})?;
     for sphere in &mut spheres {
         sphere.position += Vec3::repeat(largest);
     }

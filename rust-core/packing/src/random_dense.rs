@@ -173,7 +173,7 @@ pub struct Compaction {
     pub last: Progress,
 }
 
-/// Make a random dense packing; `progress` is called every 20 steps.
+/// Make a random dense packing; `progress` is called while spheres are placed, and every 20 steps.
 ///
 /// # Errors
 /// Parameters out of their range; a compaction that does not finish within the step limit.
@@ -186,7 +186,12 @@ pub fn random_dense(recipe: &RandomDense, progress: &mut dyn FnMut(Progress)) ->
     let mut random = Random::new(recipe.seed ^ 0x9e37_79b9_7f4a_7c15);
     let solid = radii.iter().map(|r| 4.0 / 3.0 * std::f64::consts::PI * r * r * r).sum::<f64>();
     let edge = cbrt(solid / recipe.start);
-    let spheres = random_cloud(radii, edge, &mut random)?;
+    let mut now =
+        Progress { step: 0, stage: Stage::Compression, packing_fraction: 0.0, pressure: 0.0, unbalanced: 1.0 };
+    let spheres = random_cloud(radii, edge, &mut random, &mut |placed| {
+        now.packing_fraction = recipe.start * placed as f64 / recipe.count as f64;
+        progress(now);
+    })?;
 
     let mut state = loose_state(&spheres, edge, recipe)?;
     let mut rows = PairCoefficients::new(1);
@@ -205,8 +210,6 @@ pub fn random_dense(recipe: &RandomDense, progress: &mut dyn FnMut(Progress)) ->
         smallest_diameter: 2.0 * smallest_radius,
         stiffness: MODULUS * mean_radius,
     };
-    let mut now =
-        Progress { step: 0, stage: servo.stage, packing_fraction: recipe.start, pressure: 0.0, unbalanced: 1.0 };
     loop {
         let Some(cell) = state.cell else { return Err(PackingError::NoCell) };
         let length = cell.matrix[(0, 0)];
