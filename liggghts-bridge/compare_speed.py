@@ -17,14 +17,17 @@ import argparse
 import json
 import math
 import os
-import platform
 import re
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "../validation"))
+from concordem_validate import provenance
+
 LAUNCHER = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, "../target")), "liggghts/concordem-liggghts")
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 RESULTS = os.path.join(HERE, "../validation/results/liggghts-speed.json")
@@ -253,9 +256,7 @@ def measure(rounds):
 def circumstances(load):
     """Commit, machine, and load of a record that began with the load `load`."""
     commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
-    with open("/proc/cpuinfo") as file:
-        model = re.search(r"(?m)^model name\s*: (.*)$", file.read())
-    return {"commit": commit, "machine": f"{model[1] if model else platform.machine()}, {os.cpu_count()} processors",
+    return {"commit": commit, "machine": f"{provenance.processor()}, {os.cpu_count()} processors",
             "load_average_before": load, "load_average": os.getloadavg()}
 
 

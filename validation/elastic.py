@@ -14,7 +14,6 @@ import csv
 import json
 import math
 import os
-import platform
 import subprocess
 import sys
 import time
@@ -213,14 +212,6 @@ def failures(name, points, verdicts):
                     for sweep, statement in KNOWN if sweep == name and statement not in looked_at]
 
 
-def processor():
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            return next(line.split(":")[1].strip() for line in file if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.machine()
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--full", action="store_true", help="all sweeps; hours")
@@ -250,7 +241,7 @@ def main():
             commit = provenance.label(PROGRAM)
             # Uncommitted changes have no commit to distinguish points.
             rows, seconds = run(name, arguments.jobs, resume=not commit.endswith("+changes"))
-            results[name] = {"unit_of_moduli_pa": unit, "commit": commit, "machine": processor(), "seconds": seconds, "checks": [],
+            results[name] = {"unit_of_moduli_pa": unit, "commit": commit, "machine": provenance.processor(), "seconds": seconds, "checks": [],
                              "points": condensed(rows, unit)}
         result = results[name]
         result["checks"] = checks(name, result["points"])

@@ -29,9 +29,7 @@ IMAGE = ROOT / "docs/book/images/speed.png"
 
 def machine():
     """Processor and operating system, without the name of the machine."""
-    with open("/proc/cpuinfo") as file:
-        model = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
-    return f"{model}, {os.cpu_count()} processors"
+    return f"{provenance.processor()}, {os.cpu_count()} processors"
 
 
 def save(path, record):

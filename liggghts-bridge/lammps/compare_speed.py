@@ -29,6 +29,9 @@ import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "../..")
+sys.path.insert(0, os.path.join(ROOT, "validation"))
+from concordem_validate import provenance
+
 RESULTS = os.path.join(ROOT, "validation/results/lammps-speed.json")
 REBUILDS = os.path.join(ROOT, "validation/results/lammps-rebuild.json")
 DOCS = os.path.join(ROOT, "docs/book/reference/lammps.md")
@@ -218,11 +221,6 @@ def blocks():
     return ["\n".join([f"<!-- lammps/compare_speed.py: {name} -->", *part, "<!-- end -->"]) for name, part in parts]
 
 
-def processor():
-    with open("/proc/cpuinfo") as file:
-        return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
-
-
 def main():
     started = time.monotonic()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -286,7 +284,7 @@ def main():
     if arguments.json:
         with open(arguments.json, "w") as out:
             commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
-            machine = {"processors": os.cpu_count(), "model": processor()}
+            machine = {"processors": os.cpu_count(), "model": provenance.processor()}
             duration = round(time.monotonic() - started)
             json.dump({"commit": commit, "machine": machine, "duration_s": duration, "load_average": os.getloadavg(), "rounds": arguments.rounds,
                        "figures": figures}, out, indent=1)

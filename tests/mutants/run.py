@@ -36,6 +36,9 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "validation"))
+from concordem_validate import provenance
+
 WORK = ROOT / "target" / "mutants"
 TREE = WORK / "tree"
 BUILD = WORK / "build"
@@ -418,11 +421,8 @@ def is_current(record, mutant, suite):
 
 
 def machine():
-    processor = next(
-        (line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), platform.machine()
-    )
     compiler = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=True).stdout.split()
-    return {"processor": processor, "cores": os.cpu_count(), "system": platform.system(), "rustc": compiler[1]}
+    return {"processor": provenance.processor(), "cores": os.cpu_count(), "system": platform.system(), "rustc": compiler[1]}
 
 
 def git(*arguments):

@@ -1,4 +1,5 @@
-"""Commit of recorded results: that of the program that computed them, not that of the source tree."""
+"""Commit and processor of recorded results. The commit is that of the program that computed them, not that of the source tree."""
+import platform
 import re
 import subprocess
 import sys
@@ -6,6 +7,21 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+
+
+def processor(description=Path("/proc/cpuinfo")):
+    """Model of the processor and the widest vectors that it has. Virtual machines hide the model: "AMD EPYC" is any of five."""
+    try:
+        text = description.read_text()
+    except OSError:
+        return platform.machine()
+    entries = dict(re.findall(r"(?m)^([^\t:]+?)\s*: ?(.*)$", text))
+    name = entries.get("model name", platform.machine())
+    number = [f"{key.removeprefix('cpu ')} {entries[key]}" for key in ("cpu family", "model") if key in entries]
+    flags = entries.get("flags", "").split()
+    widest = next((label for flag, label in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if flag in flags), None)
+    details = ", ".join([*number, *([widest] if widest else [])])
+    return f"{name} ({details})" if details else name
 
 
 def of_tree():

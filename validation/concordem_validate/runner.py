@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import compare
+from . import compare, provenance
 from .engines import ENGINES, concordem
 from .errors import Crashed, HarnessError, NotInstalled, TimedOut, Unsupported
 from .result import Result
@@ -202,7 +202,7 @@ class Runner:
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
         result.provenance.update(
-            engine_version=ENGINES[engine].version(), host=platform.platform(), processor=_processor(),
+            engine_version=ENGINES[engine].version(), host=platform.platform(), processor=provenance.processor(),
             date=datetime.now(timezone.utc).isoformat(timespec="seconds"), case=task.case, variant=task.variant,
             load_average=" ".join(f"{x:.1f}" for x in os.getloadavg()))
         result.write(out.path)
@@ -245,11 +245,3 @@ def _jobs():
     except (OSError, StopIteration):
         free = 4
     return max(1, min(os.cpu_count() or 1, int(free)))
-
-
-def _processor():
-    try:
-        with open("/proc/cpuinfo") as file:
-            return next(line.split(":", 1)[1].strip() for line in file if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor()

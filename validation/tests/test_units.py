@@ -1,11 +1,12 @@
 """Units, scenarios, results, and comparisons, without engines."""
 import math
+import platform
 import tomllib
 
 import numpy as np
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import compare, quirks, scenario
+from concordem_validate import compare, provenance, quirks, scenario
 from concordem_validate.errors import HarnessError
 from concordem_validate.quantity import si
 from concordem_validate.result import Result
@@ -163,3 +164,11 @@ def test_bad_cases(tmp_path, text, message):
     (tmp_path / "a" / "scenario.toml").write_text('version = 1\n[packing]\nkind = "spheres"\n')
     with pytest.raises(HarnessError, match=message):
         cases.load("a", tmp_path)
+
+
+def test_processor_is_named_with_what_tells_models_apart(tmp_path):
+    description = tmp_path / "cpuinfo"
+    description.write_text("processor\t: 0\ncpu family\t: 25\nmodel\t\t: 1\nmodel name\t: AMD EPYC\nflags\t\t: fpu avx avx2\n\nprocessor\t: 1\n")
+    assert provenance.processor(description) == "AMD EPYC (family 25, model 1, AVX2)"
+    description.write_text("CPU implementer\t: 0x41\n")
+    assert provenance.processor(description) == provenance.processor(tmp_path / "missing") == platform.machine()
