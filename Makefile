@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -80,7 +80,7 @@ clean-demo:
 	rm -rf $(DEMO)
 
 # Here and in the long studies a missing peer is an error, and so is a lack of root rights, which Debian 13 for YADE needs.
-test test-build test-lint $(TEST_STEPS) new-law validate-full: export CI := 1
+test test-build test-lint $(TEST_STEPS) new-law test-bigbig validate-full: export CI := 1
 
 # One build, then independent steps, two at a time. Each step prints how long it took; target/test-times.txt has the table.
 JOBS ?= 2
@@ -160,7 +160,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law ptx fuzz combinations mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz combinations mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py
 	validation/instructions.py --full
@@ -189,6 +189,11 @@ test-pages: $(CONCORDEM)
 new-law:
 	.ci/setup test
 	@.ci/timed $@ tests/new_law/run.sh
+
+# The tests inside LAMMPS with a LAMMPS built from sources, with ids of 64 bits.
+test-bigbig: test-build
+	.ci/setup wheel
+	@.ci/timed $@ liggghts-bridge/tests/bigbig.sh
 
 # Exports in pyvista, OVITO, and ParaView (5 GB of programs, once).
 test-viewers: $(CONCORDEM)

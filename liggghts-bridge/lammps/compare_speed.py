@@ -8,8 +8,9 @@ Prints the median of several rounds. Rounds alternate between the styles, so tha
 processor the time is CPU time (LAMMPS' "CPU use"); on several it is wall time, because MPICH waits actively. --shuffled: ids in random
 order, as in data files of many programs; LAMMPS sorts its atoms in space. --json FILE writes the figures.
 --rebuild: instead, the time of a rebuild of our bonds, in steps: runs that rebuild the lists in every step, minus runs that never do,
-minus the same difference without our bonds. --impact: instead, processor time of whole runs of the example bpm/impact with our beams
-and with those of LAMMPS. Both on one processor, from the fastest round each.
+minus the same difference without our bonds; also on two processors, in a lattice that moves across their borders by half a skin per rebuild.
+--impact: instead, processor time of whole runs of the example bpm/impact with our beams
+and with those of LAMMPS. From the fastest round each.
   liggghts-bridge/lammps/compare_speed.py --docs | --check   prints the blocks for docs/book/reference/lammps.md from the results files, or fails
                                                              if they are not up to date
   liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--shuffled] [--rebuild | --impact] [--json FILE]
@@ -40,19 +41,20 @@ PLUGINS = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "ta
 SPACING = 0.01
 RADIUS = 0.005
 YOUNG, POISSON, RATIO = 30e9, 0.2, 0.5
+SKIN, DT = 0.001, 1e-7
 STEPS = 100
-HEAD = """units si
+HEAD = f"""units si
 atom_style bpm/sphere
 atom_modify sort 0 0
-boundary {boundary}
+boundary {{boundary}}
 newton off
 comm_modify vel yes
-read_data {data}
+read_data {{data}}
 special_bonds lj 0 1 1 coul 1 1 1
-neighbor 0.001 bin
+neighbor {SKIN} bin
 neigh_modify delay 0
 comm_modify cutoff 0.018
-timestep 1e-7
+timestep {DT}
 """
 # Only LAMMPS' own style needs the integration of the atoms' quaternions.
 INTEGRATORS = {True: "fix integrate all nve/bpm/sphere\n", False: "fix integrate all nve/sphere\n"}
@@ -80,8 +82,9 @@ STYLES = {
 }
 
 
-def packing(path, edge, neighbors, periodic, shuffled=False):
-    """Write a cubic lattice with 3 (face) or 9 (face and edge) bonds per sphere to `path`; return the number of bonds."""
+def packing(path, edge, neighbors, periodic, shuffled=False, speed=0.0):
+    """Write a cubic lattice with 3 (face) or 9 (face and edge) bonds per sphere to `path`, which moves along x (m/s); return the number of
+    bonds."""
     ids = list(range(1, edge**3 + 1))
     if shuffled:
         random.Random(1).shuffle(ids)
@@ -108,7 +111,7 @@ def packing(path, edge, neighbors, periodic, shuffled=False):
         out.write("\nVelocities\n\n")
         for k in range(edge**3):
             v = [((k * a) % 1009 / 1009 - 0.5) * 0.02 for a in (7919, 104729, 1299709)]
-            out.write(f"{ids[k]} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g} 0 0 0\n")
+            out.write(f"{ids[k]} {v[0] + speed:.17g} {v[1]:.17g} {v[2]:.17g} 0 0 0\n")
         out.write("\nBonds\n\n")
         for k, (a, b) in enumerate(bonds):
             out.write(f"{k + 1} 1 {a} {b}\n")
@@ -148,22 +151,25 @@ def run(folder, style, data, boundary, processors, shuffled=False, lists=None):
     return seconds / STEPS, part.get("Comm", float("nan"))
 
 
-def rebuilds(folder, edge, rounds):
-    """Time of a rebuild over that of a step, for our styles on an open lattice with nine bonds per sphere."""
-    bonds = packing(os.path.join(folder, "data"), edge, 9, False)
+def rebuilds(folder, edge, rounds, moving):
+    """Time of a rebuild over that of a step, for our styles on a lattice with nine bonds per sphere: open, at rest, on one processor; or
+    periodic, moving across the border of two by half a skin per step."""
+    bonds = packing(os.path.join(folder, "data"), edge, 9, moving, speed=0.5 * SKIN / DT if moving else 0.0)
+    boundary, processors = ("p p p", 2) if moving else ("f f f", 1)
     STYLES["zero"] = "bond_style zero\nbond_coeff *\n"
     lists = {"never": "neigh_modify every 1000 delay 1000", "always": "neigh_modify every 1 delay 0 check no"}
     styles = ("zero", "concordem/cohesive_beam", "concordem/cpm", "concordem/linear_bond")
     best = {(style, when): math.inf for style in styles for when in lists}
     for _ in range(rounds):
         for style, when in best:
-            best[style, when] = min(best[style, when], run(folder, style, "data", "f f f", 1, lists=lists[when])[0])
+            best[style, when] = min(best[style, when], run(folder, style, "data", boundary, processors, lists=lists[when])[0])
     host = best["zero", "always"] - best["zero", "never"]
     for style in styles[1:]:
         # A whole step of LAMMPS, with our bonds; LAMMPS' own rebuild is subtracted.
         step, rebuild = best[style, "never"], best[style, "always"] - best[style, "never"] - host
-        yield {"style": style, "spheres": edge**3, "bonds": bonds, "step_s": step, "rebuild_s": rebuild, "rebuild_in_steps": rebuild / step}
-        print(f"{style:26} step {step * 1e3:6.1f} ms, rebuild {rebuild * 1e3:6.1f} ms: {rebuild / step:.2f} steps", flush=True)
+        yield {"style": style, "spheres": edge**3, "bonds": bonds, "processors": processors, "moving": moving, "step_s": step, "rebuild_s": rebuild, "rebuild_in_steps": rebuild / step}
+        where = "moving, 2 processors" if moving else "at rest, 1 processor"
+        print(f"{where}: {style:26} step {step * 1e3:6.1f} ms, rebuild {rebuild * 1e3:6.1f} ms: {rebuild / step:.2f} steps", flush=True)
 
 
 def impacts(rounds):
@@ -212,11 +218,14 @@ def blocks():
     for neighbors in (3, 9):
         figures = [found(f"our solver, {law}", "f f f", neighbors) for law in (*ours, "deformable")]
         own.append(f"| {neighbors} | " + " | ".join(f"{f['ns_per_bond_step']:.0f} ({f['ratio']:.2f})" for f in figures) + " |")
-    times = ", ".join(f"{f['rebuild_s'] * 1e3:.1f} ms or {f['rebuild_in_steps']:.2f} steps (`{f['style'].removeprefix('concordem/')}`)"
-                      for f in rebuilt["figures"])
     first = rebuilt["figures"][0]
-    rebuild = [f"A rebuild of the bonds, when LAMMPS rebuilds its lists, takes {times}; the target is two steps. {rebuilt['machine']['model']}, "
-               f"{first['spheres']:,} spheres with {first['bonds'] / first['spheres']:.1f} bonds each, fastest of {rebuilt['rounds']} rounds."]
+    rebuild = [f"A rebuild of the bonds, when LAMMPS rebuilds its lists, in ms and in steps (target: two steps). {rebuilt['machine']['model']}, "
+               f"{first['spheres']:,} spheres with up to nine bonds each, fastest of {rebuilt['rounds']} rounds.", "",
+               "| Lattice | " + " | ".join(f"`{law}`" for law in ours) + " |", "|---|---|---|---|"]
+    for moving, lattice in ((False, "at rest, one processor"), (True, "moving by half a skin per rebuild across the border of two processors")):
+        figures = {f["style"]: f for f in rebuilt["figures"] if f["moving"] == moving}
+        cells = [figures[f"concordem/{law}"] for law in ours]
+        rebuild.append(f"| {lattice} | " + " | ".join(f"{f['rebuild_s'] * 1e3:.1f} ms, {f['rebuild_in_steps']:.2f}" for f in cells) + " |")
     parts = (("cost", lines), ("our solver", own), ("rebuild", rebuild))
     return ["\n".join([f"<!-- lammps/compare_speed.py: {name} -->", *part, "<!-- end -->"]) for name, part in parts]
 
@@ -253,7 +262,8 @@ def main():
     figures = []
     with tempfile.TemporaryDirectory() as folder:
         if arguments.rebuild:
-            figures += rebuilds(folder, arguments.edge, arguments.rounds)
+            for moving in (False, True):
+                figures += rebuilds(folder, arguments.edge, arguments.rounds, moving)
         if arguments.impact:
             figures += impacts(arguments.rounds)
         cases = [] if arguments.rebuild or arguments.impact else itertools.product(("f f f", "p p p"), (3, 9))

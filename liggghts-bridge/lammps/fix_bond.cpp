@@ -96,10 +96,7 @@ double FixConcordemBond::longest_given()
       if ((j < 0 || j >= atom->nlocal) && places[next++].owner < 0)
         error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded to atom {}, which does not exist; remove the bond", id,
                    atom->tag[i], partner);
-      double d[3];
-      for (int axis = 0; axis < 3; axis++) d[axis] = x[axis] - atom->x[i][axis];
-      domain->minimum_image(FLERR, d[0], d[1], d[2]);
-      longest = MAX(longest, sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+      longest = MAX(longest, concordem_distance(atom->x[i], x, domain));
     }
   return longest;
 }

@@ -140,6 +140,18 @@ inline ConcordemListed concordem_listed(const ConcordemNetwork *network, const A
   return listed;
 }
 
+// Distance of two atoms, of the images nearest to each other, m. Not by Domain::minimum_image, whose arguments depend on the version of LAMMPS.
+inline double concordem_distance(const double *a, const double *b, const Domain *domain)
+{
+  double squared = 0.0;
+  for (int axis = 0; axis < 3; axis++) {
+    double d = b[axis] - a[axis];
+    if (domain->periodicity[axis]) d -= domain->prd[axis] * floor(d / domain->prd[axis] + 0.5);
+    squared += d * d;
+  }
+  return sqrt(squared);
+}
+
 // Longest bond of the user's list that this processor keeps, at the current positions. `missing`: the lowest listed id that is not in the
 // group on any processor, or 0. Collective.
 inline double concordem_longest_listed(const ConcordemNetwork *network, const Atom *atom, Domain *domain, int groupbit, MPI_Comm world,
@@ -152,13 +164,7 @@ inline double concordem_longest_listed(const ConcordemNetwork *network, const At
     const ConcordemPlace *ends = &listed.places[2 * k];
     for (int end = 0; end < 2; end++)
       if (ends[end].owner < 0) lowest = std::min(lowest, ends[end].tag);
-    double squared = 0.0;
-    for (int axis = 0; axis < 3; axis++) {
-      double d = ends[1].x[axis] - ends[0].x[axis];
-      if (domain->periodicity[axis]) d -= domain->prd[axis] * floor(d / domain->prd[axis] + 0.5);
-      squared += d * d;
-    }
-    longest = std::max(longest, std::max(sqrt(squared), listed.bonds[k].length));
+    longest = std::max(longest, std::max(concordem_distance(ends[0].x, ends[1].x, domain), listed.bonds[k].length));
   }
   MPI_Allreduce(&lowest, missing, 1, MPI_INT64_T, MPI_MIN, world);
   if (*missing == INT64_MAX) *missing = 0;

