@@ -339,8 +339,9 @@ impl Network {
         self.tags = order.iter().map(|entry| entry.1).collect();
         self.atom = order.iter().map(|entry| entry.2).collect();
         let tags = &self.tags;
-        self.by_tag = (0..tags.len() as u32).collect();
-        self.by_tag.sort_unstable_by_key(|&p| tags[p as usize]);
+        let mut by_tag: Vec<(Tag, u32)> = tags.iter().copied().zip(0..).collect();
+        by_tag.sort_unstable();
+        self.by_tag = by_tag.into_iter().map(|(_, p)| p).collect();
         let is_twice = |w: &&[u32]| tags[w[0] as usize] == tags[w[1] as usize];
         if let Some(twice) = self.by_tag.windows(2).find(is_twice) {
             return Err(NetworkError::BadTag { tag: tags[twice[0] as usize] });

@@ -267,6 +267,16 @@ impl Vec3Arrays {
         }
         any
     }
+
+    /// Whether one of the first `count` items has a number other than zero.
+    #[inline(always)]
+    pub fn any_nonzero_of(&self, count: usize) -> bool {
+        if count == BATCH {
+            self.any_nonzero()
+        } else {
+            self.0.iter().any(|column| column[..count].iter().any(|n| *n != 0.0))
+        }
+    }
 }
 
 impl Arrays for Vec3Arrays {

@@ -53,8 +53,9 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// its old geometry here: that is what its measure reads.
     fn store_geometries(&mut self, count: usize, arrays: &<PreviousGeometry as Item>::Arrays);
 
-    /// Store the histories of the first `count` contacts after the step; as [`Self::store_geometries`].
-    fn store_histories(&mut self, count: usize, arrays: &<L::State as Item>::Arrays);
+    /// Store the histories of the first `count` contacts after the step; as [`Self::store_geometries`]. The last `unchanged` numbers of each
+    /// stay as they are.
+    fn store_histories(&mut self, count: usize, arrays: &<L::State as Item>::Arrays, unchanged: usize);
 
     /// Add the forces and energies that the law computed in columns for contact `i`, which survives the step. Its geometry and history are
     /// stored before.
@@ -80,6 +81,11 @@ pub trait ColumnResults<L: ContactLaw> {
     fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays;
     /// Histories of the contacts after the step; `None` if they did not change.
     fn histories(&mut self) -> Option<&mut <L::State as Item>::Arrays>;
+    /// How many numbers at the end of each history did not change.
+    #[inline(always)]
+    fn unchanged(&self) -> usize {
+        0
+    }
     /// Forces and torques of contacts `i` to `i + 3`.
     fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4];
     /// Result for contact `i`.
@@ -114,8 +120,9 @@ pub(super) fn commit_columns<L: ContactLaw, B: Batch<L>, R: ColumnResults<L>>(
         keep(scalar, count, batch, results);
     }
     batch.store_geometries(count, results.geometries());
+    let unchanged = results.unchanged();
     if let Some(histories) = results.histories() {
-        batch.store_histories(count, histories);
+        batch.store_histories(count, histories, unchanged);
     }
     for first in (0..count).step_by(4) {
         let group = first..count.min(first + 4);

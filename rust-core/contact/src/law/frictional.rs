@@ -171,7 +171,11 @@ impl ContactLaw for Frictional {
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &FrictionalState, dt: f64) -> Response<FrictionalState> {
-        if kinematics.elongation >= 0.0 { self.opening(kinematics, old) } else { self.pressing(kinematics, old, dt) }
+        if kinematics.elongation >= 0.0 {
+            self.opening(kinematics, old)
+        } else {
+            self.pressing::<true>(kinematics, old, dt)
+        }
     }
 
     /// Uses columns for rigid particles under the finite measure; see `law::pressing`.
@@ -215,19 +219,15 @@ impl Frictional {
         0.5 * normal_stiffness * (old_stretch.min(0.0) * stretch.max(0.0) - stretch.min(0.0) * old_stretch.max(0.0))
     }
 
-    /// Elastic shear displacement (m) and dashpot force (N) of the last step, in the present axes.
-    #[inline(always)]
-    fn carried(kinematics: &PointKinematics, old: &FrictionalState) -> [Vec3; 2] {
-        [kinematics.transport.apply(&old.shear_displacement), kinematics.transport.apply(&old.shear_dashpot)]
-    }
-
     /// Response of a contact without overlap.
     #[inline(always)]
     fn opening(&self, kinematics: &PointKinematics, old: &FrictionalState) -> Response<FrictionalState> {
         let (normal_stiffness, shear_stiffness) = self.stiffness.of(&kinematics.geometry);
         let lengthening = kinematics.length - kinematics.length_old;
         let slide = kinematics.shear_increment;
-        let [old_shear, old_shear_dashpot] = Self::carried(kinematics, old);
+        // Elastic displacement and dashpot force of the last step, in the present axes.
+        let old_shear = kinematics.transport.apply(&old.shear_displacement);
+        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
         let mut energy =
             EnergySplit { integration: Self::kink(normal_stiffness, kinematics), ..EnergySplit::default() };
         energy.add_friction(0.5 * shear_stiffness * old_shear.dot(&(old_shear + slide)));
@@ -250,20 +250,21 @@ impl Pressing for Frictional {
     }
 
     #[inline(always)]
-    fn without_shear_dashpot(&self) -> Self {
-        Self { damping_ratio: 0.0, ..*self }
-    }
-
-    #[inline(always)]
-    fn pressing(&self, kinematics: &PointKinematics, old: &FrictionalState, dt: f64) -> Response<FrictionalState> {
+    fn pressing<const SHEAR_DASHPOT: bool>(
+        &self,
+        kinematics: &PointKinematics,
+        old: &FrictionalState,
+        dt: f64,
+    ) -> Response<FrictionalState> {
         let geometry = &kinematics.geometry;
         let (normal_stiffness, shear_stiffness) = self.stiffness.of(geometry);
         let lengthening = kinematics.length - kinematics.length_old;
         let slide = kinematics.shear_increment;
         let stretch = kinematics.elongation;
-        let [old_shear, old_shear_dashpot] = Self::carried(kinematics, old);
+        let old_shear = kinematics.transport.apply(&old.shear_displacement);
 
-        let (normal_viscosity, shear_viscosity) = self.dashpots(geometry, normal_stiffness, shear_stiffness);
+        let (normal_viscosity, shear_viscosity) =
+            if SHEAR_DASHPOT { self.dashpots(geometry, normal_stiffness, shear_stiffness) } else { (0.0, 0.0) };
         let rate = reciprocal_of_step(dt);
         let elastic_normal = normal_stiffness * stretch;
         let mut normal_dashpot = normal_viscosity * lengthening * rate;
@@ -279,7 +280,7 @@ impl Pressing for Frictional {
         // Without slip: the trial displacement itself, and no work.
         let shear_displacement = trial * if slips { limit / trial_force } else { 1.0 };
         let slip = trial - shear_displacement;
-        let shear_dashpot = if self.has_shear_dashpot() {
+        let shear_dashpot = if SHEAR_DASHPOT && self.has_shear_dashpot() {
             let dashpot = slide * (shear_viscosity * rate);
             let room = dashpot_within_limit(&(trial * shear_stiffness), &dashpot, limit);
             if slips { Vec3::zeros() } else { room }
@@ -294,7 +295,10 @@ impl Pressing for Frictional {
         energy.stored_normal = 0.5 * elastic_normal * stretch;
         energy.stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
         energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
-        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        if SHEAR_DASHPOT {
+            let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
+            energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        }
         Response {
             force: kinematics.normal * normal_force + elastic_shear + shear_dashpot,
             moment: Vec3::zeros(),

@@ -160,7 +160,11 @@ impl ContactLaw for HertzMindlin {
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &HertzMindlinState, dt: f64) -> Response<HertzMindlinState> {
-        if kinematics.elongation >= 0.0 { self.opening(kinematics, old) } else { self.pressing(kinematics, old, dt) }
+        if kinematics.elongation >= 0.0 {
+            self.opening(kinematics, old)
+        } else {
+            self.pressing::<true>(kinematics, old, dt)
+        }
     }
 
     /// Uses columns for rigid particles under the finite measure; see `law::pressing`.
@@ -254,19 +258,15 @@ impl HertzMindlin {
         }
     }
 
-    /// Elastic shear force (N) and dashpot force (N) of the last step, in the present axes.
-    #[inline(always)]
-    fn carried(kinematics: &PointKinematics, old: &HertzMindlinState) -> [Vec3; 2] {
-        [kinematics.transport.apply(&old.shear_force), kinematics.transport.apply(&old.shear_dashpot)]
-    }
-
     /// Response of a contact without overlap.
     #[inline(always)]
     fn opening(&self, kinematics: &PointKinematics, old: &HertzMindlinState) -> Response<HertzMindlinState> {
         let Springs { old_shear_stiffness, integration, .. } = self.springs(kinematics);
         let lengthening = kinematics.length - kinematics.length_old;
         let slide = kinematics.shear_increment;
-        let [old_shear, old_shear_dashpot] = Self::carried(kinematics, old);
+        // The forces of the last step, in the present axes.
+        let old_shear = kinematics.transport.apply(&old.shear_force);
+        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
         let mut energy = EnergySplit { integration, ..EnergySplit::default() };
         // The remaining elastic displacement, and that of this step, slip under the mean of the old force and zero.
         if old_shear_stiffness > 0.0 {
@@ -291,19 +291,19 @@ impl Pressing for HertzMindlin {
     }
 
     #[inline(always)]
-    fn without_shear_dashpot(&self) -> Self {
-        Self { shear_damping_ratio: 0.0, ..*self }
-    }
-
-    #[inline(always)]
-    fn pressing(&self, kinematics: &PointKinematics, old: &HertzMindlinState, dt: f64) -> Response<HertzMindlinState> {
+    fn pressing<const SHEAR_DASHPOT: bool>(
+        &self,
+        kinematics: &PointKinematics,
+        old: &HertzMindlinState,
+        dt: f64,
+    ) -> Response<HertzMindlinState> {
         let geometry = &kinematics.geometry;
         let Springs { root, old_root, hertz, spring, shear_stiffness, old_shear_stiffness, integration } =
             self.springs(kinematics);
         let (overlap, old_overlap) = (-kinematics.elongation, -kinematics.elongation_old);
         let lengthening = kinematics.length - kinematics.length_old;
         let slide = kinematics.shear_increment;
-        let [old_shear, old_shear_dashpot] = Self::carried(kinematics, old);
+        let old_shear = kinematics.transport.apply(&old.shear_force);
 
         let mass = geometry.reduced_mass();
         let rate = reciprocal_of_step(dt);
@@ -327,7 +327,7 @@ impl Pressing for HertzMindlin {
         let shear_force = trial * if slips { limit / trial_size } else { 1.0 };
         let compliance = 1.0 / shear_stiffness;
         let slip = (trial - shear_force) * compliance;
-        let shear_dashpot = if self.has_shear_dashpot() {
+        let shear_dashpot = if SHEAR_DASHPOT && self.has_shear_dashpot() {
             let viscosity = 2.0 * self.shear_damping_ratio * (mass * shear_stiffness).sqrt();
             let room = dashpot_within_limit(&trial, &(slide * (viscosity * rate)), limit);
             if slips { Vec3::zeros() } else { room }
@@ -349,7 +349,10 @@ impl Pressing for HertzMindlin {
         energy.stored_normal = 0.4 * spring * overlap;
         energy.stored_shear = 0.5 * shear_force.norm_squared() / shear_stiffness;
         energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
-        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        if SHEAR_DASHPOT {
+            let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
+            energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        }
         Response {
             force: kinematics.normal * normal_force + shear_force + shear_dashpot,
             moment: Vec3::zeros(),

@@ -3,7 +3,7 @@
 //! A law gives its response while the surfaces overlap as one function without branches, [`Pressing::pressing`], of which slip is a
 //! selection. [`ContactLaw::respond`] and the columns both call it, so their bits are the same. Contacts that open take the scalar path.
 
-use super::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_batch};
+use super::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_batch, evaluate_each};
 use super::{ContactGeometry, ContactLaw, Reference, Response};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes};
 use crate::geometry::PreviousGeometry;
@@ -53,14 +53,17 @@ crate::column_arrays! { History { shear: Vec3, normal_dashpot: f64, shear_dashpo
 
 /// A law of unbonded contacts with a spring and a dashpot along the normal, and both along the shear, which slip.
 pub(super) trait Pressing: ContactLaw<Kinematics = PointKinematics> {
-    /// Response of a contact with overlap, which survives the step, without branches.
-    fn pressing(&self, kinematics: &PointKinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
+    /// Response of a contact with overlap, which survives the step, without branches. `SHEAR_DASHPOT`: false if neither the law nor the
+    /// last step has a shear dashpot force; then the response leaves it out. The bits are the same.
+    fn pressing<const SHEAR_DASHPOT: bool>(
+        &self,
+        kinematics: &PointKinematics,
+        old: &Self::State,
+        dt: f64,
+    ) -> Response<Self::State>;
 
-    /// Whether the law has a shear dashpot. It costs a root and a division.
+    /// Whether the law has a shear dashpot.
     fn has_shear_dashpot(&self) -> bool;
-
-    /// The law without that dashpot: itself, if it has none. The compiler then omits what the dashpot needs.
-    fn without_shear_dashpot(&self) -> Self;
 }
 
 /// Measures and evaluates contacts with equal parameters in columns.
@@ -75,14 +78,14 @@ impl<L: Pressing, const SHEAR_DASHPOT: bool> Formula for Evaluated<'_, L, SHEAR_
 
     #[inline(always)]
     fn apply(&self, input: PressingInput) -> PressingOutput {
-        let law = if SHEAR_DASHPOT { *self.law } else { self.law.without_shear_dashpot() };
         let PressingInput { motion, reference, mass_a, mass_b, history } = input;
         let FiniteInput { a, b, previous, .. } = motion;
         let Reference { length: reference_length, area } = reference;
         let (radius_a, radius_b) = (a.radius, b.radius);
         let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a, mass_b };
         let point = motion.measure().point(&geometry, &previous, false);
-        let Response { force, state, energy, .. } = law.pressing(&point, bytemuck::cast_ref(&history), self.dt);
+        let Response { force, state, energy, .. } =
+            self.law.pressing::<SHEAR_DASHPOT>(&point, bytemuck::cast_ref(&history), self.dt);
         PressingOutput {
             elongation: point.elongation,
             geometry: PreviousGeometry { normal: point.normal, length: point.length },
@@ -117,6 +120,11 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
     let input = columns.input::<PressingInput>();
     FiniteInput::write(&mut input.motion, count, batch);
     batch.read_histories(count, bytemuck::cast_mut(&mut input.history));
+    if !law.has_shear_dashpot() && input.history.shear_dashpot.any_nonzero_of(count) {
+        // The first step after the law has lost its dashpot.
+        evaluate_each(mode, count, dt, batch);
+        return;
+    }
     batch.read_references(count, &mut input.reference);
     batch.read_masses(count, [&mut input.mass_a, &mut input.mass_b]);
     if law.has_shear_dashpot() {
@@ -124,36 +132,46 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
     } else {
         columns.apply(&Evaluated::<L, false> { law: &law, dt });
     }
-    commit_columns(mode, count, dt, batch, &mut Results(columns.output_mut::<PressingOutput>()));
+    let (columns, shear_dashpot) = (columns.output_mut::<PressingOutput>(), law.has_shear_dashpot());
+    commit_columns(mode, count, dt, batch, &mut Results { columns, shear_dashpot });
 }
 
 /// Results of all contacts of a batch.
-struct Results<'a>(&'a mut <PressingOutput as Item>::Arrays);
+struct Results<'a> {
+    columns: &'a mut <PressingOutput as Item>::Arrays,
+    shear_dashpot: bool,
+}
 
 impl<L: Pressing> ColumnResults<L> for Results<'_> {
     #[inline(always)]
     fn survives(&self, i: usize, _threshold: f64) -> bool {
-        self.0.elongation[i] < 0.0
+        self.columns.elongation[i] < 0.0
     }
 
     #[inline(always)]
     fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
-        &mut self.0.geometry
+        &mut self.columns.geometry
     }
 
     #[inline(always)]
     fn histories(&mut self) -> Option<&mut <L::State as Item>::Arrays> {
-        Some(bytemuck::cast_mut(&mut self.0.history))
+        Some(bytemuck::cast_mut(&mut self.columns.history))
+    }
+
+    #[inline(always)]
+    fn unchanged(&self) -> usize {
+        // The shear dashpot force is zero and stays so.
+        if self.shear_dashpot { 0 } else { 3 }
     }
 
     #[inline(always)]
     fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4] {
-        wrenches_of_four(&self.0.wrenches, i, lanes)
+        wrenches_of_four(&self.columns.wrenches, i, lanes)
     }
 
     #[inline(always)]
     fn result(&self, i: usize) -> impl ColumnResult {
-        let Self(columns) = self;
+        let columns = &*self.columns;
         let PreviousGeometry { normal, length } = columns.geometry.get(i);
         BatchResult {
             branch: BranchVector { length, normal },

@@ -287,15 +287,16 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     #[inline(always)]
     fn store_geometries(&mut self, count: usize, arrays: &<PreviousGeometry as Item>::Arrays) {
         match self.full {
-            Some(full) => self.tile.previous.write_run(full.first, arrays),
+            Some(full) => self.tile.previous.write_run(full.first, arrays, 0),
             None => self.tile.previous.write(&self.listed()[..count], arrays),
         }
     }
 
     #[inline(always)]
-    fn store_histories(&mut self, count: usize, arrays: &<L::State as Item>::Arrays) {
+    fn store_histories(&mut self, count: usize, arrays: &<L::State as Item>::Arrays, unchanged: usize) {
         match self.full {
-            Some(full) => self.tile.history.write_run(full.first, arrays),
+            Some(full) => self.tile.history.write_run(full.first, arrays, unchanged),
+            // Also the unchanged numbers: few batches have gaps.
             None => self.tile.history.write(&self.listed()[..count], arrays),
         }
     }

@@ -176,10 +176,10 @@ impl<T: Item + Pod> Rows<'_, T> {
         }
     }
 
-    /// Replace the rows of a whole batch from row `k` on.
+    /// Replace the rows of a whole batch from row `k` on, but not the last `unchanged` numbers of each.
     #[inline(always)]
-    pub fn write_run(&mut self, k: usize, arrays: &T::Arrays) {
-        for (from, column) in columns::<T>(arrays).iter().zip(&mut self.columns[..Self::WIDTH]) {
+    pub fn write_run(&mut self, k: usize, arrays: &T::Arrays, unchanged: usize) {
+        for (from, column) in columns::<T>(arrays).iter().zip(&mut self.columns[..Self::WIDTH - unchanged]) {
             column[k..k + BATCH].copy_from_slice(from);
         }
     }
@@ -301,7 +301,7 @@ mod tests {
         let mut arrays = Arrays::zeroed();
         first.read_run(5, &mut arrays);
         assert!((0..BATCH).all(|i| get(&arrays, i) == row(5 + i)));
-        first.write_run(10, &arrays);
+        first.write_run(10, &arrays, 0);
         first.read(&[0, 3, 6, 9, 12, 15], &mut arrays);
         let expected = [0, 3, 6, 9, 7, 10, 10, 10].map(row);
         assert_eq!(std::array::from_fn(|i| get(&arrays, i)), expected);
@@ -310,5 +310,9 @@ mod tests {
         expected.copy_within(5..5 + BATCH, 10);
         (expected[30], expected[33]) = (row(0), row(3));
         assert_eq!(rows(&table), expected);
+        // All numbers but the last one.
+        let zeros = Arrays::zeroed();
+        table.rows_mut().write_run(0, &zeros, 1);
+        assert_eq!(table.get(1), PreviousGeometry { normal: Vec3::zeros(), length: row(1).length });
     }
 }

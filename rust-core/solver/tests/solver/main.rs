@@ -16,8 +16,7 @@ use concordem_solver::integrate::{Damping, KickContext, NetForces};
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
-use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::contacts::{ContactFlags, Pair};
+use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Contacts, Pair};
 use concordem_solver::state::{Cell, Constraint, Load, Particles, Sphere};
 use concordem_solver::*;
 
@@ -239,10 +238,23 @@ fn columns_match_the_scalar_path<L: LawLoops>(
     periodic: bool,
     turned: bool,
 ) {
-    columns_match_the_scalar_path_in(name, rows, &Model { mode, ..Model::default() }, periodic, turned);
+    columns_match_the_scalar_path_in(name, rows, None, &Model { mode, ..Model::default() }, periodic, turned);
 }
 
-fn columns_match_the_scalar_path_in<L: LawLoops>(name: &str, rows: &[L], model: &Model, periodic: bool, turned: bool) {
+/// Replace the parameters of all contacts.
+fn replace_rows<L: LawLoops>(contacts: &mut dyn Contacts, law: L) {
+    contacts.as_any_mut().downcast_mut::<ContactBlock<L>>().unwrap().rows.fill(law);
+}
+
+/// `later`: the law of all contacts from the 20th step on.
+fn columns_match_the_scalar_path_in<L: LawLoops>(
+    name: &str,
+    rows: &[L],
+    later: Option<L>,
+    model: &Model,
+    periodic: bool,
+    turned: bool,
+) {
     let size = if L::NAME == LinearBond::NAME { 0.04 } else { 0.08 };
     let run = |sampled: bool| {
         let mut state = block_of(11, rows.to_vec(), periodic);
@@ -259,6 +271,9 @@ fn columns_match_the_scalar_path_in<L: LawLoops>(name: &str, rows: &[L], model: 
         let mut solver = Solver::new(model.clone(), &mut state).unwrap();
         let (bonds, mut broken) = (state.bond_count(), 0);
         for step in 0..50 {
+            if let (20, Some(law)) = (step, later) {
+                replace_rows(&mut *state.bonds[0], law);
+            }
             let report = solver.step_with(&mut state, sampled || step == 49).unwrap();
             broken += report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke).count();
         }
@@ -289,9 +304,12 @@ fn columns_give_the_bits_of_the_scalar_path() {
                     Deformable { elasticity, condition: Condition::Solid, update: Update::Lagged, dashpots };
                 let model = Model { mode, deformable: Some(deformable), ..Model::default() };
                 let bond = LinearBond { damping_ratio: if dashpots { 0.1 } else { 0.0 }, ..linear };
-                columns_match_the_scalar_path_in("deformable particles", &[bond], &model, periodic, false);
+                columns_match_the_scalar_path_in("deformable particles", &[bond], None, &model, periodic, false);
             }
             let undamped = LinearBond { damping_ratio: 0.0, ..linear };
+            let model = Model { mode, ..Model::default() };
+            let name = "linear_bond that loses its dashpots";
+            columns_match_the_scalar_path_in(name, &[linear], Some(undamped), &model, periodic, false);
             columns_match_the_scalar_path("linear_bond without dashpots", &[undamped], mode, periodic, false);
             for (name, parameters) in [("cpm", concrete), ("cpm of YADE", of_yade)] {
                 columns_match_the_scalar_path(name, &[Cpm::new(&parameters).unwrap()], mode, periodic, false);
@@ -314,7 +332,8 @@ fn columns_give_the_bits_of_the_scalar_path() {
 
 /// Unbonded contacts in columns give the bits of the scalar path, which sampled steps take: in two tiles, while contacts stick, slip,
 /// open, and close, with and without dashpots, in a periodic cell and outside.
-fn sliding_columns_match_the_scalar_path<L: LawLoops>(name: &str, law: L, periodic: bool) {
+/// `later`: the law from the 20th step on.
+fn sliding_columns_match_the_scalar_path<L: LawLoops>(name: &str, law: L, later: Option<L>, periodic: bool) {
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let model = Model { contact_rows: rows, ..Model::default() };
@@ -339,6 +358,9 @@ fn sliding_columns_match_the_scalar_path<L: LawLoops>(name: &str, law: L, period
         let mut solver = Solver::new(model.clone(), &mut state).unwrap();
         let (mut opened, mut slipped, mut active) = (0, 0.0, 0);
         for step in 0..60 {
+            if let (20, Some(law)) = (step, later) {
+                replace_rows(state.contacts.as_deref_mut().unwrap(), law);
+            }
             let report = solver.step_with(&mut state, sampled || step == 59).unwrap();
             opened += report.opened.len();
             slipped += report.energy.friction;
@@ -361,16 +383,25 @@ fn unbonded_columns_give_the_bits_of_the_scalar_path() {
     let given = ContactStiffness::Given { normal: 2.0, shear: 1.0 };
     let moduli = ContactStiffness::Moduli { young_a: 2.0, young_b: 2.0, ratio: 0.5 };
     for periodic in [false, true] {
-        sliding_columns_match_the_scalar_path("Hertz", hertz, periodic);
-        sliding_columns_match_the_scalar_path("Hertz, undamped", undamped, periodic);
+        sliding_columns_match_the_scalar_path("Hertz", hertz, None, periodic);
+        sliding_columns_match_the_scalar_path("Hertz, undamped", undamped, None, periodic);
         let shear = HertzMindlin { shear_damping_ratio: 0.2, ..hertz };
-        sliding_columns_match_the_scalar_path("Hertz with a shear dashpot", shear, periodic);
+        sliding_columns_match_the_scalar_path("Hertz with a shear dashpot", shear, None, periodic);
+        sliding_columns_match_the_scalar_path("Hertz that loses its shear dashpot", shear, Some(hertz), periodic);
         let pulls = shear.with_tension_from_damping(0.8).unwrap();
-        sliding_columns_match_the_scalar_path("Hertz that pulls", pulls, periodic);
+        sliding_columns_match_the_scalar_path("Hertz that pulls", pulls, None, periodic);
         for (stiffness, damping) in [(given, 0.0), (given, 0.2), (moduli, 0.2)] {
             let law = Frictional::new(stiffness, 0.3, damping).unwrap();
-            sliding_columns_match_the_scalar_path("linear springs", law, periodic);
+            sliding_columns_match_the_scalar_path("linear springs", law, None, periodic);
         }
+        let damped = Frictional::new(given, 0.3, 0.2).unwrap();
+        let elastic = Frictional::new(given, 0.3, 0.0).unwrap();
+        sliding_columns_match_the_scalar_path(
+            "linear springs that lose their dashpots",
+            damped,
+            Some(elastic),
+            periodic,
+        );
     }
 }
 

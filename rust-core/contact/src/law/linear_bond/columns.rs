@@ -54,13 +54,13 @@ crate::columns! {
     }
 }
 
-/// Measures and evaluates unbroken bonds with equal parameters in columns.
-struct Intact<'a, const DAMPED: bool> {
+/// Measures and evaluates unbroken bonds with equal parameters in columns. `DASHPOTS`: see [`LinearBond::intact`].
+struct Intact<'a, const DASHPOTS: bool> {
     bond: &'a LinearBond,
     dt: f64,
 }
 
-impl<const DAMPED: bool> Intact<'_, DAMPED> {
+impl<const DASHPOTS: bool> Intact<'_, DASHPOTS> {
     /// Output and response for one bond. `surface_displacement` gives the sum of both particles' surface displacements
     /// along a normal, m.
     #[inline(always)]
@@ -74,10 +74,10 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         let FiniteInput { a, b, previous, .. } = motion;
         let (radius_a, radius_b) = (a.radius, b.radius);
         let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a, mass_b };
-        let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
+        let viscosities = if DASHPOTS { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
         let point = motion.measure().point(&geometry, &previous, true);
         let point = point.with_surface_displacement(surface_displacement(&point.normal), f64::NAN);
-        let (response, fails) = self.bond.intact(&point, &history, viscosities, self.dt);
+        let (response, fails) = self.bond.intact::<DASHPOTS>(&point, &history, viscosities, self.dt);
         let (normal, force, energy) = (point.normal, response.force, response.energy);
         let output = IntactOutput {
             // A NaN reference length marks a contact that is not a bond.
@@ -92,7 +92,7 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
     }
 }
 
-impl<const DAMPED: bool> Formula for Intact<'_, DAMPED> {
+impl<const DASHPOTS: bool> Formula for Intact<'_, DASHPOTS> {
     type Input = IntactInput;
     type Output = IntactOutput;
 
@@ -103,19 +103,19 @@ impl<const DAMPED: bool> Formula for Intact<'_, DAMPED> {
 }
 
 /// [`Intact`] for bonds between particles that deform.
-struct IntactStraining<'a, const DAMPED: bool> {
+struct IntactStraining<'a, const DASHPOTS: bool> {
     bond: &'a LinearBond,
     dt: f64,
     dashpots_strain: bool,
 }
 
-impl<const DAMPED: bool> Formula for IntactStraining<'_, DAMPED> {
+impl<const DASHPOTS: bool> Formula for IntactStraining<'_, DASHPOTS> {
     type Input = StrainingInput;
     type Output = StrainingOutput;
 
     #[inline(always)]
     fn apply(&self, input: StrainingInput) -> StrainingOutput {
-        let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
+        let intact = Intact::<DASHPOTS> { bond: self.bond, dt: self.dt };
         let (bond, Response { force, state, .. }) =
             intact.evaluate(&input.bond, |normal| input.surface_displacement.quadratic(normal));
         let normal = bond.geometry.normal;
@@ -127,32 +127,41 @@ impl<const DAMPED: bool> Formula for IntactStraining<'_, DAMPED> {
 }
 
 /// Results of all bonds of a batch; those that deform particles have virials.
-struct Results<'a, const DEFORM: bool>(&'a mut <StrainingOutput as Item>::Arrays);
+struct Results<'a, const DEFORM: bool> {
+    columns: &'a mut <StrainingOutput as Item>::Arrays,
+    dashpots: bool,
+}
 
 impl<const DEFORM: bool> ColumnResults<LinearBond> for Results<'_, DEFORM> {
     #[inline(always)]
     fn survives(&self, i: usize, _threshold: f64) -> bool {
-        self.0.bond.holds[i] != 0.0
+        self.columns.bond.holds[i] != 0.0
     }
 
     #[inline(always)]
     fn geometries(&mut self) -> &mut <PreviousGeometry as Item>::Arrays {
-        &mut self.0.bond.geometry
+        &mut self.columns.bond.geometry
     }
 
     #[inline(always)]
     fn histories(&mut self) -> Option<&mut <LinearBondState as Item>::Arrays> {
-        Some(&mut self.0.bond.history)
+        Some(&mut self.columns.bond.history)
+    }
+
+    #[inline(always)]
+    fn unchanged(&self) -> usize {
+        // Dashpot forces are zero and stay so.
+        if self.dashpots { 0 } else { 4 }
     }
 
     #[inline(always)]
     fn wrenches(&self, i: usize, lanes: impl Lanes) -> [Wrenches; 4] {
-        wrenches_of_four(&self.0.bond.wrenches, i, lanes)
+        wrenches_of_four(&self.columns.bond.wrenches, i, lanes)
     }
 
     #[inline(always)]
     fn result(&self, i: usize) -> impl ColumnResult {
-        let Self(columns) = self;
+        let columns = &*self.columns;
         let bond = &columns.bond;
         let PreviousGeometry { normal, length } = bond.geometry.get(i);
         let virial =
@@ -187,12 +196,16 @@ pub(super) fn respond_batch<B: Batch<LinearBond>>(
         evaluate_batch(mode, count, dt, batch, columns);
         return;
     }
-    let damped = bond.damping_ratio != 0.0;
     // The input for rigid particles is the beginning of the input for deformable ones.
     let arrays = columns.input::<StrainingInput>();
     let input = &mut arrays.bond;
     FiniteInput::write(&mut input.motion, count, batch);
     batch.read_histories(count, &mut input.history);
+    let history = &input.history;
+    // Old dashpot forces: the first step after the law has lost its dashpots.
+    let dashpots = bond.damping_ratio != 0.0
+        || history.shear_dashpot.any_nonzero_of(count)
+        || history.normal_dashpot[..count].iter().any(|force| *force != 0.0);
     batch.read_references(count, &mut input.reference);
     if !batch.all_bonded() {
         for i in 0..count {
@@ -201,7 +214,7 @@ pub(super) fn respond_batch<B: Batch<LinearBond>>(
             }
         }
     }
-    if damped {
+    if dashpots {
         batch.read_masses(count, [&mut input.mass_a, &mut input.mass_b]);
     }
     if B::DEFORM {
@@ -211,15 +224,16 @@ pub(super) fn respond_batch<B: Batch<LinearBond>>(
     }
     let dashpots_strain = B::DEFORM && batch.dashpots_strain();
     // Separate formulas, so that undamped bonds compute no square roots and rigid particles no strains.
-    match (damped, B::DEFORM) {
+    match (dashpots, B::DEFORM) {
         (false, false) => columns.apply(&Intact::<false> { bond: &bond, dt }),
         (true, false) => columns.apply(&Intact::<true> { bond: &bond, dt }),
         (false, true) => columns.apply(&IntactStraining::<false> { bond: &bond, dt, dashpots_strain }),
         (true, true) => columns.apply(&IntactStraining::<true> { bond: &bond, dt, dashpots_strain }),
     }
+    let columns = columns.output_mut::<StrainingOutput>();
     if B::DEFORM {
-        commit_columns(mode, count, dt, batch, &mut Results::<true>(columns.output_mut::<StrainingOutput>()));
+        commit_columns(mode, count, dt, batch, &mut Results::<true> { columns, dashpots });
     } else {
-        commit_columns(mode, count, dt, batch, &mut Results::<false>(columns.output_mut::<StrainingOutput>()));
+        commit_columns(mode, count, dt, batch, &mut Results::<false> { columns, dashpots });
     }
 }

@@ -148,9 +148,10 @@ impl LinearBond {
         if self.subtract_initial_gap { kinematics.elongation } else { kinematics.gap }
     }
 
-    /// Response of the unbroken bond, and whether it fails.
+    /// Response of the unbroken bond, and whether it fails. `DASHPOTS`: false if neither the law nor the last step has dashpot forces; then the
+    /// response leaves them out. The bits are the same.
     #[inline(always)]
-    fn intact(
+    fn intact<const DASHPOTS: bool>(
         &self,
         kinematics: &PointKinematics,
         old: &LinearBondState,
@@ -161,13 +162,15 @@ impl LinearBond {
         let stretch = self.stretch(kinematics);
         let lengthening = kinematics.length - kinematics.length_old;
         let elastic_normal = self.normal_stiffness * stretch;
-        let normal_dashpot = normal_viscosity * lengthening * rate;
-
         let slide = kinematics.shear_increment;
         let shear_displacement = kinematics.transport.apply(&old.shear_displacement) + slide;
-        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
         let elastic_shear = shear_displacement * self.shear_stiffness;
-        let shear_dashpot = slide * (shear_viscosity * rate);
+        let (normal_dashpot, shear_dashpot) = if DASHPOTS {
+            // + 0: without viscosity, they are 0 instead of -0.
+            (normal_viscosity * lengthening * rate + 0.0, slide * (shear_viscosity * rate) + Vec3::zeros())
+        } else {
+            (0.0, Vec3::zeros())
+        };
 
         let normal_force = elastic_normal + normal_dashpot;
         let shear_force = elastic_shear + shear_dashpot;
@@ -175,8 +178,11 @@ impl LinearBond {
         let stored_normal = 0.5 * elastic_normal * stretch;
         let stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
         let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
-        energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
-        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        if DASHPOTS {
+            energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
+            let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
+            energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        }
         let response = Response {
             force: kinematics.normal * normal_force + shear_force,
             moment: Vec3::zeros(),
@@ -216,7 +222,7 @@ impl ContactLaw for LinearBond {
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &LinearBondState, dt: f64) -> Response<LinearBondState> {
-        let (response, fails) = self.intact(kinematics, old, self.dashpots(&kinematics.geometry), dt);
+        let (response, fails) = self.intact::<true>(kinematics, old, self.dashpots(&kinematics.geometry), dt);
         if !fails && kinematics.bonded {
             return response;
         }
