@@ -31,5 +31,5 @@ BUILT=1 MPICXX=$mpi/mpicxx liggghts-bridge/lammps/build "$out/bin/lmp" "$out/inc
 tests=(liggghts-bridge/tests/*.rs)
 tests=("${tests[@]##*/}")
 export CONCORDEM_LAMMPS=$out/bin/lmp CONCORDEM_MPIRUN=$mpi/mpirun
-"$out/bin/lmp" -help | grep -q 'sizeof(tagint): *64' || { echo "$out/bin/lmp has no ids of 64 bits" >&2; exit 1; }
+[[ $("$out/bin/lmp" -help) =~ sizeof\(tagint\):\ *64 ]] || { echo "$out/bin/lmp has no ids of 64 bits" >&2; exit 1; }
 ${CARGO:-cargo} test --release --workspace --exclude concordem-bench $(printf -- '--test %s ' "${tests[@]%.rs}") --no-fail-fast
