@@ -268,15 +268,30 @@ impl Vec3Arrays {
         any
     }
 
-    /// Whether one of the first `count` items has a number other than zero.
+    /// x, y, and z of all items.
     #[inline(always)]
-    pub fn any_nonzero_of(&self, count: usize) -> bool {
+    pub fn columns(&self) -> &[[f64; BATCH]] {
+        &self.0
+    }
+}
+
+/// Whether all numbers of the first `count` items of these columns are zero, and not -0.
+#[inline(always)]
+pub fn all_plus_zero(columns: &[[f64; BATCH]], count: usize) -> bool {
+    let mut bits = 0;
+    for column in columns {
+        // A whole column has a known length: no loop, and no branch per number.
         if count == BATCH {
-            self.any_nonzero()
+            for number in column {
+                bits |= number.to_bits();
+            }
         } else {
-            self.0.iter().any(|column| column[..count].iter().any(|n| *n != 0.0))
+            for number in &column[..count] {
+                bits |= number.to_bits();
+            }
         }
     }
+    bits == 0
 }
 
 impl Arrays for Vec3Arrays {
@@ -517,6 +532,26 @@ mod tests {
             assert!(arrays.any_nonzero());
             arrays.set(i, Vec3::zeros());
             assert!(!arrays.any_nonzero());
+        }
+    }
+
+    /// Only the first items count, each of their numbers, and -0 is not zero.
+    #[test]
+    fn plus_zeros_are_told_from_other_numbers() {
+        for count in [1, 7, BATCH] {
+            let mut columns = [[0.0; BATCH]; 2];
+            assert!(all_plus_zero(&columns, count));
+            for (column, i) in [(0, 0), (1, count - 1)] {
+                for number in [-0.0, 1e-300, f64::NAN] {
+                    columns[column][i] = number;
+                    assert!(!all_plus_zero(&columns, count), "{number} in item {i} of {count}");
+                }
+                columns[column][i] = 0.0;
+            }
+            if let Some(unused) = columns[1].get_mut(count) {
+                *unused = 1.0;
+                assert!(all_plus_zero(&columns, count));
+            }
         }
     }
 

@@ -5,7 +5,7 @@
 
 use super::batch::{Batch, BatchResult, ColumnResult, ColumnResults, commit_columns, evaluate_batch, evaluate_each};
 use super::{ContactGeometry, ContactLaw, Reference, Response};
-use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, all_plus_zero};
 use crate::geometry::PreviousGeometry;
 use crate::kinematics::sphere_sphere::FiniteInput;
 use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics};
@@ -54,7 +54,7 @@ crate::column_arrays! { History { shear: Vec3, normal_dashpot: f64, shear_dashpo
 /// A law of unbonded contacts with a spring and a dashpot along the normal, and both along the shear, which slip.
 pub(super) trait Pressing: ContactLaw<Kinematics = PointKinematics> {
     /// Response of a contact with overlap, which survives the step, without branches. `SHEAR_DASHPOT`: false if neither the law nor the
-    /// last step has a shear dashpot force; then the response leaves it out. The bits are the same.
+    /// last step has a shear dashpot force; then the response leaves it out. For finite motion, the bits are the same.
     fn pressing<const SHEAR_DASHPOT: bool>(
         &self,
         kinematics: &PointKinematics,
@@ -120,7 +120,7 @@ pub(super) fn respond_batch<L: Pressing, B: Batch<L>>(
     let input = columns.input::<PressingInput>();
     FiniteInput::write(&mut input.motion, count, batch);
     batch.read_histories(count, bytemuck::cast_mut(&mut input.history));
-    if !law.has_shear_dashpot() && input.history.shear_dashpot.any_nonzero_of(count) {
+    if !law.has_shear_dashpot() && !all_plus_zero(input.history.shear_dashpot.columns(), count) {
         // The first step after the law has lost its dashpot.
         evaluate_each(mode, count, dt, batch);
         return;

@@ -1,7 +1,7 @@
 //! Unbroken linear bonds in columns, between rigid and between deformable particles.
 
 use super::{LinearBond, LinearBondState};
-use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item, Lanes, all_plus_zero};
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::FiniteInput;
@@ -204,8 +204,8 @@ pub(super) fn respond_batch<B: Batch<LinearBond>>(
     let history = &input.history;
     // Old dashpot forces: the first step after the law has lost its dashpots.
     let dashpots = bond.damping_ratio != 0.0
-        || history.shear_dashpot.any_nonzero_of(count)
-        || history.normal_dashpot[..count].iter().any(|force| *force != 0.0);
+        || !all_plus_zero(core::slice::from_ref(&history.normal_dashpot), count)
+        || !all_plus_zero(history.shear_dashpot.columns(), count);
     batch.read_references(count, &mut input.reference);
     if !batch.all_bonded() {
         for i in 0..count {

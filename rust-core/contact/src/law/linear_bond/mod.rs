@@ -149,7 +149,7 @@ impl LinearBond {
     }
 
     /// Response of the unbroken bond, and whether it fails. `DASHPOTS`: false if neither the law nor the last step has dashpot forces; then the
-    /// response leaves them out. The bits are the same.
+    /// response leaves them out. For finite motion, the bits are the same.
     #[inline(always)]
     fn intact<const DASHPOTS: bool>(
         &self,
