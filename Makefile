@@ -18,8 +18,9 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, ptx, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, test-bigbig, ptx, fuzz, combinations, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
+	@echo "make test-bigbig    the tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, with ids of 64 bits (minutes); as root"
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
@@ -190,7 +191,7 @@ new-law:
 	.ci/setup test
 	@.ci/timed $@ tests/new_law/run.sh
 
-# The tests inside LAMMPS with a LAMMPS built from sources, with ids of 64 bits.
+# The tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, of another version and with ids of 64 bits.
 test-bigbig: test-build
 	.ci/setup wheel
 	@.ci/timed $@ liggghts-bridge/tests/bigbig.sh

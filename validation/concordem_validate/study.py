@@ -3,7 +3,6 @@
 import argparse
 import json
 import os
-import platform
 import shutil
 import sys
 import tempfile
@@ -45,7 +44,7 @@ def run(file, description, program, results, *, full, reduced, check_reduced, ch
         with tempfile.TemporaryDirectory() as keep:
             # A copy, so that one build computes all cases.
             copy = shutil.copy(program, keep)
-            about = {"commit": provenance.label(copy), "machine": f"{platform.machine()}, {os.cpu_count()} processors"}
+            about = {"commit": provenance.label(copy), "machine": f"{provenance.processor()}, {os.cpu_count()} processors"}
             reduced(known, save, about, copy, options)
             full(known, save, about, copy, options)
     else:

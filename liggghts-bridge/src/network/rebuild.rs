@@ -338,7 +338,9 @@ impl Network {
         order.dedup_by(|next, kept| next.1 == kept.1 && next.2 as usize >= atoms.owned);
         self.tags = order.iter().map(|entry| entry.1).collect();
         self.atom = order.iter().map(|entry| entry.2).collect();
+        drop(order);
         let tags = &self.tags;
+        // Together with their ids, so that comparisons read no other memory.
         let mut by_tag: Vec<(Tag, u32)> = tags.iter().copied().zip(0..).collect();
         by_tag.sort_unstable();
         self.by_tag = by_tag.into_iter().map(|(_, p)| p).collect();

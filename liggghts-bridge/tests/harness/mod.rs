@@ -30,8 +30,16 @@ fn lammps() -> [PathBuf; 3] {
         plugin.parent().unwrap().to_owned()
     };
     if let Some(program) = std::env::var_os("CONCORDEM_LAMMPS") {
-        let launcher = std::env::var_os("CONCORDEM_MPIRUN").unwrap_or_else(|| "mpirun".into());
-        return [launcher.into(), program.into(), plugin("lammps-own")];
+        let program = PathBuf::from(program);
+        assert!(program.is_absolute(), "CONCORDEM_LAMMPS={}: give an absolute path", program.display());
+        let launcher = PathBuf::from(std::env::var_os("CONCORDEM_MPIRUN").unwrap_or_else(|| "mpirun".into()));
+        // A name without a folder is looked up in PATH.
+        assert!(
+            launcher.is_absolute() || launcher.components().count() == 1,
+            "CONCORDEM_MPIRUN={}: give an absolute path",
+            launcher.display()
+        );
+        return [launcher, program, plugin("lammps-own")];
     }
     let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv-lammps/bin");
     assert!(venv.join("lmp").exists(), "{} has no lmp: run .ci/setup lammps first", venv.display());
@@ -83,6 +91,9 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
     }
     let output = command
         .args(["-log", "none"])
+        // More processes than processors, also with an Open MPI 4 or 5 of the user's LAMMPS.
+        .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
+        .env("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
         .current_dir(folder)
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
