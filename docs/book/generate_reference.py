@@ -9,8 +9,8 @@
 * templates.md: every template, from `concordem init`; c-interface.md: the functions of the C interfaces, from their headers
 * python.md: the package, from its stub, its docstrings, and the doc comments of its Rust functions; nothing is imported
 
-The folder reference_pages has one module for each of them. The table of operators in theory/operators.md is committed: it must be what the program has
-(`--write` writes it).
+The folder reference_pages has one module for each of them. Generated blocks of committed pages (the table of operators in theory/operators.md, the
+tables of recorded sweeps in how-to/how-large-how-fast.md) must be up to date; `--write` writes them.
 """
 
 import argparse
@@ -27,7 +27,7 @@ NOTE = "<!-- Written by generate_reference.py; changes are lost. -->\n"
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--concordem", type=Path, default=ROOT / "target/release/concordem", help="the program")
-    parser.add_argument("--write", action="store_true", help="also write the table of operators into its page")
+    parser.add_argument("--write", action="store_true", help="also write the generated blocks of committed pages")
     options = parser.parse_args()
     program = options.concordem.resolve()
 
@@ -46,11 +46,7 @@ def main():
         **yade_classes.pages(program, run),
         **lists.pages(program, run),
     }
-    operators = lists.operators(program, run)
-    if options.write:
-        lists.OPERATORS.write_text(operators, encoding="utf-8")
-    elif operators != lists.OPERATORS.read_text(encoding="utf-8"):
-        raise SystemExit("theory/operators.md lists other operators than the program; run docs/book/generate_reference.py --write")
+    lists.committed(program, run, options.write)
     TARGET.mkdir(parents=True, exist_ok=True)
     for path in TARGET.glob("*.md"):
         if path.name not in pages:

@@ -1,7 +1,9 @@
 """Lists that the program or the headers have: operators in a page of the theory, templates, functions of the C interfaces."""
 
+import csv
 import json
 import re
+import statistics
 import tempfile
 from pathlib import Path
 
@@ -10,7 +12,8 @@ from .text import ROOT, sentence
 
 BOOK = ROOT / "docs/book"
 OPERATORS = BOOK / "theory/operators.md"
-BEGIN, END = "<!-- generated: operators -->", "<!-- end -->"
+STUDY = BOOK / "how-to/how-large-how-fast.md"
+END = "<!-- end -->"
 
 #: Page, from the folder theory, with the equations of an operator. An operator without one is an error.
 PAGES = {
@@ -42,15 +45,65 @@ HEADERS = {"LIGGGHTS and LAMMPS": "liggghts-bridge/shim/abi.h", "YADE": "yade-br
 
 
 def operators(program, run):
-    """The page of the theory with the table of operators."""
+    """Lines of the table of operators."""
     schema = Schema(json.loads(run(program, "schema")))
     found = dict(schema.words(schema.root["$defs"]["Operator"]))
     if set(found) != set(PAGES):
         raise SystemExit(f"reference_pages/lists.py: give a page for these operators, or remove it: {', '.join(set(found) ^ set(PAGES))}")
     lines = ["| `operator` | Result | Page |", "|---|---|---|"]
     lines += [f"| `{name}` | {sentence(meaning).rstrip('.')} | {PAGES[name]} |" for name, meaning in found.items()]
-    head, rest = OPERATORS.read_text(encoding="utf-8").split(BEGIN, 1)
-    return "\n".join([head + BEGIN, *lines, END + rest.split(END, 1)[1]])
+    return lines
+
+
+def block(path, name, lines):
+    """The text of a page with these lines between the marks of a generated block."""
+    begin = f"<!-- generated: {name} -->"
+    head, rest = path.read_text(encoding="utf-8").split(begin, 1)
+    return "\n".join([head + begin, *lines, END + rest.split(END, 1)[1]])
+
+
+def recorded(name):
+    """A recorded sweep of the page on size, rate, and seeds: name of its axis, and its rows by the values of the axis."""
+    with (BOOK / f"data/{name}.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    axis = next(iter(rows[0]))
+    return {value: [row for row in rows if row[axis] == value] for value in dict.fromkeys(row[axis] for row in rows)}
+
+
+def spread(rows, key, scale, digits):
+    """Mean and standard deviation over the packings, as text."""
+    found = [float(row[key]) / scale for row in rows]
+    return f"{statistics.mean(found):.{digits}f} ± {statistics.stdev(found):.{digits}f}"
+
+
+def study():
+    """The tables of how-to/how-large-how-fast.md from its recorded sweeps."""
+    rates, press, sizes, damping = (recorded(name) for name in ("rates", "press", "sizes", "damping"))
+    usual = rates["0.4 1/s"]
+    lines = ["| Result, five packings | Mean ± standard deviation | Deviation over mean |", "|---|---|---|"]
+    for what, rows, key, scale, digits in (
+        ("E of the middle half, GPa", usual, "E_gauge", 1e9, 2),
+        ("tensile strength, MPa", usual, "f_t", 1e6, 2),
+        ("fracture energy, N/m", usual, "G_F", 1, 1),
+        ("compressive strength, MPa", press["-3 1/s"], "f_c", 1e6, 1),
+    ):
+        found = [float(row[key]) for row in rows]
+        lines.append(f"| {what} | {spread(rows, key, scale, digits)} | {100 * statistics.stdev(found) / statistics.mean(found):.1f} % |")
+    blocks = {"seeds": lines}
+    lines = ["| Strain rate | Tensile strength, MPa | E, GPa | | Strain rate | Compressive strength, MPa |", "|---|---|---|---|---|---|"]
+    for (rate, rows), pressed in zip(rates.items(), [*press.items(), *[None] * (len(rates) - len(press))], strict=True):
+        other = f"{pressed[0].replace('-', '−')} | {spread(pressed[1], 'f_c', 1e6, 1)}" if pressed else " | "
+        lines.append(f"| {rate} | {spread(rows, 'f_t', 1e6, 2)} | {spread(rows, 'E_gauge', 1e9, 2)} | | {other} |")
+    blocks["rates"] = lines
+    lines = ["| Damping | Tensile strength, MPa, three packings |", "|---|---|"]
+    blocks["damping"] = [*lines, *(f"| {value} | {spread(rows, 'f_t', 1e6, 2)} |" for value, rows in damping.items())]
+    lines = ["| Size | Spheres across | Tensile strength, MPa | E, GPa | Fracture energy, N/m |", "|---|---|---|---|---|"]
+    for value, rows in sizes.items():
+        edges = re.findall(r"(\d+) mm", value)
+        across = f"{int(edges[0]) / 2:g}"
+        lines.append(f"| {' × '.join(edges)} mm | {across} | {spread(rows, 'f_t', 1e6, 2)} | {spread(rows, 'E_gauge', 1e9, 2)} | {spread(rows, 'G_F', 1, 1)} |")
+    blocks["sizes"] = lines
+    return blocks
 
 
 def templates(program, run):
@@ -90,6 +143,16 @@ def c_functions():
             lines.append(f"| `{name}` | {first} |")
         lines.append("")
     return "\n".join(lines)
+
+
+def committed(program, run, write):
+    """Write the generated blocks of committed pages, or fail if they are not up to date."""
+    for path, name, lines in [(OPERATORS, "operators", operators(program, run)), *((STUDY, name, lines) for name, lines in study().items())]:
+        text = block(path, name, lines)
+        if write:
+            path.write_text(text, encoding="utf-8")
+        elif text != path.read_text(encoding="utf-8"):
+            raise SystemExit(f"{path.relative_to(ROOT)}: the block {name} is not up to date; run docs/book/generate_reference.py --write")
 
 
 def pages(program, run):
