@@ -75,6 +75,20 @@ pub fn particle_moments(contacts: &ContactSet<'_>, loads: &LoadSet<'_>, partitio
 }
 
 /// Stress `σ_p` (Pa) of every particle: [`particle_moments`] over the volumes (m³).
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, LoadSet, stress::{Partition, particle_stress}};
+///
+/// // Two spheres of radius 1 m pull each other with 5 N.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::x() * 5.0]);
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+///
+/// let stress = particle_stress(&contacts, &LoadSet::none(), Partition::ContactPoint, &[4.0, 4.0]).unwrap();
+/// // Arm 1 m, force 5 N, volume 4 m³, for both.
+/// assert_eq!([stress[0][(0, 0)], stress[1][(0, 0)]], [1.25, 1.25]);
+/// ```
 pub fn particle_stress(
     contacts: &ContactSet<'_>,
     loads: &LoadSet<'_>,
@@ -189,6 +203,20 @@ sums!(BranchSums { moment: Mat3, full: f64, partial: f64 });
 /// `w_c` is the contact's weight by [`Truncation`]. With `period`, all periodic images that reach into the region are
 /// included. The result does not depend on the contact points, and on the particles' reference points only if the
 /// particles are not in equilibrium.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, Region, Truncation, stress::region_stress};
+///
+/// // Two spheres of radius 1 m pull each other with 5 N.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::x() * 5.0]);
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+///
+/// let found = region_stress(&contacts, &Region::All { volume: 10.0 }, Truncation::BranchClipped, None).unwrap();
+/// // σ = Σ l ⊗ f / V
+/// assert_eq!(found.stress[(0, 0)], 1.0);
+/// ```
 pub fn region_stress(
     contacts: &ContactSet<'_>,
     region: &Region,
@@ -304,6 +332,16 @@ pub fn region_stress_from_particles(
 ///
 /// Independent of the origin only if the forces are in equilibrium. Then it equals the internal form (test P17 shows
 /// the difference for forces that act away from the particles' centers).
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{LoadSet, stress::boundary_stress};
+///
+/// // A body of 10 m³ between two walls, which press with 5 N at x = ±1 m.
+/// let (particle, point, force) = ([0, 1], [-Vec3::x(), Vec3::x()], [Vec3::x() * 5.0, -Vec3::x() * 5.0]);
+/// let loads = LoadSet::new(2, &particle, &point, &force, None).unwrap();
+/// assert_eq!(boundary_stress(&loads, 10.0).unwrap()[(0, 0)], -1.0);
+/// ```
 pub fn boundary_stress(loads: &LoadSet<'_>, volume: f64) -> Result<Mat3, OperatorError> {
     let volume = check_volume("the body", volume)?;
     let mut moment = Mat3::zeros();
