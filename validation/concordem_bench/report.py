@@ -108,10 +108,10 @@ def _ratio(record, case, number):
 def summary(record):
     """What a reader wants first: how many times as fast, and what a run takes."""
     lines = [f"{record['machine']}; {record['date']}; medians of {record['rounds']} rounds.", "",
-             "| Steps of | Spheres | Beside | Threads | Times as fast | Rounds |", "|---|---|---|---|---|---|"]
+             "| Steps of | Times as fast | As | Threads | Spheres |", "|---|---|---|---|---|"]
     for case, number, what, spheres, program, threads in SUMMARY:
         ratio = _ratio(record, case, number)
-        lines.append(f"| {what} | {spheres:,} | {program} | {threads} | **{ratio['median']:.1f}** | {min(ratio['rounds']):.1f} to {max(ratio['rounds']):.1f} |")
+        lines.append(f"| {what} | **{ratio['median']:.1f}** | {program} | {threads} | {spheres:,} |")
     lines += ["", "| ConcorDEM alone | |", "|---|---|"]
     lines += [f"| {what} | {_ratio(record, case, number)['median']:.2f} {unit} |" for case, number, what, unit in ALONE]
     return lines

@@ -10,6 +10,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import EllipseCollection
+from PIL import Image
 
 BOOK = Path(__file__).resolve().parents[1]
 IMAGES = BOOK / "images"
@@ -61,9 +62,12 @@ class Runs:
 def save(figure, name):
     path = IMAGES / f"{name}.png"
     path.parent.mkdir(exist_ok=True)
-    figure.tight_layout()
+    if figure.get_layout_engine() is None:
+        figure.tight_layout()
     figure.savefig(path)
     plt.close(figure)
+    # 256 colors are enough, and take a third of the bytes.
+    Image.open(path).convert("RGB").quantize(256).save(path, optimize=True)
     assert path.stat().st_size < LIMIT, f"{path} has {path.stat().st_size} bytes"
 
 
@@ -81,7 +85,7 @@ def spheres(axis, result, plane="xz", color=BODY, undeformed=True, mask=None, **
         order = order[mask[order]]
     diameter = 2e3 * result["particles/radius"][:][order]
     circles = EllipseCollection(diameter, diameter, 0 * diameter, units="xy", offsets=1e3 * place[order][:, [across, up]], transOffset=axis.transData,
-                                linewidths=0.3, edgecolors="0.65", **more)
+                                linewidths=0.4, edgecolors="0.5", **more)
     if isinstance(color, str):
         circles.set_facecolor(color)
     else:
@@ -106,18 +110,19 @@ def cracks(axis, result, plane="xz", unit="ms", size=9):
     return len(place)
 
 
-def curve(axis, result, sign=1, strain="strain, ‰", stress="stress, MPa", **more):
-    axis.plot(sign * sample(result, "strain") * 1e3, sign * sample(result, "stress") / 1e6, **more)
+def curve(axis, result, sign=1, strain="strain, ‰", stress="stress, MPa", strain_sign=None, **more):
+    """Stress over strain; the signs make compression positive, where the labels say so."""
+    axis.plot((strain_sign or sign) * sample(result, "strain") * 1e3, sign * sample(result, "stress") / 1e6, **more)
     axis.set(xlabel=strain, ylabel=stress)
 
 
-def specimen(result, title, plane="xz", unit="ms", sign=1, widths=(1.2, 1), size=(9, 3.6), events="bonds whose damage passed 0.9", **words):
+def specimen(result, title, plane="xz", unit="ms", sign=1, strain_sign=None, events="bonds whose damage passed 0.9", **words):
     """A stress-strain curve, and the cracks behind it."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=size, width_ratios=widths)
-    curve(left, result, sign, **words)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), width_ratios=(1.2, 1))
+    curve(left, result, sign, strain_sign=strain_sign, **words)
     left.set_title(title)
     peak = int(np.argmax(sign * sample(result, "stress")))
-    x, y = sign * sample(result, "strain")[peak] * 1e3, sign * sample(result, "stress")[peak] / 1e6
+    x, y = (strain_sign or sign) * sample(result, "strain")[peak] * 1e3, sign * sample(result, "stress")[peak] / 1e6
     left.plot(x, y, "o", color=RED)
     left.annotate(f"{y:.3g} MPa", (x, y), xytext=(8, -2), textcoords="offset points", color=RED)
     right.set_title(f"{cracks(right, result, plane, unit)} {events}")

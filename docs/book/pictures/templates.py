@@ -4,7 +4,7 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .style import BLUE, GREEN, ORANGE, RED, cracks, curve, sample, save, specimen, spheres
+from .style import BLUE, GREEN, ORANGE, cracks, curve, sample, save, specimen, spheres
 
 COMPRESSION = {"strain": "compressive strain, ‰", "stress": "compressive stress, MPa"}
 #: Templates whose picture is a curve with the cracks behind it.
@@ -12,7 +12,7 @@ SPECIMENS = {
     "cpm-small": ("concrete prism in tension", {}),
     "cpm-specimen-tension": ("concrete cube of 50 mm in tension", {}),
     "cpm-specimen-compression": ("concrete cube of 50 mm in compression", {"sign": -1, **COMPRESSION}),
-    "concrete-splitting": ("concrete cylinder between plates", {"sign": 1, "plane": "xz", "strain": "approach of the plates / distance, ‰", "stress": "splitting stress, MPa"}),
+    "concrete-splitting": ("concrete cylinder between plates", {"strain_sign": -1, "strain": "approach of the plates / distance, ‰", "stress": "splitting stress, MPa"}),
     "concrete-mesoscale": ("concrete with aggregates in tension", {}),
     "concrete-fibers": ("concrete with steel fibers in tension", {}),
     "beam-tension": ("silica cylinder in tension", {"unit": "µs", "plane": "xy", "events": "broken beams"}),
@@ -41,10 +41,17 @@ def bending(runs, name):
 
 
 def indentation(runs, name):
-    result = runs.template(name)
-    figure, axis = plt.subplots(figsize=(9, 4))
-    count = cracks(axis, result, "xy", "µs", size=5)
-    axis.set_title(f"silica plate under a rigid cylinder: {count} broken beams")
+    """A plate with both failure criteria of Jebahi et al. 2015, sections 4.2.4.3 and 4.3.4."""
+    beams = 'tensile_strength = "292 MPa"\nbending_term = "mid-section"\n'
+    text = runs.text(name)
+    assert text.count(beams) == 1
+    particles = runs.scenario(f"{name}-particles", text.replace(beams, 'hydrostatic_strength = "64 MPa"\n'))
+    figure, axes = plt.subplots(2, 1, figsize=(8.5, 7.4))
+    for axis, result, criterion in (axes[0], runs.template(name), "strength of beams, 292 MPa"), (axes[1], particles, "strength of particles, 64 MPa"):
+        count = cracks(axis, result, "xy", "µs", size=5)
+        axis.add_patch(plt.Circle((0, 3 + 5), 5, facecolor="0.55", edgecolor="none"))
+        axis.set_ylim(axis.get_ylim()[0], 4.4)
+        axis.set_title(f"{criterion}: {count} broken beams")
     return figure
 
 
