@@ -119,7 +119,7 @@ def cycles(runs):
     stages = 'stage=[{name="a", stop={strain=2e-4}}, {name="b", rate=-1, stop={stress=0}}, {name="c", stop={strain=4e-4}}, ' \
              '{name="d", rate=-1, stop={stress=0}}, {name="e", stop={strain=8e-4}}]'
     figure, axis = plt.subplots(figsize=(6.5, 3.6))
-    curve(axis, runs.template("cpm-small", "cycles", [stages]), label="in cycles")
+    curve(axis, runs.template("cpm-small", "cycles", [stages, "stop={steps=60000}"]), label="in cycles")
     curve(axis, runs.template("cpm-small"), label="without cycles", linestyle="--")
     axis.legend()
     save(figure, "cycles")

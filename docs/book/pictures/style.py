@@ -14,7 +14,7 @@ from PIL import Image
 
 BOOK = Path(__file__).resolve().parents[1]
 IMAGES = BOOK / "images"
-LIMIT = 150_000  # bytes of one picture
+LIMIT = 200_000  # bytes of one picture
 
 #: Okabe and Ito, without the yellow, which is too light on white.
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY = COLORS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"]

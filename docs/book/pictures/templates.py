@@ -107,7 +107,7 @@ def cell(runs, name):
 
 def triaxial(runs, name):
     result = runs.template(name)
-    figure, axis = plt.subplots(figsize=(6.5, 3.6))
+    figure, axis = plt.subplots(figsize=(8.5, 3.6))
     for pressure, color in (2, GREEN), (5, BLUE), (10, ORANGE):
         if pressure == 5:
             one = result
@@ -115,17 +115,18 @@ def triaxial(runs, name):
             one = runs.template(name, f"{name}-{pressure}", [f'loading.stress=[["-{pressure} MPa",0,0],[0,"-{pressure} MPa",0],[0,0,"-{pressure} MPa"]]'])
         axis.plot(-sample(one, "strain") * 1e3, -sample(one, "stress") / 1e6, color=color, label=f"lateral pressure {pressure} MPa")
     axis.set(xlabel="axial compressive strain, ‰", ylabel="axial compressive stress, MPa", title="triaxial compression of concrete")
-    axis.legend()
+    axis.legend(loc="upper left", bbox_to_anchor=(1, 1))
     return figure
 
 
 def discs(runs, name):
     result = runs.template(name)
-    figure, axis = plt.subplots(figsize=(9, 3))
-    displacement = result["particles/displacement"][:, 1] * 1e6
-    circles = spheres(axis, result, "xy", displacement, cmap="cividis")
-    figure.colorbar(circles, ax=axis, label="displacement along y, µm", shrink=0.9)
-    axis.set_title("deformable discs, compressed at the ends: the bar gets thicker")
+    figure, axes = plt.subplots(1, 2, figsize=(7.5, 4.4))
+    for axis, along, title in (axes[0], 0, "the bar gets thicker"), (axes[1], 1, "and shorter"):
+        displacement = result["particles/displacement"][:, along] * 1e6
+        circles = spheres(axis, result, "xy", displacement, cmap="cividis")
+        figure.colorbar(circles, ax=axis, label=f"displacement along {'xy'[along]}, µm", shrink=0.9)
+        axis.set_title(title)
     return figure
 
 
