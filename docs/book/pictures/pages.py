@@ -210,6 +210,8 @@ def study(_runs):
         found = [spread(rows[value], key, 1e6) for value in values]
         axis.errorbar([number(value) for value in values], [one[0] for one in found], [one[1] for one in found], fmt="o-", capsize=4)
         axis.set(xscale="log", xlabel="strain rate, 1/s", ylabel=label)
+        axis.set_xticks([number(value) for value in values], [f"{number(value):g}" for value in values])
+        axis.minorticks_off()
         axis.set_ylim(0, 1.25 * max(one[0] for one in found))
     values, rows = table("sizes")
     across = [number(value.strip('["')) / 2 for value in values]

@@ -141,10 +141,11 @@ def sweep(runs, name):
     keys = table.dtype.names
     figure, axis = plt.subplots(figsize=(6.5, 3.6))
     ratios, young = table[keys[1]], table["young"]
-    for value, style in zip(sorted(set(ratios)), ("-o", "--s", ":^", "-.d", "-v"), strict=False):
+    found = sorted(set(ratios))
+    for value, style in zip((found[0], found[len(found) // 2], found[-1]), ("-o", "--s", ":^"), strict=True):
         chosen = ratios == value
         xs = sorted(set(table[keys[0]][chosen]))
-        axis.plot(xs, [young[chosen & (table[keys[0]] == x)].mean() / 1e9 for x in xs], style, label=f"G/E of bonds {value:g}")
+        axis.plot(xs, [young[chosen & (table[keys[0]] == x)].mean() / 1e9 for x in xs], style, label=f"G/E of bonds {value:.3g}")
     axis.set(xlabel="interaction ratio", ylabel="E, GPa", title="elastic constants of packings, mean of three")
     axis.legend()
     return figure
