@@ -92,7 +92,8 @@ def main():
     ):
         if count > limit:
             wrong.append(f"{what}: {count}, more than {limit}")
-    print("\n".join(wrong), file=sys.stderr)
+    for problem in wrong:
+        print(problem, file=sys.stderr)
     print(f"{words} words in {len(names)} pages, turns per 1,000 words {rate:.2f}, longest cell {longest} words")
     return 1 if wrong else 0
 

@@ -66,8 +66,9 @@ def save(figure, name):
         figure.tight_layout()
     figure.savefig(path)
     plt.close(figure)
-    # 256 colors are enough, and take a third of the bytes.
-    Image.open(path).convert("RGB").quantize(256).save(path, optimize=True)
+    if path.stat().st_size > LIMIT // 2:
+        # 256 colors take a third of the bytes.
+        Image.open(path).convert("RGB").quantize(256).save(path, optimize=True)
     assert path.stat().st_size < LIMIT, f"{path} has {path.stat().st_size} bytes"
 
 
@@ -98,12 +99,15 @@ def spheres(axis, result, plane="xz", color=BODY, undeformed=True, mask=None, **
     return circles
 
 
-def cracks(axis, result, plane="xz", unit="ms", size=9):
-    """Bonds of the event log, colored by time, over the body."""
+def cracks(axis, result, plane="xz", unit="ms", size=9, slice=None):
+    """Bonds of the event log, colored by time, over the body; all, or those in a slice of this thickness, mm. Returns their number."""
     spheres(axis, result, plane)
     scale = {"ms": 1e3, "µs": 1e6}[unit]
     columns = ["xyz".index(one) for one in plane]
     place, time = result["events/position"][:] * 1e3, result["events/time"][:] * scale
+    if slice:
+        near = np.abs(place[:, ({0, 1, 2} - set(columns)).pop()]) < 0.5 * slice
+        place, time = place[near], time[near]
     # A bond enters the log twice if it first softens and then breaks.
     points = axis.scatter(place[:, columns[0]], place[:, columns[1]], c=time, s=size, cmap="viridis", zorder=3)
     axis.figure.colorbar(points, ax=axis, label=f"time, {unit}", shrink=0.8)
@@ -116,7 +120,7 @@ def curve(axis, result, sign=1, strain="strain, ‰", stress="stress, MPa", stra
     axis.set(xlabel=strain, ylabel=stress)
 
 
-def specimen(result, title, plane="xz", unit="ms", sign=1, strain_sign=None, events="bonds whose damage passed 0.9", **words):
+def specimen(result, title, plane="xz", unit="ms", sign=1, strain_sign=None, slice=None, events="bonds whose damage passed 0.9", **words):
     """A stress-strain curve, and the cracks behind it."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), width_ratios=(1.2, 1))
     curve(left, result, sign, strain_sign=strain_sign, **words)
@@ -125,5 +129,5 @@ def specimen(result, title, plane="xz", unit="ms", sign=1, strain_sign=None, eve
     x, y = (strain_sign or sign) * sample(result, "strain")[peak] * 1e3, sign * sample(result, "stress")[peak] / 1e6
     left.plot(x, y, "o", color=RED)
     left.annotate(f"{y:.3g} MPa", (x, y), xytext=(8, -2), textcoords="offset points", color=RED)
-    right.set_title(f"{cracks(right, result, plane, unit)} {events}")
+    right.set_title(f"{cracks(right, result, plane, unit, slice=slice)} {events}")
     return figure

@@ -11,7 +11,7 @@ COMPRESSION = {"strain": "compressive strain, ‰", "stress": "compressive stres
 SPECIMENS = {
     "cpm-small": ("concrete prism in tension", {}),
     "cpm-specimen-tension": ("concrete cube of 50 mm in tension", {}),
-    "cpm-specimen-compression": ("concrete cube of 50 mm in compression", {"sign": -1, **COMPRESSION}),
+    "cpm-specimen-compression": ("concrete cube of 50 mm in compression", {"sign": -1, "slice": 1, "events": "damaged bonds in a slice of 1 mm", **COMPRESSION}),
     "concrete-splitting": ("concrete cylinder between plates", {"strain_sign": -1, "strain": "approach of the plates / distance, ‰", "stress": "splitting stress, MPa"}),
     "concrete-mesoscale": ("concrete with aggregates in tension", {}),
     "concrete-fibers": ("concrete with steel fibers in tension", {}),
