@@ -353,6 +353,13 @@ pub fn boundary_stress(loads: &LoadSet<'_>, volume: f64) -> Result<Mat3, Operato
 }
 
 /// Traction of particles on a wall, force over area, Pa (operator O7).
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::stress::wall_traction;
+///
+/// assert_eq!(wall_traction(&Vec3::new(0.0, 0.0, 6.0), 2.0).unwrap().z, 3.0);
+/// ```
 pub fn wall_traction(force: &Vec3, area: f64) -> Result<Vec3, OperatorError> {
     if area > 0.0 && area.is_finite() {
         Ok(force / area)
@@ -367,6 +374,16 @@ pub fn wall_traction(force: &Vec3, area: f64) -> Result<Vec3, OperatorError> {
 /// Add it to the contact stress where motion transfers momentum (granular flow). In a solid it is small, and its use is
 /// disputed, so no operator includes it by default. With `period`, images inside the region are included, with
 /// velocities that follow its rate.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{Region, stress::kinetic_stress};
+///
+/// // Two particles of 1 kg fly apart at 2 m/s each: like the pressure of a gas.
+/// let (position, velocity) = ([Vec3::zeros(), Vec3::x()], [-Vec3::x() * 2.0, Vec3::x() * 2.0]);
+/// let stress = kinetic_stress(&position, &[1.0, 1.0], &velocity, &Region::All { volume: 4.0 }, None).unwrap();
+/// assert_eq!(stress[(0, 0)], -2.0);
+/// ```
 pub fn kinetic_stress(
     position: &[Vec3],
     mass: &[f64],
@@ -408,6 +425,15 @@ pub fn kinetic_stress(
 
 /// Solid fraction `n_s = (1/V) Σ V_p` of the particles whose centers lie in a region (ERDC 2019, (9)); the porosity is
 /// `1 − n_s`. With `period`, images that lie inside are included.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{Region, stress::solid_fraction};
+///
+/// // Two particles of 1 m³ in 4 m³.
+/// let position = [Vec3::zeros(), Vec3::x()];
+/// assert_eq!(solid_fraction(&position, &[1.0, 1.0], &Region::All { volume: 4.0 }, None).unwrap(), 0.5);
+/// ```
 pub fn solid_fraction(
     position: &[Vec3],
     volumes: &[f64],
