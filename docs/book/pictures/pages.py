@@ -1,6 +1,7 @@
 """Pictures of the README, the tutorials, and the how-to pages."""
 
 import csv
+import json
 import re
 
 import matplotlib.pyplot as plt
@@ -187,6 +188,25 @@ def bonds(runs):
     save(figure, "bonds")
 
 
+def structure(runs):
+    """What `concordem characterise` measures: solid fraction by depth, and the pair correlation."""
+    runs.text("cpm-small")
+    path = runs.folder / "cpm-small.structure.json"
+    if not path.exists():
+        runs.call("characterise", "cpm-small.toml")
+    found = json.loads(path.read_text(encoding="utf-8"))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.5))
+    depth = found["layers"]
+    left.plot(np.array(depth["depth"]) * 1e3, depth["solid_fraction"])
+    left.set(xlabel="depth below the surface, mm", ylabel="solid fraction", ylim=(0, None))
+    correlation = found["pair_correlation"]
+    diameter = 2 * found["radii"]["mean"]
+    right.plot(np.array(correlation["distance"]) / diameter, correlation["g"])
+    right.axhline(1, color="0.5", linewidth=1, linestyle="--")
+    right.set(xlabel="distance / diameter", ylabel="pair correlation g")
+    save(figure, "structure")
+
+
 def table(name):
     """A recorded sweep: values of the first axis, and one row of results per seed."""
     with (BOOK / f"data/{name}.csv").open(encoding="utf-8", newline="") as file:
@@ -248,6 +268,7 @@ PICTURES = {
     "thermal-shock": shock,
     "mesoscale": mesoscale,
     "packings": packings,
+    "structure": structure,
     "cycles": cycles,
     "load-displacement": load_displacement,
     "damping-and-rate": damping,
