@@ -217,7 +217,7 @@ lint-bench:
 	$(CARGO) clippy --release -p concordem-bench --all-targets -- -D warnings
 
 # Beside YADE, LIGGGHTS, and LAMMPS on the same inputs; finished cases are not repeated (BENCH=--again repeats them, BENCH=--quick
-# takes small inputs). The record is validation/results/speed.json and docs/performance.md.
+# takes small inputs). The record is validation/results/speed.json; docs/performance.md shows it.
 bench:
 	.ci/setup test
 	$(CARGO) build $(TESTED) --lib --bins --example speed

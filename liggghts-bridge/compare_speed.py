@@ -5,13 +5,13 @@ Times are CPU times of all processes of a run, including waiting, because MPI wa
 short run. Rounds alternate between the cases, so that a busy machine slows them equally; results are medians. The monitoring
 component of Open MPI counts the bytes sent on 8 processors in a periodic box, again as the difference of two runs.
   liggghts-bridge/compare_speed.py [--rounds 15]   measures, writes validation/results/liggghts-speed.json, prints the blocks for
-                                                   docs/book/reference/liggghts.md
+                                                   docs/book/evidence/liggghts.md
   liggghts-bridge/compare_speed.py --memory        measures the memory alone, and replaces those figures in the results file
   liggghts-bridge/compare_speed.py --rebuild       instead, the time of a rebuild of our bonds, in steps: runs that rebuild the lists in
                                                    every step, minus runs that never do, beside the same without bonds; the fastest
                                                    of the rounds; writes validation/results/liggghts-rebuild.json
   liggghts-bridge/compare_speed.py --docs          prints the blocks from the results file
-  liggghts-bridge/compare_speed.py --check         fails if the blocks in docs/book/reference/liggghts.md are not up to date
+  liggghts-bridge/compare_speed.py --check         fails if the blocks in docs/book/evidence/liggghts.md are not up to date
 """
 import argparse
 import json
@@ -32,7 +32,7 @@ LAUNCHER = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, ".
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 RESULTS = os.path.join(HERE, "../validation/results/liggghts-speed.json")
 REBUILDS = os.path.join(HERE, "../validation/results/liggghts-rebuild.json")
-DOCS = os.path.join(HERE, "../docs/book/reference/liggghts.md")
+DOCS = os.path.join(HERE, "../docs/book/evidence/liggghts.md")
 EDGE = 22
 # Additional steps of the long run. They take seconds, while the start-up time varies by hundredths of a second.
 CONTACT_STEPS, BOND_STEPS = 1000, 300
@@ -374,7 +374,7 @@ def check_docs(wanted, results):
         docs = file.read()
     for block in wanted:
         if block not in docs:
-            raise SystemExit(f"docs/book/reference/liggghts.md does not show {results}; it should contain\n{block}")
+            raise SystemExit(f"docs/book/evidence/liggghts.md does not show {results}; it should contain\n{block}")
 
 
 def main():

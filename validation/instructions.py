@@ -5,7 +5,7 @@
 
 Counts do not depend on what else the machine does. Each law runs 1,160 spheres (a bed: 1,000) on one thread, twice with different numbers of steps; the
 difference is that of the steps alone. valgrind has no AVX-512, so the count is that of the loops for AVX2. Without `--full`: concrete
-alone. `--record` writes validation/results/instructions.json and the table in docs/performance.md.
+alone. `--record` writes validation/results/instructions.json and the table in docs/book/evidence/speed.md.
 """
 import argparse
 import json
@@ -22,7 +22,7 @@ from concordem_bench import inputs
 
 SPEED = inputs.ROOT / "target/release/examples/speed"
 RESULTS = inputs.ROOT / "validation/results/instructions.json"
-PAGE = inputs.ROOT / "docs/performance.md"
+PAGE = inputs.ROOT / "docs/book/evidence/speed.md"
 BEGIN, END = "<!-- instructions.py: counts -->", "<!-- end of counts -->"
 #: No change may slow a step by more than 2 % without a reason (CONTRIBUTING.md). Counts repeat to 1e-4: threads of the pool look for
 #: work at times that differ.
@@ -114,7 +114,7 @@ def problems(counts, known, compiler):
             found.append(f"{name} is not on record; run validation/instructions.py --record")
         elif abs(count / before - 1) > tolerance:
             found.append(f"{name}: {count:.1f} instructions per contact and step, on record {before:.1f}, more than {tolerance:.0%} apart. "
-                         "If the change is meant, run validation/instructions.py --record and give the reason in docs/performance.md.")
+                         "If the change is meant, run validation/instructions.py --record and give the reason in docs/journal/speed.md.")
     return found
 
 

@@ -347,7 +347,7 @@ SERIES = {"beam": (HEIGHTS, "prism"), "brittle beam": (BRITTLE_HEIGHTS, "brittle
 
 
 def table(known):
-    """The recorded values as rows of the tables in docs/book/how-to/laboratory-tests.md."""
+    """The recorded values as rows of the tables in docs/book/evidence/laboratory-tests.md."""
     show = lambda found: f"{found[0] * 1e-6:.2f} ± {found[1] * 1e-6:.2f}" if found else "–"
     for name in ["prism", "cylinder", *(f"cell, {state}" for state in STATES), *(f"column {k}, {ends} ends" for k in (1, 2) for ends in ("free", "fixed"))]:
         print(f"| {name} | {show(strength(known, name))} |")

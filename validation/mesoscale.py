@@ -24,7 +24,7 @@ PROGRAM = ROOT / "target/release/concordem"
 RESULTS = ROOT / "validation/results/mesoscale.json"
 TEMPLATES = ROOT / "rust-core/scenario/src/schema/templates"
 
-# Packing whose cube of mortar is nearest to that of the source among five (docs/book/theory/cpm.md). The source has one packing, too.
+# Packing whose cube of mortar is nearest to that of the source among five (docs/book/evidence/concrete.md). The source has one packing, too.
 PACKING_SEED = 3
 # Mixes, table 8.1, kg/m³: water, cement, plasticizer. The cement of the low mix is that of the source's program; the text has 325.8,
 # with which two unit weights would exceed the sum of all contents.
@@ -198,7 +198,7 @@ def statistics(known, mix, largest, interface):
 
 
 def table(known):
-    """The recorded values as rows of the two tables in docs/book/how-to/mesoscale-concrete.md."""
+    """The recorded values as rows of the two tables in docs/book/evidence/mesoscale.md."""
     relative = []
     for mix in MIXES:
         for interface in INTERFACES:

@@ -217,7 +217,7 @@ def check_published(known):
 
 
 def table(known):
-    """The recorded cases as rows of the tables in docs/book/theory/cpm.md."""
+    """The recorded cases as rows of the tables in docs/book/evidence/concrete.md."""
     for _, seed in AS_PUBLISHED:
         if case := known.get(f"as published, seed {seed}"):
             print(f"| {seed} | " + " | ".join(f"{case[name]:.3f}" for name in PUBLISHED) + " |")

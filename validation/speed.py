@@ -6,8 +6,9 @@
 
 Programs run in turn, in alternating order; a ratio is the median over rounds. One thread: processor time, because others may use the
 machine; several threads: wall time, so nothing else should run. Finished cases are kept in target/bench and not repeated for the
-same commit unless `--again`. After each case, writes validation/results/speed.json, the tables in docs/performance.md (between marks), and
-docs/book/images/speed.png. `--quick`: small inputs, writes target/bench/quick.json only. `--check`: fails if the page does not show the record.
+same commit unless `--again`. After each case, writes validation/results/speed.json, the tables in docs/performance.md,
+docs/book/evidence/speed.md, and README.md (between marks), and docs/book/images/speed.png, the picture only when all cases are on record. `--quick`: small
+inputs, writes target/bench/quick.json only. `--docs`: writes pages and picture from the record. `--check`: fails if the pages do not show it.
 """
 import argparse
 import json
@@ -23,7 +24,7 @@ from concordem_validate import provenance
 ROOT = inputs.ROOT
 WORK = ROOT / "target/bench"
 RESULTS = ROOT / "validation/results/speed.json"
-PAGE = ROOT / "docs/performance.md"
+PAGES = [ROOT / "docs/performance.md", ROOT / "docs/book/evidence/speed.md", ROOT / "README.md"]
 IMAGE = ROOT / "docs/book/images/speed.png"
 
 
@@ -69,9 +70,15 @@ def run(arguments):
         save(path, record)
         if not arguments.quick:
             save(RESULTS, record)
-            PAGE.write_text(report.insert(PAGE.read_text(), record))
-            report.plot(record, IMAGE)
+            if not record["missing"]:
+                write_docs(record)
     print("\n".join(report.table(record)))
+
+
+def write_docs(record):
+    for page in PAGES:
+        page.write_text(report.insert(page.read_text(), record))
+    report.plot(record, IMAGE)
 
 
 def main():
@@ -80,17 +87,17 @@ def main():
     parser.add_argument("--rounds", type=int, help="5, or 1 with --quick")
     parser.add_argument("--only", nargs="+", metavar="CASE")
     parser.add_argument("--again", action="store_true", help="forget finished cases")
-    parser.add_argument("--docs", action="store_true", help="write the record into the page")
-    parser.add_argument("--check", action="store_true", help="fail if the page does not show the record")
+    parser.add_argument("--docs", action="store_true", help="write the record into the pages")
+    parser.add_argument("--check", action="store_true", help="fail if the pages do not show the record")
     arguments = parser.parse_args()
     arguments.rounds = arguments.rounds or (1 if arguments.quick else 5)
     if arguments.docs or arguments.check:
-        page = PAGE.read_text()
-        wanted = report.insert(page, json.loads(RESULTS.read_text()))
+        record = json.loads(RESULTS.read_text())
         if arguments.docs:
-            PAGE.write_text(wanted)
-        elif page != wanted:
-            sys.exit("docs/performance.md does not show validation/results/speed.json; run validation/speed.py --docs")
+            write_docs(record)
+        for page in PAGES:
+            if page.read_text() != report.insert(page.read_text(), record):
+                sys.exit(f"{page.relative_to(ROOT)} does not show validation/results/speed.json; run validation/speed.py --docs")
         return
     run(arguments)
 

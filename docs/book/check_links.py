@@ -16,7 +16,7 @@ FOLDERS = r"(?:docs|validation|rust-core|tests|yade-bridge|liggghts-bridge|\.ci)
 PATH = re.compile(rf"`({FOLDERS}/[\w./+-]+)(?::[\w:]+)?`")
 MADE = ("_build", "/target/")
 # Pages outside of the book: what is wrong there is printed, and fails with --strict only.
-OTHERS = re.compile(r"[A-Z]+\.md|docs/(glossary|limits|performance)\.md|docs/decisions/.*")
+OTHERS = re.compile(r"[A-Z]+\.md|docs/(glossary|limits|performance)\.md|docs/(decisions|journal)/.*")
 
 
 def anchors(text):

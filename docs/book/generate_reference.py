@@ -6,16 +6,18 @@
 * commands.md: `concordem COMMAND --help`
 * results.md: datasets of small runs' result files, with their units and descriptions
 * yade-classes.md, yade-CLASS.md: the classes of the native YADE plugin, from their declarations
+* templates.md: every template, from `concordem init`; c-interface.md: the functions of the C interfaces, from their headers
 * python.md: the package, from its stub, its docstrings, and the doc comments of its Rust functions; nothing is imported
 
-The folder reference_pages has one module for each of them.
+The folder reference_pages has one module for each of them. Generated blocks of committed pages (the table of operators in theory/operators.md, the
+tables of recorded sweeps in how-to/how-large-how-fast.md) must be up to date; `--write` writes them.
 """
 
 import argparse
 import subprocess
 from pathlib import Path
 
-from reference_pages import commands, laws, python_package, results, scenario, yade_classes
+from reference_pages import commands, laws, lists, python_package, results, scenario, yade_classes
 from reference_pages.text import ROOT
 
 TARGET = Path(__file__).resolve().parent / "reference/generated"
@@ -25,7 +27,9 @@ NOTE = "<!-- Written by generate_reference.py; changes are lost. -->\n"
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--concordem", type=Path, default=ROOT / "target/release/concordem", help="the program")
-    program = parser.parse_args().concordem.resolve()
+    parser.add_argument("--write", action="store_true", help="also write the generated blocks of committed pages")
+    options = parser.parse_args()
+    program = options.concordem.resolve()
 
     def run(*arguments):
         done = subprocess.run(arguments, check=False, capture_output=True, text=True)
@@ -40,7 +44,9 @@ def main():
         **results.pages(program, run),
         **python_package.pages(),
         **yade_classes.pages(program, run),
+        **lists.pages(program, run),
     }
+    lists.committed(program, run, options.write)
     TARGET.mkdir(parents=True, exist_ok=True)
     for path in TARGET.glob("*.md"):
         if path.name not in pages:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Run every ```sh, ```python, and ```toml block of the book, page by page, each page in a temporary folder.
+"""Run every ```sh, ```python, and ```toml block of the book, page by page, each page in a temporary folder; check the scenario of the README.
 
 A comment on the line before a block says what is special about it; several words may follow each other:
 
@@ -112,6 +112,9 @@ class Page:
 
     def run(self):
         for block in blocks_of(self.path):
+            # The README has no marks: its scenario is checked, its commands install, or stand in the tutorials.
+            if self.path.name == "README.md" and block.language != "toml":
+                continue
             begin = time.monotonic()
             try:
                 done = self.block(block)
@@ -119,7 +122,7 @@ class Page:
                 raise Failed(f"{self.path.relative_to(ROOT)}:{block.line}: {error}") from None
             self.seconds[block.line] = time.monotonic() - begin
             if self.options.verbose and done:
-                print(f"  {self.seconds[block.line]:6.1f} s  {self.path.relative_to(BOOK)}:{block.line}")
+                print(f"  {self.seconds[block.line]:6.1f} s  {os.path.relpath(self.path, BOOK)}:{block.line}")
         self.check_tasks()
         return self.counts
 
@@ -259,7 +262,7 @@ def main():
         options.schema = json.loads(subprocess.run([options.concordem, "schema"], check=True, capture_output=True).stdout)
         return one_page(options)
 
-    pages = options.pages or sorted(page for page in BOOK.rglob("*.md") if "_build" not in page.parts and "generated" not in page.parts)
+    pages = options.pages or [ROOT / "README.md", *sorted(page for page in BOOK.rglob("*.md") if "_build" not in page.parts and "generated" not in page.parts)]
     pages = [page for page in pages if blocks_of(page)]
     flags = [flag for flag in ("hosts", "slow", "verbose") if getattr(options, flag)]
     totals, failures = {}, []

@@ -11,7 +11,7 @@ order, as in data files of many programs; LAMMPS sorts its atoms in space. --jso
 minus the same difference without our bonds; also on two processors, in a lattice that moves across their borders by half a skin per rebuild.
 --impact: instead, processor time of whole runs of the example bpm/impact with our beams
 and with those of LAMMPS. From the fastest round each.
-  liggghts-bridge/lammps/compare_speed.py --docs | --check   prints the blocks for docs/book/reference/lammps.md from the results files, or fails
+  liggghts-bridge/lammps/compare_speed.py --docs | --check   prints the blocks for docs/book/evidence/lammps.md from the results files, or fails
                                                              if they are not up to date
   liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--shuffled] [--rebuild | --impact] [--json FILE]
 """
@@ -35,7 +35,7 @@ from concordem_validate import provenance
 
 RESULTS = os.path.join(ROOT, "validation/results/lammps-speed.json")
 REBUILDS = os.path.join(ROOT, "validation/results/lammps-rebuild.json")
-DOCS = os.path.join(ROOT, "docs/book/reference/lammps.md")
+DOCS = os.path.join(ROOT, "docs/book/evidence/lammps.md")
 VENV = os.path.join(ROOT, ".venv-lammps/bin")
 PLUGINS = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "lammps")
 SPACING = 0.01
@@ -252,7 +252,7 @@ def main():
             docs = file.read()
         for block in blocks():
             if block not in docs:
-                sys.exit(f"docs/book/reference/lammps.md does not show the results files; it should contain\n{block}")
+                sys.exit(f"docs/book/evidence/lammps.md does not show the results files; it should contain\n{block}")
         return
     if (arguments.rebuild or arguments.impact) and (arguments.processors or arguments.shuffled):
         parser.error("--rebuild and --impact run on one processor, with ids in order; leave --processors and --shuffled out")

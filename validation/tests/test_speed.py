@@ -52,7 +52,8 @@ def test_page_shows_the_record():
     found = measure.run(case(1.0), 3, lambda text: None)
     record = {"machine": "m", "date": "d", "commit": "c" * 40, "seconds": 60, "rounds": 3, "load_average": [0, 1], "cases": {"two": found},
               "memory": {"read_bytes_per_s": 10e9, "copy_bytes_per_s": 20e9}}
-    page = report.insert(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n", record)
+    begin, end = report.marks("figures")
+    page = report.insert(f"before\n{begin}\nold\n{end}\nafter\n", record)
     assert "old" not in page and "| theirs / ours | 20.00 | 10.00 to 30.00 | ≥ 15 |" in page and page.endswith("after\n")
     assert report.insert(page, record) == page
     found["ratios"][0]["median"] = 14.9
@@ -62,9 +63,20 @@ def test_page_shows_the_record():
 
 
 def test_page_of_the_docs_shows_the_records():
-    page = (ROOT / "docs/performance.md").read_text()
-    assert report.insert(page, json.loads((ROOT / "validation/results/speed.json").read_text())) == page
+    record = json.loads((ROOT / "validation/results/speed.json").read_text())
+    for page in script("speed").PAGES:
+        assert report.insert(page.read_text(), record) == page.read_text(), page
+    page = script("instructions").PAGE.read_text()
     assert script("instructions").insert(page) == page
+
+
+def test_summary_names_what_the_record_measures():
+    """The rows of the summary name a program and a number of threads; the record's case must have the same."""
+    record = json.loads((ROOT / "validation/results/speed.json").read_text())
+    for case, number, _, _, program, threads in report.SUMMARY:
+        ratio = record["cases"][case]["ratios"][number]
+        assert ratio["name"].startswith(program.split(",")[0] + " / our"), (case, ratio["name"])
+        assert ("2 threads" in record["cases"][case]["what"]) == (threads == 2), case
 
 
 def test_more_and_fewer_instructions_than_recorded_are_errors():

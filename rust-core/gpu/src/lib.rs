@@ -15,7 +15,7 @@
 //!
 //! **Supported:** all laws, for bonds and unbonded contacts of rigid spheres; finite measure, local damping or none, gravity, prescribed
 //! components that keep their velocity. **Not supported:** cells, walls, clumps, forces on particles, deformable particles, heat.
-//! On an H200 the results had the bits of the solver (`docs/performance.md`); tests without a device use the emulated one.
+//! On an H200 the results had the bits of the solver (`docs/book/evidence/speed.md`); tests without a device use the emulated one.
 
 #![cfg_attr(target_arch = "nvptx64", no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]

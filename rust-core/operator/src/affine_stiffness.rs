@@ -23,6 +23,16 @@ pub struct AffineLink {
 ///
 /// `N_ijkl = n_i n_j n_k n_l`, `T_ijkl = ¼(n_j n_k δ_il + n_j n_l δ_ik + n_i n_k δ_jl + n_i n_l δ_jk) − N_ijkl`.
 /// An upper bound of the relaxed stiffness, exact for lattices with one particle per cell.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::affine_stiffness::{AffineLink, affine_stiffness};
+///
+/// // The links of a simple cubic lattice: length 1 m, section 1 m², 30 GPa.
+/// let link = |normal| AffineLink { normal, volume: 1.0, normal_modulus: 30e9, shear_modulus: 0.0 };
+/// let stiffness = affine_stiffness(&[link(Vec3::x()), link(Vec3::y()), link(Vec3::z())], 1.0).unwrap();
+/// assert_eq!((stiffness[(0, 0)], stiffness[(0, 1)]), (30e9, 0.0));
+/// ```
 pub fn affine_stiffness(links: &[AffineLink], volume: f64) -> Result<Matrix6<f64>, OperatorError> {
     let volume = check_volume("the body", volume)?;
     if links.is_empty() {

@@ -70,6 +70,23 @@ pub struct CoarseField {
 /// Fields at `points` (m) by coarse-graining (Goldhirsch 2010): `ρ = Σ m φ(r−x)`, `p = Σ m v φ`,
 /// `σ = Σ_c l⊗f^A ∫₀¹ φ(r − x_A − s l) ds`. Continuous in space, and the integral of the stress over all space is exactly
 /// the branch sum.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, coarse_grain::{Kernel, coarse_grain}, strain::Dimension};
+///
+/// // Two spheres of radius 1 m pull each other with 5 N.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::x() * 5.0]);
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+///
+/// let kernel = Kernel::new(3.0, Dimension::Three).unwrap();
+/// let still = [Vec3::zeros(); 2];
+/// let found = coarse_grain(&contacts, &[1.0, 1.0], &still, &kernel, &[Vec3::x()], None).unwrap();
+/// // Both masses are 1 m from the point.
+/// assert!((found[0].density - 2.0 * kernel.at(&Vec3::x())).abs() < 1e-15);
+/// assert!(found[0].stress[(0, 0)] > 0.0);
+/// ```
 pub fn coarse_grain(
     contacts: &ContactSet<'_>,
     mass: &[f64],

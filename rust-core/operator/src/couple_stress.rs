@@ -33,6 +33,17 @@ pub fn external(position: &[Vec3], loads: &LoadSet<'_>, volume: f64, centroid: &
 /// `Vμ = V x⁰⊗(1×σ̄) + Σ_c l⊗m^A + Σ_c [x_B⊗((c−x_B)×f^A) − x_A⊗((c−x_A)×f^A)]`.
 ///
 /// Not for periodic contacts, because positions enter. Equal to [`external`] if every particle is in equilibrium (P7).
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, couple_stress::internal};
+///
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::zeros()]);
+/// let moment = [Vec3::y() * 3.0];
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, Some(&moment)).unwrap();
+/// assert_eq!(internal(&contacts, 6.0, &Vec3::x()).unwrap()[(0, 1)], 1.0);
+/// ```
 pub fn internal(contacts: &ContactSet<'_>, volume: f64, centroid: &Vec3) -> Result<Mat3, OperatorError> {
     let stress = region_stress(contacts, &Region::All { volume }, Truncation::BranchClipped, None)?.stress;
     let sum: Mat3 = sum_tiles(contacts.len(), |range| {
@@ -101,6 +112,20 @@ pub struct Conjugate {
 
 /// See [`Conjugate`]. `reference` is the region's reference point, usually its center (m). With `period`, all periodic
 /// images in the region are included.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, Region, couple_stress::conjugate};
+///
+/// // A contact that transmits the moment 3 N·m and no force.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::zeros()]);
+/// let moment = [Vec3::y() * 3.0];
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, Some(&moment)).unwrap();
+/// let found = conjugate(&contacts, &Region::All { volume: 6.0 }, &Vec3::x(), None).unwrap();
+/// assert_eq!(found.couple_stress[(0, 1)], 1.0);
+/// assert_eq!(found.stress.norm(), 0.0);
+/// ```
 pub fn conjugate(
     contacts: &ContactSet<'_>,
     region: &Region,

@@ -9,6 +9,13 @@ use nalgebra::{Matrix6, Vector6};
 /// crack onset strain `ε₀` (Stránský 2018, (6.5)–(6.6)): the fraction of the strength that is lost.
 ///
 /// Zero for `κ < ε₀`, where the formula alone would give `1 − κ/ε₀` for an undamaged contact.
+///
+/// ```
+/// use concordem_operator::damage::strength_damage;
+///
+/// // At twice the onset strain a bond with the damage 0.8 carries 0.2 · 2 of its strength.
+/// assert!((strength_damage(0.8, 2e-4, 1e-4).unwrap() - 0.6).abs() < 1e-12);
+/// ```
 pub fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain: f64) -> Result<f64, OperatorError> {
     check_onset(onset_strain)?;
     if largest_strain <= onset_strain {
@@ -48,6 +55,15 @@ fn check_onset(onset: f64) -> Result<(), OperatorError> {
 ///
 /// Then `nᵀΩn` is the damage in direction n. For uniformly distributed directions its trace is three times the mean
 /// damage. Principal values may leave [0, 1]. (The version in YADE's repository adds the matrix nine times.)
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::damage::damage_tensor;
+///
+/// // Bonds along the axes, all with the damage ½: the tensor is isotropic.
+/// let tensor = damage_tensor(&[Vec3::x(), Vec3::y(), Vec3::z()], &[0.5; 3]).unwrap();
+/// assert!((tensor[(0, 0)] - 0.5).abs() < 1e-15 && tensor[(0, 1)] == 0.0);
+/// ```
 pub fn damage_tensor(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorError> {
     let sums = moments(normal, damage)?;
     let n = normal.len() as f64;

@@ -23,6 +23,20 @@ pub struct Fabric {
 }
 
 /// Fabric tensor and coordination number of a region. Directions are those of the branch vectors.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, Region, Truncation, fabric::fabric};
+///
+/// // Two spheres of radius 1 m pull each other with 5 N.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::x() * 5.0]);
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+///
+/// let found = fabric(&contacts, &Region::All { volume: 10.0 }, Truncation::BranchClipped, None).unwrap();
+/// assert_eq!(found.tensor[(0, 0)], 1.0);
+/// assert_eq!((found.contacts, found.particles), (1.0, 2));
+/// ```
 pub fn fabric(
     contacts: &ContactSet<'_>,
     region: &Region,
@@ -61,6 +75,18 @@ pub fn fabric(
 }
 
 /// Number of contacts of every particle.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, fabric::coordination};
+///
+/// // Two spheres of radius 1 m pull each other with 5 N.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::x() * 5.0]);
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+///
+/// assert_eq!(coordination(&contacts), [1.0, 1.0]);
+/// ```
 pub fn coordination(contacts: &ContactSet<'_>) -> Vec<f64> {
     particle_sums(contacts, |_| (1.0, 1.0))
 }

@@ -35,6 +35,24 @@ pub struct PowerReport {
 /// empty: none). The balance also holds in a periodic cell; only `particles` then omits the cell's motion, which the
 /// net wrenches of the particles do not include. Contacts across the border count half where A is and half
 /// where B is.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, Region, power::power, strain::{Dimension, affine_fit}};
+///
+/// // Three spheres in a row in the plane, and one beside them; the row is stretched at 0.1 1/s.
+/// let position = [Vec3::zeros(), Vec3::x() * 2.0, Vec3::x() * 4.0, Vec3::new(2.0, 2.0, 0.0)];
+/// let velocity = position.map(|x| Vec3::x() * (0.1 * x.x));
+/// let pair = [[0, 1], [1, 2]];
+/// let (branch, point) = ([Vec3::x() * 2.0; 2], [Vec3::x(), Vec3::x() * 3.0]);
+/// let force = [Vec3::x() * 5.0; 2];
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+/// let region = Region::All { volume: 1.0 };
+/// let fit = affine_fit(&position, &velocity, &[Vec3::zeros(); 4], &region, None, Dimension::Two).unwrap();
+/// let found = power(&contacts, &velocity, &[Vec3::zeros(); 4], &[], &fit, 1.0).unwrap();
+/// // Each contact lengthens by 0.2 m/s under 5 N; the motion is affine, so nothing is left.
+/// assert!((found.contacts - 2.0).abs() < 1e-12 && found.gap.abs() < 1e-12);
+/// ```
 pub fn power(
     contacts: &ContactSet<'_>,
     velocity: &[Vec3],

@@ -75,6 +75,20 @@ pub fn particle_moments(contacts: &ContactSet<'_>, loads: &LoadSet<'_>, partitio
 }
 
 /// Stress `σ_p` (Pa) of every particle: [`particle_moments`] over the volumes (m³).
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, LoadSet, stress::{Partition, particle_stress}};
+///
+/// // Two spheres of radius 1 m pull each other with 5 N.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::x() * 5.0]);
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+///
+/// let stress = particle_stress(&contacts, &LoadSet::none(), Partition::ContactPoint, &[4.0, 4.0]).unwrap();
+/// // Arm 1 m, force 5 N, volume 4 m³, for both.
+/// assert_eq!([stress[0][(0, 0)], stress[1][(0, 0)]], [1.25, 1.25]);
+/// ```
 pub fn particle_stress(
     contacts: &ContactSet<'_>,
     loads: &LoadSet<'_>,
@@ -189,6 +203,20 @@ sums!(BranchSums { moment: Mat3, full: f64, partial: f64 });
 /// `w_c` is the contact's weight by [`Truncation`]. With `period`, all periodic images that reach into the region are
 /// included. The result does not depend on the contact points, and on the particles' reference points only if the
 /// particles are not in equilibrium.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{ContactSet, Region, Truncation, stress::region_stress};
+///
+/// // Two spheres of radius 1 m pull each other with 5 N.
+/// let position = [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0)];
+/// let (pair, branch, point, force) = ([[0, 1]], [Vec3::x() * 2.0], [Vec3::x()], [Vec3::x() * 5.0]);
+/// let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+///
+/// let found = region_stress(&contacts, &Region::All { volume: 10.0 }, Truncation::BranchClipped, None).unwrap();
+/// // σ = Σ l ⊗ f / V
+/// assert_eq!(found.stress[(0, 0)], 1.0);
+/// ```
 pub fn region_stress(
     contacts: &ContactSet<'_>,
     region: &Region,
@@ -304,6 +332,16 @@ pub fn region_stress_from_particles(
 ///
 /// Independent of the origin only if the forces are in equilibrium. Then it equals the internal form (test P17 shows
 /// the difference for forces that act away from the particles' centers).
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{LoadSet, stress::boundary_stress};
+///
+/// // A body of 10 m³ between two walls, which press with 5 N at x = ±1 m.
+/// let (particle, point, force) = ([0, 1], [-Vec3::x(), Vec3::x()], [Vec3::x() * 5.0, -Vec3::x() * 5.0]);
+/// let loads = LoadSet::new(2, &particle, &point, &force, None).unwrap();
+/// assert_eq!(boundary_stress(&loads, 10.0).unwrap()[(0, 0)], -1.0);
+/// ```
 pub fn boundary_stress(loads: &LoadSet<'_>, volume: f64) -> Result<Mat3, OperatorError> {
     let volume = check_volume("the body", volume)?;
     let mut moment = Mat3::zeros();
@@ -315,6 +353,13 @@ pub fn boundary_stress(loads: &LoadSet<'_>, volume: f64) -> Result<Mat3, Operato
 }
 
 /// Traction of particles on a wall, force over area, Pa (operator O7).
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::stress::wall_traction;
+///
+/// assert_eq!(wall_traction(&Vec3::new(0.0, 0.0, 6.0), 2.0).unwrap().z, 3.0);
+/// ```
 pub fn wall_traction(force: &Vec3, area: f64) -> Result<Vec3, OperatorError> {
     if area > 0.0 && area.is_finite() {
         Ok(force / area)
@@ -329,6 +374,16 @@ pub fn wall_traction(force: &Vec3, area: f64) -> Result<Vec3, OperatorError> {
 /// Add it to the contact stress where motion transfers momentum (granular flow). In a solid it is small, and its use is
 /// disputed, so no operator includes it by default. With `period`, images inside the region are included, with
 /// velocities that follow its rate.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{Region, stress::kinetic_stress};
+///
+/// // Two particles of 1 kg fly apart at 2 m/s each: like the pressure of a gas.
+/// let (position, velocity) = ([Vec3::zeros(), Vec3::x()], [-Vec3::x() * 2.0, Vec3::x() * 2.0]);
+/// let stress = kinetic_stress(&position, &[1.0, 1.0], &velocity, &Region::All { volume: 4.0 }, None).unwrap();
+/// assert_eq!(stress[(0, 0)], -2.0);
+/// ```
 pub fn kinetic_stress(
     position: &[Vec3],
     mass: &[f64],
@@ -370,6 +425,15 @@ pub fn kinetic_stress(
 
 /// Solid fraction `n_s = (1/V) Σ V_p` of the particles whose centers lie in a region (ERDC 2019, (9)); the porosity is
 /// `1 − n_s`. With `period`, images that lie inside are included.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{Region, stress::solid_fraction};
+///
+/// // Two particles of 1 m³ in 4 m³.
+/// let position = [Vec3::zeros(), Vec3::x()];
+/// assert_eq!(solid_fraction(&position, &[1.0, 1.0], &Region::All { volume: 4.0 }, None).unwrap(), 0.5);
+/// ```
 pub fn solid_fraction(
     position: &[Vec3],
     volumes: &[f64],

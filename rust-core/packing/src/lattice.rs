@@ -63,6 +63,13 @@ impl Lattice {
     /// # Errors
     /// A radius that is not positive, no repeats, too many spheres, or a plane lattice of spheres so large that they
     /// would touch their own images at the distance of unit depth.
+    ///
+    /// ```
+    /// use concordem_packing::Lattice;
+    ///
+    /// let packing = Lattice::FaceCentered.periodic(1e-3, [3, 3, 3]).unwrap();
+    /// assert_eq!(packing.spheres.len(), 4 * 27);
+    /// ```
     pub fn periodic(self, radius: f64, mut repeats: [u32; 3]) -> Result<Packing, PackingError> {
         positive("the radius of the lattice's spheres", radius)?;
         if self.is_plane() {

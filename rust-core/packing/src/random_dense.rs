@@ -177,6 +177,16 @@ pub struct Compaction {
 ///
 /// # Errors
 /// Parameters out of their range; a compaction that does not finish within the step limit.
+///
+/// ```
+/// use concordem_packing::{RandomDense, random_dense};
+///
+/// // 60 equal spheres of radius 1 mm in a periodic cell, compacted without friction.
+/// let found = random_dense(&RandomDense::jammed(60, 1e-3, 0.0, 1), &mut |_| ()).unwrap();
+/// assert_eq!(found.packing.spheres.len(), 60);
+/// // The same seed gives the same packing, to the bit.
+/// assert_eq!(random_dense(&RandomDense::jammed(60, 1e-3, 0.0, 1), &mut |_| ()).unwrap().packing, found.packing);
+/// ```
 pub fn random_dense(recipe: &RandomDense, progress: &mut dyn FnMut(Progress)) -> Result<Compaction, PackingError> {
     recipe.check()?;
     let radii = recipe.sizes.radii(recipe.count, recipe.seed)?;

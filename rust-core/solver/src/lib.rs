@@ -3,6 +3,24 @@
 //! [`Solver::step`] advances a [`State`](state::State) under a [`Model`]. The solver holds only scratch data: it can be
 //! dropped and rebuilt from the state without changing a bit of the next step.
 //!
+//! ```
+//! use concordem_contact::math::Vec3;
+//! use concordem_solver::state::{Particles, Sphere, State};
+//! use concordem_solver::{Model, Solver};
+//!
+//! // A sphere of 2 kg falls for a tenth of a second.
+//! let mut particles = Particles::default();
+//! particles.push(Sphere { position: Vec3::zeros(), radius: 0.5 }, 0, 2.0, 0.2);
+//! let mut state = State { particles, ..State::default() };
+//! state.clock.dt = 1e-3;
+//! let model = Model { gravity: Vec3::new(0.0, 0.0, -9.81), ..Model::default() };
+//! let mut solver = Solver::new(model, &mut state).unwrap();
+//! for _ in 0..100 {
+//!     solver.step(&mut state).unwrap();
+//! }
+//! assert!((state.particles.velocity[0].z + 0.981).abs() < 1e-12);
+//! ```
+//!
 //! * [`state`]: everything that changes during a run; [`neighbor`]: candidate pairs;
 //! * [`forces`]: the contact forces ([`walls`], [`record`]); [`deformation`]: the strains of deformable particles, and
 //!   [`coupling`]: whether they converge;

@@ -200,6 +200,29 @@ pub(crate) fn limit(frequency: f64, beta: f64, damping: &Damping) -> f64 {
 }
 
 /// Bounds for the present contacts and candidates of `state` between rigid particles.
+///
+/// ```
+/// use concordem_contact::law::LinearBond;
+/// use concordem_contact::math::Vec3;
+/// use concordem_packing::bonding::bond;
+/// use concordem_solver::PairCoefficients;
+/// use concordem_solver::state::contacts::ContactBlock;
+/// use concordem_solver::state::{Particles, Sphere, State};
+/// use concordem_solver::time_step::bounds;
+///
+/// // Two spheres of 2 kg, joined by a spring of 100 N/m: ω² = 2 · 100/2, Δt = 2/ω.
+/// let mut particles = Particles::default();
+/// for x in [0.0, 1.0] {
+///     particles.push(Sphere { position: Vec3::new(x, 0.0, 0.0), radius: 0.5 }, 0, 2.0, 0.2);
+/// }
+/// let mut pairs = PairCoefficients::new(1);
+/// pairs.set(0, 0, 0);
+/// let spring = LinearBond::new(100.0, 0.0, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
+/// let mut bonds = ContactBlock::new(vec![spring]);
+/// bond(&mut bonds, &pairs, &particles, None, 1.2).unwrap();
+/// let state = State { particles, bonds: vec![Box::new(bonds)], ..State::default() };
+/// assert!((bounds(&state).spectral - 0.2).abs() < 1e-6);
+/// ```
 pub fn bounds(state: &State) -> TimeStepBounds {
     bounds_with(state, None).0
 }

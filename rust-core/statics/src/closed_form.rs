@@ -25,6 +25,22 @@ pub struct ClosedForm {
 }
 
 /// The closed form for the links of a cell; `None` without a cell or without stiffness.
+///
+/// ```
+/// use concordem_contact::law::Stiffness;
+/// use concordem_contact::math::Vec3;
+/// use concordem_statics::{Accuracy, Link, LinkNetwork, cell_stiffness, closed_form};
+///
+/// // A cubic lattice: one sphere in a cell of 1 m³, joined to its own images by springs of 1 N/m.
+/// let stiffness = Stiffness { normal: 1.0, ..Stiffness::default() };
+/// let spring = |normal: Vec3| Link { a: 0, b: 0, branch: normal, normal, arm_a: 0.5, arm_b: 0.5, stiffness };
+/// let network = LinkNetwork::new(1, vec![spring(Vec3::x()), spring(Vec3::y()), spring(Vec3::z())], Some(1.0));
+/// // In the mean over directions, springs alone have a Poisson's ratio of a quarter.
+/// assert!((closed_form(&network).unwrap().poisson - 0.25).abs() < 1e-12);
+/// // The lattice itself has C₁₁ = 1 Pa along an edge, and no lateral strain.
+/// let stiffness = cell_stiffness(&network, Accuracy::default()).unwrap().relaxed;
+/// assert!((stiffness[(0, 0)] - 1.0).abs() < 1e-12 && stiffness[(0, 1)].abs() < 1e-12);
+/// ```
 pub fn closed_form(network: &LinkNetwork) -> Option<ClosedForm> {
     let volume = network.volume?;
     let (normal, tangential) = network.moduli_sums();

@@ -81,6 +81,22 @@ pub enum Update {
 }
 
 /// Parameters of the deformation of particles.
+///
+/// ```
+/// use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
+/// use concordem_contact::law::Elastic;
+/// use concordem_contact::math::Symmetric;
+///
+/// let elasticity = vec![Elastic { young: 1e6, poisson: 0.25 }];
+/// let bodies = Deformable { elasticity, condition: Condition::Solid, update: Update::Lagged, dashpots: true };
+/// // Two opposite forces of 2 N press a sphere of radius 0.1 m along x: the virial is −2 N, the stress −2 N · R/V.
+/// let virial = Symmetric([-2.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+/// let stress = bodies.stress(&virial, 0.1);
+/// let moved = bodies.compliance(0, 0.1).surface_displacement(&virial);
+/// // The surface moves by R σ/E along the force, and outwards across it.
+/// assert!((moved.0[0] - 0.1 * stress.0[0] / 1e6).abs() < 1e-12);
+/// assert!((moved.0[1] + 0.25 * moved.0[0]).abs() < 1e-12);
+/// ```
 #[cfg(feature = "std")]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deformable {

@@ -78,6 +78,35 @@ impl ContactStiffness {
 }
 
 /// Parameters of the linear frictional contact.
+///
+/// ```
+/// use concordem_contact::kinematics::{PointKinematics, Transport};
+/// use concordem_contact::law::{ContactGeometry, ContactLaw, ContactStiffness, Frictional, FrictionalState};
+/// use concordem_contact::math::Vec3;
+///
+/// let law = Frictional::new(ContactStiffness::Given { normal: 2.0e6, shear: 1.0e6 }, 0.5, 0.0).unwrap();
+/// // Two spheres of radius 1 m overlap by 0.5 m and slide along y by 2 m in one step.
+/// let geometry =
+///     ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 1.0, radius_b: 1.0, mass_a: 1.0, mass_b: 1.0 };
+/// let point = PointKinematics {
+///     geometry,
+///     length: 1.5,
+///     length_old: 2.0,
+///     elongation: 1.5 - 2.0,
+///     elongation_old: 0.0,
+///     gap: 1.5 - 2.0,
+///     normal: Vec3::x(),
+///     shear_increment: Vec3::y() * 2.0,
+///     arm_a: 0.5 * 1.5,
+///     arm_b: 0.5 * 1.5,
+///     bonded: false,
+///     transport: Transport::identity(Vec3::x()),
+/// };
+/// let response = law.respond(&point, &FrictionalState::default(), 1.0e-6);
+/// // Pressed, and at the limit of friction.
+/// assert_eq!(response.force.x, -1.0e6);
+/// assert!((response.force.y.abs() - 0.5e6).abs() < 1e-6);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Frictional {

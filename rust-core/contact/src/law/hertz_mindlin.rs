@@ -51,6 +51,36 @@ use {
 };
 
 /// Parameters of the Hertz-Mindlin contact.
+///
+/// ```
+/// use concordem_contact::kinematics::{PointKinematics, Transport};
+/// use concordem_contact::law::{ContactGeometry, ContactLaw, Elastic, HertzMindlin, HertzMindlinState};
+/// use concordem_contact::math::Vec3;
+///
+/// let glass = Elastic { young: 48e9, poisson: 0.2 };
+/// let law = HertzMindlin::new(glass, glass, 0.35, 1.0).unwrap();
+/// // Two spheres of radius 1 m overlap by 10 µm.
+/// let geometry =
+///     ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 1.0, radius_b: 1.0, mass_a: 1.0, mass_b: 1.0 };
+/// let point = PointKinematics {
+///     geometry,
+///     length: 1.99999,
+///     length_old: 2.0,
+///     elongation: 1.99999 - 2.0,
+///     elongation_old: 0.0,
+///     gap: 1.99999 - 2.0,
+///     normal: Vec3::x(),
+///     shear_increment: Vec3::zeros(),
+///     arm_a: 0.5 * 1.99999,
+///     arm_b: 0.5 * 1.99999,
+///     bonded: false,
+///     transport: Transport::identity(Vec3::x()),
+/// };
+/// let response = law.respond(&point, &HertzMindlinState::default(), 1.0e-6);
+/// // (4/3) E* √R* δ^(3/2) with E* = 25 GPa, R* = 0.5 m
+/// let expected = 4.0 / 3.0 * 25e9 * 0.5_f64.sqrt() * 1e-5_f64.powf(1.5);
+/// assert!((-response.force.x / expected - 1.0).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct HertzMindlin {

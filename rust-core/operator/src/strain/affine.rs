@@ -85,6 +85,18 @@ sums!(Squares { u: f64, u_all: f64, phi: f64, phi_all: f64 });
 /// `position` (m) is in the reference configuration of the strains, the initial or the present one; the results differ
 /// by the order of the strain. `displacement` (m or m/s) and `rotation` (rad or rad/s; empty: none) belong to the
 /// particles. Images of a `period` take part with displacements that follow its change.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{Region, strain::{Dimension, affine_fit}};
+///
+/// // Four particles; the body is stretched along x by 1e-3.
+/// let position = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+/// let displacement = position.map(|x| Vec3::x() * (1e-3 * x.x));
+/// let fit =
+///     affine_fit(&position, &displacement, &[], &Region::All { volume: 1.0 }, None, Dimension::Three).unwrap();
+/// assert!((fit.strain()[(0, 0)] - 1e-3).abs() < 1e-15);
+/// ```
 pub fn affine_fit(
     position: &[Vec3],
     displacement: &[Vec3],

@@ -25,6 +25,19 @@ pub struct BagiStrain {
 /// The complementary area vectors are summed cell by cell, `d^{ab} += (S_a − S_b)/12` in space and `/6` in the plane, with
 /// `S_a` the outward area vector of the face opposite to corner a (from `∇N_a = −S_a/3V`). Arguments as in
 /// [`super::cell_strain`].
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{strain::{Dimension, bagi_strain}, tessellation::delaunay};
+///
+/// // The corners of a cube, sheared by 1e-3.
+/// let position: Vec<Vec3> =
+///     (0..8).map(|k| Vec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64)).collect();
+/// let displacement: Vec<Vec3> = position.iter().map(|x| Vec3::x() * (1e-3 * x.y)).collect();
+/// let mesh = delaunay(&position, Dimension::Three, None).unwrap();
+/// let found = bagi_strain(&mesh, &position, &displacement, None).unwrap();
+/// assert!((found.gradient[(0, 1)] - 1e-3).abs() < 1e-12 && (found.volume - 1.0).abs() < 1e-12);
+/// ```
 pub fn bagi_strain(
     mesh: &Mesh,
     position: &[Vec3],

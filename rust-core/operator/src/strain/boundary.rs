@@ -8,6 +8,18 @@ use concordem_contact::math::{Mat3, Vec3};
 
 /// Displacement gradient from the motion of a triangulated body's hull alone: `G = (1/V) ∮ u⊗n dA`, with the volume from
 /// `⅓ ∮ x·n dA` (½ in the plane) (operator O18). Not for periodic meshes, which have no hull: see [`cell_gradient`].
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{strain::{Dimension, boundary_strain}, tessellation::delaunay};
+///
+/// // The corners of a cube, sheared by 1e-3.
+/// let position: Vec<Vec3> =
+///     (0..8).map(|k| Vec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64)).collect();
+/// let displacement: Vec<Vec3> = position.iter().map(|x| Vec3::x() * (1e-3 * x.y)).collect();
+/// let mesh = delaunay(&position, Dimension::Three, None).unwrap();
+/// assert!((boundary_strain(&mesh, &position, &displacement).unwrap()[(0, 1)] - 1e-3).abs() < 1e-12);
+/// ```
 pub fn boundary_strain(mesh: &Mesh, position: &[Vec3], displacement: &[Vec3]) -> Result<Mat3, OperatorError> {
     check(mesh, position, displacement, None)?;
     // Measured from a point of the body, so that a distant origin costs no digits.

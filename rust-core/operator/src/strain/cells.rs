@@ -74,6 +74,21 @@ impl MeshStrain {
 ///
 /// `position` (m) is the reference configuration of the gradients, not necessarily that of the mesh; `displacement` is
 /// in m (or a velocity, m/s). Both by point. A periodic mesh needs `period` with its change.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::{strain::{Dimension, cell_strain}, tessellation::delaunay};
+///
+/// // The corners of a cube, sheared by 1e-3.
+/// let position: Vec<Vec3> =
+///     (0..8).map(|k| Vec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64)).collect();
+/// let displacement: Vec<Vec3> = position.iter().map(|x| Vec3::x() * (1e-3 * x.y)).collect();
+/// let mesh = delaunay(&position, Dimension::Three, None).unwrap();
+/// let strain = cell_strain(&mesh, &position, &displacement, None).unwrap();
+/// for cell in &strain.cells {
+///     assert!((cell.gradient().unwrap()[(0, 1)] - 1e-3).abs() < 1e-12);
+/// }
+/// ```
 pub fn cell_strain(
     mesh: &Mesh,
     position: &[Vec3],

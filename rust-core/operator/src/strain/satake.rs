@@ -29,6 +29,21 @@ pub struct SatakeStrain {
 /// `displacement` (m or m/s) and `rotation` (rad or rad/s; empty: none) by particle. A diagram with a border needs the
 /// displacement of the border at the centroid of every border face (`border_displacement`, in the order of
 /// [`PowerDiagram::border`]), that is, the motion of the walls. A periodic one needs `period`.
+///
+/// ```
+/// use concordem_contact::math::{Mat3, Vec3};
+/// use concordem_operator::Period;
+/// use concordem_operator::strain::{Dimension, satake_strain};
+/// use concordem_operator::tessellation::{Domain, power_diagram};
+///
+/// // A sphere in a periodic cube of 1 m, stretched along x by 1e-3.
+/// let edges = Mat3::identity();
+/// let diagram = power_diagram(&[Vec3::zeros()], &[0.5], &Domain::Periodic(edges), Dimension::Three).unwrap();
+/// let mut change = Mat3::zeros();
+/// change[(0, 0)] = 1e-3;
+/// let found = satake_strain(&diagram, &[Vec3::zeros()], &[], &[], Some(&Period { edges, change })).unwrap();
+/// assert!((found.gradient[(0, 0)] - 1e-3).abs() < 1e-12);
+/// ```
 pub fn satake_strain(
     diagram: &PowerDiagram,
     displacement: &[Vec3],

@@ -31,6 +31,15 @@ pub struct Coordination {
 ///
 /// # Errors
 /// A pair that names a particle that does not exist.
+///
+/// ```
+/// use concordem_operator::structure::coordination;
+///
+/// // A row of three; the last particle is at the boundary.
+/// let found = coordination(&[[0, 1], [1, 2]], &[false, false, true]).unwrap();
+/// // (2 · 1 link inside + 1 across) / 2 particles
+/// assert_eq!(found.inside, 1.5);
+/// ```
 pub fn coordination(pairs: &[[u32; 2]], boundary: &[bool]) -> Result<Coordination, OperatorError> {
     let count = boundary.len();
     let mut links = vec![0_u32; count];

@@ -23,6 +23,13 @@ pub struct Sizes {
 ///
 /// # Errors
 /// No radius, or one that is not positive and finite.
+///
+/// ```
+/// use concordem_operator::structure::sizes;
+///
+/// assert!(sizes(&[1e-3, 2e-3, 2e-3], 2).is_ok());
+/// assert!(sizes(&[], 2).is_err());
+/// ```
 pub fn sizes(radius: &[f64], classes: usize) -> Result<Sizes, OperatorError> {
     if radius.is_empty() {
         return Err(OperatorError::EmptyRegion { what: "particle" });

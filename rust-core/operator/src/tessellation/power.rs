@@ -101,6 +101,18 @@ impl PowerDiagram {
 }
 
 /// Power diagram of particles at `position` (m) with `radius` (m; zeros: Voronoi diagram) within a domain.
+///
+/// ```
+/// use concordem_contact::math::Vec3;
+/// use concordem_operator::strain::Dimension;
+/// use concordem_operator::tessellation::{Domain, power_diagram};
+///
+/// // Two equal spheres share a box of 2 m³.
+/// let position = [Vec3::new(0.5, 0.5, 0.5), Vec3::new(1.5, 0.5, 0.5)];
+/// let domain = Domain::Box { low: Vec3::zeros(), high: Vec3::new(2.0, 1.0, 1.0) };
+/// let diagram = power_diagram(&position, &[0.5, 0.5], &domain, Dimension::Three).unwrap();
+/// assert!((diagram.volumes[0] - 1.0).abs() < 1e-12);
+/// ```
 pub fn power_diagram(
     position: &[Vec3],
     radius: &[f64],

@@ -105,6 +105,18 @@ pub enum Section {
 }
 
 /// Parameters of a beam.
+///
+/// ```
+/// use concordem_contact::law::{CohesiveBeam, ContactGeometry, ContactLaw, Section};
+///
+/// let glass = CohesiveBeam::new(70e9, 0.3, Section::Radius(0.5e-3)).unwrap();
+/// // Two spheres of radius 1 mm touch; the area of a beam belongs to its section.
+/// let area = std::f64::consts::PI * 0.25e-6;
+/// let geometry =
+///     ContactGeometry { reference_length: 2e-3, area, radius_a: 1e-3, radius_b: 1e-3, mass_a: 1e-5, mass_b: 1e-5 };
+/// let stiffness = glass.stiffness(&geometry);
+/// assert!((stiffness.normal / (70e9 * area / 2e-3) - 1.0).abs() < 1e-12);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct CohesiveBeam {

@@ -143,6 +143,35 @@ pub struct StressResponse {
 }
 
 /// The cohesive particle model: parameters of a pair of materials, with constants derived from them.
+///
+/// ```
+/// use concordem_contact::kinematics::{PointKinematics, Transport};
+/// use concordem_contact::law::{ContactGeometry, ContactLaw, Cpm, CpmParameters, CpmState};
+/// use concordem_contact::math::Vec3;
+///
+/// // Modulus, shear ratio, cohesion, angle of friction, crack onset strain, ductility.
+/// let concrete = CpmParameters::new(25e9, 0.2, 3e6, 0.67, 1e-4, 30.0);
+/// let law = Cpm::new(&concrete).unwrap();
+/// // A bond of 2 m with an area of 3 m² is stretched by half of its crack onset strain.
+/// let geometry =
+///     ContactGeometry { reference_length: 2.0, area: 3.0, radius_a: 1.0, radius_b: 1.0, mass_a: 1.0, mass_b: 1.0 };
+/// let point = PointKinematics {
+///     geometry,
+///     length: 2.0001,
+///     length_old: 2.0,
+///     elongation: 2.0001 - 2.0,
+///     elongation_old: 0.0,
+///     gap: 2.0001 - 2.0,
+///     normal: Vec3::x(),
+///     shear_increment: Vec3::zeros(),
+///     arm_a: 0.5 * 2.0001,
+///     arm_b: 0.5 * 2.0001,
+///     bonded: true,
+///     transport: Transport::identity(Vec3::x()),
+/// };
+/// let response = law.respond(&point, &CpmState::default(), 1.0e-6);
+/// assert!((response.force.x / (3.0 * 25e9 * 0.5e-4) - 1.0).abs() < 1e-9);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Cpm {

@@ -1,0 +1,279 @@
+"""Pictures of the README, the tutorials, and the how-to pages."""
+
+import csv
+import json
+import re
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import LineCollection
+
+from .style import BLUE, BOOK, COLORS, GREEN, ORANGE, PURPLE, RED, SKY, curve, sample, save, specimen, spheres
+
+ROOT = BOOK.parents[1]
+
+
+def first_specimen(runs):
+    """The scenario of the README."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    save(specimen(runs.scenario("readme", text), "concrete prism in tension"), "first-specimen")
+
+
+def pressed(runs):
+    return runs.template("cpm-small", "cpm-small-pressed", ["loading.strain_rate=-3 1/s", "stop.drop_to=0.5"])
+
+
+def curves(runs):
+    """Tension, compression, and where the energy goes."""
+    figure, (tension, compression, energy) = plt.subplots(1, 3, figsize=(12, 3.6))
+    pulled = runs.template("cpm-small")
+    curve(tension, pulled)
+    tension.set_title("tension")
+    curve(compression, pressed(runs), -1, "compressive strain, ‰", "compressive stress, MPa")
+    compression.set_title("compression")
+    stored = sum(sample(pulled, f"stored_{mode}") for mode in ("normal", "shear"))
+    parts = {"stored": stored, **{name.replace("_", " "): sample(pulled, name) for name in ("damage", "friction", "numerical_damping", "kinetic")}}
+    strain = sample(pulled, "strain") * 1e3
+    energy.stackplot(strain, *[part * 1e3 for part in parts.values()], labels=parts, colors=[SKY, ORANGE, GREEN, PURPLE, RED])
+    energy.plot(strain, sample(pulled, "boundary_work") * 1e3, "k--", linewidth=1.2, label="boundary work")
+    energy.set(xlabel="strain, ‰", ylabel="energy, mJ", title="energy in tension")
+    energy.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1, 1))
+    save(figure, "stress-strain")
+
+
+def shock(runs):
+    """A hot plate cooled at its lower face, the scenario of how-to/conduct-heat.md: temperatures and broken bonds."""
+    page = (BOOK / "how-to/conduct-heat.md").read_text(encoding="utf-8")
+    result = runs.scenario("shock", page.split("<!-- code: file=shock.toml -->\n```toml\n")[1].split("```")[0])
+    count = len(result["particles/id"])
+    place = result["VTKHDF/Points"][-count:] * 1e3
+    temperature = result["VTKHDF/PointData/temperature"][-count:]
+    figure, axis = plt.subplots(figsize=(9, 2.9))
+    points = axis.tricontourf(place[:, 0], place[:, 1], temperature, 24, cmap="inferno")
+    of = {id: at for at, id in enumerate(result["VTKHDF/PointData/id"][-count:])}
+    lines = []
+    for a, b in zip(result["events/id_a"][:], result["events/id_b"][:], strict=True):
+        ends = place[[of[a], of[b]], :2]
+        middle, along = ends.mean(axis=0), ends[1] - ends[0]
+        across = 0.5 * np.array([-along[1], along[0]])
+        lines.append([middle - across, middle + across])
+    axis.add_collection(LineCollection(lines, colors=SKY, linewidths=1.4))
+    axis.set(aspect="equal", xlabel="x, mm", ylabel="y, mm", title=f"{len(lines)} broken bonds (lines)")
+    figure.colorbar(points, ax=axis, label="temperature, K", shrink=0.8)
+    save(figure, "thermal-shock")
+
+
+def mesoscale(runs):
+    """Concrete on the mesoscale in tension: phases in a section, damaged bonds, and the curve beside mortar's."""
+    figure, (section, crack, axis) = plt.subplots(1, 3, figsize=(12, 3.9), width_ratios=[1, 1, 1.15])
+    result = runs.template("concrete-mesoscale")
+    # The same cube without aggregates: the template without three tables.
+    kept, skip = [], False
+    for line in runs.text("concrete-mesoscale").splitlines():
+        if line.startswith("["):
+            skip = line.startswith(("[aggregates", "[[aggregates", "[[interface"))
+        if not skip:
+            kept.append(line)
+    mortar = runs.scenario("mortar", "\n".join(kept) + "\n")
+    particles = result["particles"]
+    place = (particles["position"][:] - particles["displacement"][:]) * 1e3
+    square = (particles["radius"][:] * 1e3) ** 2 - place[:, 1] ** 2
+    colors = np.array(["#ddd8cb", "#6b5847"])
+    for (x, _, z), inside, material in zip(place, square, particles["material"][:], strict=True):
+        if inside > 0:
+            section.add_patch(plt.Circle((x, z), inside**0.5, color=colors[material], linewidth=0))
+    section.set(title="section: mortar (light), aggregates (dark)")
+    bonds = result["contacts/cpm"]
+    near = (np.abs(bonds["position"][:, 1]) < 2e-3) & (bonds["damage"][:] > 0.99)
+    stones = (particles["material"][:] == 1) & (np.abs(place[:, 1]) < 1.0)
+    crack.scatter(place[stones, 0], place[stones, 2], s=24, color="#d8cdc2", linewidths=0)
+    crack.scatter(*(bonds["position"][:][near][:, [0, 2]].T * 1e3), s=4, color=RED, linewidths=0)
+    crack.set(title="crack: bonds with damage > 0.99")
+    for one in section, crack:
+        one.set(aspect="equal", xlim=(-16, 16), ylim=(-16, 16), xlabel="x, mm", ylabel="z, mm")
+    for one, label in (result, "with aggregates"), (mortar, "mortar"):
+        curve(axis, one, label=label)
+    axis.set_title("tension")
+    axis.legend()
+    save(figure, "mesoscale")
+
+
+def packings(runs):
+    """Three shapes cut from one packing, and one of many radii."""
+    shapes = {
+        "box": 'packing.shape={kind="box", size=["15 mm", "15 mm", "30 mm"]}',
+        "cylinder": 'packing.shape={kind="cylinder", radius="8 mm", height="30 mm", axis="z"}',
+        "hyperboloid": 'packing.shape={kind="hyperboloid", radius="8 mm", waist_radius="5 mm", height="30 mm", axis="z"}',
+    }
+    figure, axes = plt.subplots(1, 4, figsize=(11, 4.2))
+    for axis, (name, shape) in zip(axes, shapes.items(), strict=False):
+        spheres(axis, runs.template("cpm-small", f"shape-{name}", [shape, "stop.steps=1"]), color="#9db8cc")
+        axis.set_title(name)
+    text = runs.text("cpm-small").replace('radius = "1 mm"', 'radii = { kind = "uniform", minimum = "0.6 mm", maximum = "1.4 mm" }').replace("steps = 20_000", "steps = 1")
+    spheres(axes[3], runs.scenario("radii", text), color="#9db8cc")
+    axes[3].set_title("radii 0.6 to 1.4 mm")
+    save(figure, "packings")
+
+
+def cycles(runs):
+    """Load, unload, load again."""
+    stages = 'stage=[{name="a", stop={strain=2e-4}}, {name="b", rate=-1, stop={stress=0}}, {name="c", stop={strain=4e-4}}, ' \
+             '{name="d", rate=-1, stop={stress=0}}, {name="e", stop={strain=8e-4}}]'
+    figure, axis = plt.subplots(figsize=(6.5, 3.6))
+    curve(axis, runs.template("cpm-small", "cycles", [stages, "stop={steps=60000}"]), label="in cycles")
+    curve(axis, runs.template("cpm-small"), label="without cycles", linestyle="--")
+    axis.legend()
+    save(figure, "cycles")
+
+
+def load_displacement(runs):
+    """Force on a set over its displacement."""
+    sets = ['set=[{name="top", selection={kind="layer", axis="z", end="maximum", thickness="4 mm"}}]',
+            'sample=[{operator="set-force", set="top", interval=20}, {operator="set-motion", set="top", interval=20}]']
+    result = runs.template("cpm-small", "set", sets)
+    force, motion = result["samples/set-force"], result["samples/set-motion"]
+    figure, axis = plt.subplots(figsize=(6.5, 3.6))
+    axis.plot(motion["displacement"][:, 2] * 1e6, np.abs(force["force"][:, 2]) / 1e3)
+    axis.set(xlabel="displacement of the set along z, µm", ylabel="force on the set, kN")
+    save(figure, "load-displacement")
+
+
+def damping(runs):
+    """Work of the damping beside the boundary work, and curves at three rates."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6))
+    for value, style in (0.1, "-"), (0.3, "--"), (0.7, ":"):
+        one = runs.template("cpm-small", f"damping-{value}", [f"integration.damping.coefficient={value}"])
+        left.plot(sample(one, "strain") * 1e3, 100 * sample(one, "numerical_damping") / np.maximum(sample(one, "boundary_work").max(), 1e-12), style, label=f"damping {value}")
+    left.set(xlabel="strain, ‰", ylabel="work of the damping /\nwork of the load, %")
+    left.legend()
+    for value, style in ("0.4", "-"), ("3.2", "--"), ("12.8", ":"):
+        one = runs.template("cpm-small", f"rate-{value}", [f"loading.strain_rate={value} 1/s"])
+        curve(right, one, linestyle=style, label=f"{value} 1/s")
+    right.legend()
+    save(figure, "damping-and-rate")
+
+
+def materials(runs):
+    """The scenario of how-to/mix-materials.md: a section, and the curve beside the one without inclusion."""
+    page = (BOOK / "how-to/mix-materials.md").read_text(encoding="utf-8")
+    result = runs.scenario("mortar-inclusion", page.split("<!-- code: file=mortar.toml -->\n```toml\n")[1].split("```")[0])
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.8), width_ratios=[1, 1.6])
+    place = result["particles/position"][:]
+    material = result["particles/material"][:]
+    circles = spheres(left, result, color=material, mask=place[:, 1] < 0, cmap="cividis")
+    circles.set_clim(-0.3, 1)
+    left.set_title("front half cut away")
+    curve(right, result, label="stiff inclusion, weak interface")
+    curve(right, runs.template("cpm-small"), linestyle="--", label="one material")
+    right.legend()
+    save(figure, "materials")
+
+
+def bonds(runs):
+    """What an export shows: bonds as lines, colored by their damage, with large displacements."""
+    result = runs.template("cpm-small")
+    place = result["particles/position"][:] + 20 * result["particles/displacement"][:]
+    of = {id: at for at, id in enumerate(result["particles/id"][:])}
+    table = result["contacts/cpm"]
+    damage = table["damage"][:]
+    order = np.argsort(damage)
+    pairs = np.array([[of[a], of[b]] for a, b in table["ids"][:]])[order]
+    # Displacements across the border of the packing do not occur: the prism is not periodic.
+    lines = place[pairs][:, :, [0, 2]] * 1e3
+    figure, axis = plt.subplots(figsize=(5.4, 5.2))
+    drawn = LineCollection(lines, array=damage[order], cmap="viridis_r", linewidths=0.7)
+    axis.add_collection(drawn)
+    axis.set(aspect="equal", xlim=(-10, 10), ylim=(-17, 17), xlabel="x, mm", ylabel="z, mm", title="bonds, displacements × 20")
+    figure.colorbar(drawn, ax=axis, label="damage", shrink=0.8)
+    save(figure, "bonds")
+
+
+def structure(runs):
+    """What `concordem characterise` measures: solid fraction by depth, and the pair correlation."""
+    runs.text("cpm-small")
+    path = runs.folder / "cpm-small.structure.json"
+    if not path.exists():
+        runs.call("characterise", "cpm-small.toml")
+    found = json.loads(path.read_text(encoding="utf-8"))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.5))
+    depth = found["layers"]
+    left.plot(np.array(depth["depth"]) * 1e3, depth["solid_fraction"])
+    left.set(xlabel="depth below the surface, mm", ylabel="solid fraction", ylim=(0, None))
+    correlation = found["pair_correlation"]
+    diameter = 2 * found["radii"]["mean"]
+    right.plot(np.array(correlation["distance"]) / diameter, correlation["g"])
+    right.axhline(1, color="0.5", linewidth=1, linestyle="--")
+    right.set(xlabel="distance / diameter", ylabel="pair correlation g")
+    save(figure, "structure")
+
+
+def table(name):
+    """A recorded sweep: values of the first axis, and one row of results per seed."""
+    with (BOOK / f"data/{name}.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    axis = next(iter(rows[0]))
+    values = list(dict.fromkeys(row[axis] for row in rows))
+    return values, {value: [row for row in rows if row[axis] == value] for value in values}
+
+
+def spread(rows, key, scale):
+    found = np.array([float(row[key]) for row in rows]) / scale
+    return found.mean(), found.std(ddof=1)
+
+
+def study(_runs):
+    """Strengths over rate, size, and damping: means and standard deviations over the seeds."""
+    figure, (rates, presses, sizes) = plt.subplots(1, 3, figsize=(12, 3.8))
+    number = lambda text: abs(float(re.match(r"-?[\d.]+", text)[0]))
+    for axis, name, key, label in (rates, "rates", "f_t", "tensile strength, MPa"), (presses, "press", "f_c", "compressive strength, MPa"):
+        values, rows = table(name)
+        found = [spread(rows[value], key, 1e6) for value in values]
+        axis.errorbar([number(value) for value in values], [one[0] for one in found], [one[1] for one in found], fmt="o-", capsize=4)
+        axis.set(xscale="log", xlabel="strain rate, 1/s", ylabel=label)
+        axis.set_xticks([number(value) for value in values], [f"{number(value):g}" for value in values])
+        axis.minorticks_off()
+        axis.set_ylim(0, 1.25 * max(one[0] for one in found))
+    values, rows = table("sizes")
+    across = [number(value.strip('["')) / 2 for value in values]
+    for key, scale, color, label in ("f_t", 1e6, BLUE, "tensile strength, MPa"), ("E_gauge", 1e10, ORANGE, "E, 10 GPa"):
+        found = [spread(rows[value], key, scale) for value in values]
+        sizes.errorbar(across, [one[0] for one in found], [one[1] for one in found], fmt="o-", capsize=4, color=color, label=label)
+    sizes.set(xlabel="spheres across the prism", ylabel="mean ± standard deviation", ylim=(0, None))
+    sizes.legend()
+    save(figure, "study")
+
+
+def paper(runs):
+    """Five seeds in tension and in compression: mean curve and band."""
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3.4))
+    cases = (axes[0], "seed", [], 1, 6e-4, COLORS[0]), (axes[1], "pressed-seed", ["loading.strain_rate=-3 1/s", "stop.drop_to=0.5"], -1, 4e-3, COLORS[3])
+    for axis, name, sets, sign, end, color in cases:
+        strain, stresses = np.linspace(0, end, 200), []
+        for seed in range(1, 6):
+            one = runs.template("cpm-small", f"{name}-{seed}", [f"packing.seed={seed}", *sets])
+            # Beyond its end a curve is not known.
+            stresses.append(np.interp(strain, sign * sample(one, "strain"), sign * sample(one, "stress"), right=np.nan) / 1e6)
+        mean, deviation = np.mean(stresses, axis=0), np.std(stresses, axis=0, ddof=1)
+        axis.fill_between(strain * 1e3, mean - deviation, mean + deviation, color=color, alpha=0.25, linewidth=0, label="± standard deviation")
+        axis.plot(strain * 1e3, mean, color=color, label="mean of five packings")
+        word = "" if sign > 0 else "compressive "
+        axis.set(xlabel=f"{word}strain, ‰", ylabel=f"{word}stress, MPa", xlim=(0, None), ylim=(0, None))
+        axis.legend(fontsize=9)
+    save(figure, "paper")
+
+
+PICTURES = {
+    "first-specimen": first_specimen,
+    "stress-strain": curves,
+    "thermal-shock": shock,
+    "mesoscale": mesoscale,
+    "packings": packings,
+    "structure": structure,
+    "cycles": cycles,
+    "load-displacement": load_displacement,
+    "damping-and-rate": damping,
+    "materials": materials,
+    "bonds": bonds,
+    "study": study,
+    "paper": paper,
+}
