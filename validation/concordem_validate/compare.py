@@ -271,7 +271,7 @@ class Judge:
             number = speed(check, ours, theirs)
         else:
             for one, name in zip((ours, theirs), names):
-                _whole_run(one, planned, name)
+                _whole_run(one, _end(task, ours), name)
             number, verdict.values = scalar(check, *(measures(self.case, task, one) for one in (ours, theirs)), names)
         message = verdict.message
         _settle(verdict, number, check.roles_changed)
@@ -297,7 +297,7 @@ class Judge:
                 return
             task, results = self.tasks[variant], [self.result(variant, name) for name in names]
             for result, name in zip(results, names):
-                _whole_run(result, planned_steps(task, results[0].dt), name)
+                _whole_run(result, _end(task, results[0]), name)
             pair = [measures(self.case, task, result) for result in results]
             for values, name in zip(pair, names):
                 if check.of not in values or not math.isfinite(values[check.of]):
@@ -326,14 +326,21 @@ def planned_steps(task, dt):
         return None
 
 
-def _whole_run(result, planned, name):
-    """Numbers computed from a run need the whole run."""
-    for one, values in result.series.items():
-        if planned is None or len(values.steps) < 2 or values.times is not None:
+def _whole_run(result, end, name):
+    """Numbers computed from a run need the whole run, up to the time `end`."""
+    for one in result.series if end is not None else ():
+        time = result.time(one)
+        if len(time) < 2:
             continue
-        gap = int(np.max(np.diff(values.steps)))
-        if planned - values.steps[-1] >= gap:
-            raise Incomparable("short", f"`{one}` of {name} ends at step {values.steps[-1]}, but the run at {planned}")
+        # the last sample may lie less than one interval before the end; times are rounded
+        gap = np.max(np.diff(time))
+        if end - time[-1] >= gap * (1 - 1e-6):
+            raise Incomparable("short", f"`{one}` of {name} ends at {time[-1]:.9g} s, but the run at {end:.9g} s")
+
+
+def _end(task, result):
+    planned = planned_steps(task, result.dt)
+    return None if planned is None else planned * result.dt
 
 
 def judge(case, outcomes, plant=None):

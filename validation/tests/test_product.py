@@ -1,0 +1,212 @@
+"""The harness as a stranger uses it: own engines by command, in Python, and from a package; own cases; pytest; published formats."""
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from concordem_validate import case as cases
+from concordem_validate import cli, project, registry, rounds, runner, start, starter
+from concordem_validate.engines import command, concordem
+from concordem_validate.errors import HarnessError, NotInstalled, Unsupported
+from conftest import CASE, SCENARIO, Fake
+
+PACKAGE = Path(cli.__file__).parent
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """The files of `init`, without ConcorDEM."""
+    monkeypatch.setenv(concordem.VARIABLE, "/nowhere/concordem")
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.chdir(tmp_path)
+    starter.write(tmp_path)
+    case = tmp_path / "cases/collision/case.toml"
+    case.write_text(case.read_text().replace('"yade", "concordem"', '"concordem"', 1).replace('["yade", "concordem"]', '["concordem"]'))
+    yield tmp_path
+    registry.ENGINES.pop("mine", None)
+
+
+def test_init_gives_a_round_that_agrees_without_our_program(mine, capsys):
+    assert cli.main(["run"]) == rounds.AGREES
+    out = capsys.readouterr().out
+    assert "1 agrees" in out and "1 not installed" in out and "ConcorDEM is not installed" in out
+    assert cli.main(["lint"]) == rounds.AGREES
+    assert (mine / ".github/workflows/validate.yml").exists() and (mine / ".gitlab-ci.yml").exists()
+    with pytest.raises(HarnessError, match="exists already"):
+        starter.write(mine)
+
+
+@pytest.mark.parametrize("old, new, cause", [
+    ("k * overlap", "1.01 * k * overlap", None), ("steps + 1", "steps // 2", "short"), ("repr(c)", "'nan'", "nan"), ("sys.exit(77)", "sys.exit(77)", ""),
+    ('out.writerow(["1", "s"]', 'out.writerow(["1", "ms"]', "short"), ("import csv", "import csv, nothing", "crashed"),
+    ("    for step in range", "    sys.exit(0)\n    for step in range", "empty"), ("import csv", "import time; time.sleep(60)\nimport csv", "timeout"),
+])
+def test_mistakes_of_a_users_engine_are_verdicts(mine, old, new, cause):
+    path = mine / "mine.py"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    made = project.load()
+    case = cases.load("collision", mine / "cases").only(["main"], ["analytic"])
+    case.time_limit = 2.0 if cause == "timeout" else 20.0
+    round_ = runner.Runner(made.output, quiet=True).run([case])
+    verdict = next(v for v in round_.verdicts)
+    if cause is None:
+        # equal spheres exchange their velocities with any spring: the closed form cannot see it
+        assert verdict.status == "pass"
+    elif cause == "":
+        assert verdict.status == "pass"
+    else:
+        assert (verdict.status, verdict.cause) == ("fail", cause), verdict.message
+
+
+def test_an_engine_may_refuse_a_scenario(mine):
+    made = project.load()
+    scenario = mine / "cases/collision/scenario.toml"
+    scenario.write_text(scenario.read_text().replace('law = "frictional"', 'law = "frictional"\n\n[bonds]\nlaw = "linear_bond"\ninteraction_ratio = 1.0'))
+    round_ = runner.Runner(made.output, quiet=True).run([cases.load("collision", mine / "cases").only(["main"], ["analytic"])])
+    outcome = round_.outcomes["collision", "main", "mine"]
+    assert outcome.status == "unsupported" and "only linear springs" in outcome.message
+
+
+def test_what_an_engine_depends_on_is_hashed(mine):
+    engine = lambda: project.load() and registry.ENGINES["mine"].version()
+    one = engine()
+    assert engine() == one
+    (mine / "mine.py").write_text((mine / "mine.py").read_text() + "\n")
+    assert engine() != one
+
+
+def test_the_task_has_the_published_format(mine, tmp_path):
+    jsonschema = pytest.importorskip("jsonschema")
+    project.load()
+    task = cases.load("collision", mine / "cases").tasks[0]
+    task.start = start.state(task.scenario, task.folder)
+    data = command.task_data(task)
+    jsonschema.validate(data, json.loads((PACKAGE / "schema/task-1.json").read_text()))
+    assert data["mass"] == pytest.approx([2500 * 4 / 3 * np.pi * 1e-9] * 2) and data["scenario"]["material"][0]["density"] == 2500.0
+    assert data["velocity"] == [[1, 0, 0], [0, 0, 0]] and data["steps"] == 2000 and data["time_step"] == 0.5e-6
+    command.write_state(tmp_path / "state.h5", data)
+    with h5py.File(tmp_path / "state.h5") as file:
+        assert file["mass"].attrs["unit"] == "kg" and json.loads(file.attrs["task"])["steps"] == 2000
+    assert cli.main(["run", "--json", str(tmp_path / "r.json")]) == rounds.AGREES
+    jsonschema.validate(json.loads((tmp_path / "r.json").read_text()), json.loads((PACKAGE / "schema/round-1.json").read_text()))
+
+
+@pytest.mark.parametrize("text, said", [
+    ("cases = [", "validate.toml: "), ('cases = "cases"', "validate.toml:1: `cases` is 'cases'; give a list"),
+    ('folders = ["a"]', "validate.toml:1: unknown key folders"), ('cases = ["none"]', "validate.toml:1: there is no folder"),
+    ("[engine.mine]\ninputs = []", "validate.toml:1: engine `mine` has no `command`"),
+    ('[engine.mine]\ncommand = "./mine"', "validate.toml:2: engine `mine`: `command` has no {output}"),
+    ('[engine.mine]\ncommand = 3', "validate.toml:2: `command` is 3; give text or a list"),
+    ('[engine.mine]\ncommand = "a {output}"\noutput = "vtk"', "validate.toml:3: `output` is `vtk`; use csv or hdf5"),
+    ('[engine.yade]\ncommand = "a {output}"', "the engine `yade` exists already"),
+    ('require = ["nobody"]', "validate.toml:1: unknown engine `nobody`"),
+])
+def test_bad_projects_are_told_with_file_and_line(tmp_path, monkeypatch, capsys, text, said):
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "validate.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    try:
+        assert cli.main(["list"]) == rounds.WRONG_INPUT
+    finally:
+        registry.ENGINES.pop("mine", None)
+    message = capsys.readouterr().err
+    assert said in message and len(message.splitlines()) == 1, message
+
+
+def test_missing_programs_and_inputs_are_told(tmp_path):
+    engine = command.CommandEngine("mine", tmp_path, "no-such-program {task} {output}")
+    with pytest.raises(NotInstalled, match="`no-such-program` of engine `mine` is missing"):
+        engine.version()
+    engine = command.CommandEngine("mine", tmp_path, "python3 {task} {output}", inputs=["src/*.cpp"])
+    with pytest.raises(HarnessError, match="no file matches `src/"):
+        engine.version()
+
+
+@pytest.mark.parametrize("change, said", [
+    (("[[check]]", "[[check"), "case.toml: "), (('peer = "two"', 'peer = "four"'), "case.toml:9: check `force`: `four` is not one of"),
+    (("tolerance = 1e-3", 'tolerance = "small"'), "case.toml:11: `tolerance` is 'small'; give a number"),
+    (('kind = "series"', 'kind = "curve"'), "case.toml:8: check `force`: `kind` is `curve`"), (('title = "t"', ""), "`title` is missing"),
+    (('reference = "one"', 'reference = "none"'), "unknown engine `none`"), (('of = "force"\n', ""), "`of` is missing"),
+    (('engines = ["two", "three"]', 'engines = ["two", "three"]\ntier = "slow"'), "case.toml:6: `slow` is not a tier"),
+])
+def test_bad_cases_are_told_with_file_and_line(tmp_path, monkeypatch, capsys, change, said):
+    for name in ("one", "two", "three"):
+        monkeypatch.setitem(registry.ENGINES, name, Fake(name))
+    (tmp_path / "c/small").mkdir(parents=True)
+    (tmp_path / "c/small/scenario.toml").write_text(SCENARIO)
+    assert change[0] in CASE
+    (tmp_path / "c/small/case.toml").write_text(CASE.replace(*change, 1))
+    assert cli.main(["run", "--cases", str(tmp_path / "c")]) == rounds.WRONG_INPUT
+    message = capsys.readouterr().err
+    assert said in message and len(message.splitlines()) == 1, message
+
+
+@pytest.mark.parametrize("name, text, said", [
+    ("scenario.toml", None, "scenario.toml does not exist"), ("scenario.toml", "version = ", "scenario.toml: Invalid value"),
+    ("case.py", "import nothing_of_this_name", "case.py cannot be loaded: ModuleNotFoundError"),
+    ("case.py", "def scenario(document):\n    return document['no']\n", "scenario() failed for variant main: KeyError"),
+    ("../quirks.toml", "[a]\nengine = 1\n", "quirks.toml:2: `engine` is 1; give text"),
+])
+def test_bad_files_of_a_case_are_told(tmp_path, monkeypatch, capsys, name, text, said):
+    for engine in ("one", "two", "three"):
+        monkeypatch.setitem(registry.ENGINES, engine, Fake(engine))
+    place = tmp_path / "c/small"
+    place.mkdir(parents=True)
+    (place / "scenario.toml").write_text(SCENARIO)
+    (place / "case.toml").write_text(CASE)
+    (place / name).unlink(missing_ok=True) if text is None else (place / name).write_text(text)
+    assert cli.main(["run", "--cases", str(tmp_path / "c")]) == rounds.WRONG_INPUT
+    assert said in capsys.readouterr().err
+
+
+def test_engines_of_packages_are_found(monkeypatch):
+    class Point:
+        name, value = "theirs", "their_package:engine"
+
+        @staticmethod
+        def load():
+            return Fake("theirs")
+
+    monkeypatch.setattr(registry.metadata, "entry_points", lambda group: [Point] if group == registry.GROUP else [])
+    try:
+        registry.load_packages()
+        assert registry.ENGINES["theirs"].version() == "theirs 1"
+    finally:
+        registry.ENGINES.pop("theirs", None)
+
+    class Broken(Point):
+        @staticmethod
+        def load():
+            raise ImportError("no module")
+
+    monkeypatch.setattr(registry.metadata, "entry_points", lambda group: [Broken])
+    with pytest.raises(HarnessError, match="entry point theirs = their_package:engine: cannot be loaded: ImportError"):
+        registry.load_packages()
+
+
+def test_start_states_without_a_program_are_complete_or_refused(tmp_path):
+    task = next(t for t in cases.load("chain-waves").tasks if t.variant == "long-wave")
+    own = start.state(task.scenario, task.folder)
+    assert len(own.bonds) == 15 and own.dt == 1e-6 and own.velocity[5, 0] > 0
+    dense = next(iter(cases.load("cpm-cell").tasks))
+    with pytest.raises(Unsupported, match="generated by ConcorDEM"):
+        start.state(dense.scenario, dense.folder)
+    rows = next(t for t in cases.load("ddem-rows").tasks)
+    with pytest.raises(Unsupported, match="the time step is automatic"):
+        start.state(rows.scenario, rows.folder)
+
+
+def test_pytest_has_a_test_for_each_check(mine):
+    ran = subprocess.run([sys.executable, "-m", "pytest", "-p", "concordem_validate.pytest_plugin", "--concordem-cases", "cases", "-v", "-p", "no:cacheprovider"],
+                         cwd=mine, capture_output=True, text=True, env={"PYTHONPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin", "CONCORDEM": "/nowhere"})
+    assert ran.returncode == 0 and "1 passed, 1 skipped" in ran.stdout, ran.stdout + ran.stderr
+    assert "collision::main::velocities afterwards::mine-analytic" in ran.stdout
+    (mine / "mine.py").write_text((mine / "mine.py").read_text().replace("steps + 1", "steps // 2"))
+    ran = subprocess.run([sys.executable, "-m", "pytest", "-p", "concordem_validate.pytest_plugin", "--concordem-cases", "cases", "-q"],
+                         cwd=mine, capture_output=True, text=True, env={"PYTHONPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin", "CONCORDEM": "/nowhere"})
+    assert ran.returncode == 1 and re.search(r"ends at [\d.e-]+ s, but the run at 0.001 s", ran.stdout), ran.stdout + ran.stderr
