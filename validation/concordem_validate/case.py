@@ -9,7 +9,7 @@ from . import quirks, scenario, tables
 from .errors import HarnessError
 from .norms import NORMS
 from .quantity import si
-from .registry import ENGINES
+from .registry import ENGINES, know
 
 # the cases lie in the wheel, or beside the package in the sources
 ROOT = next((p for p in (Path(__file__).parent / "cases", Path(__file__).parents[1] / "cases") if p.is_dir()), Path(__file__).parent / "cases")
@@ -20,7 +20,7 @@ _CASE = {"title": str, "question": str, "source": str, "tier": str, "time_limit_
          "variant": list, "check": list}
 _VARIANT = {"name": str, "changes": dict, "peer_changes": dict, "scenario": str, "engines": list, "about": str, "command": str}
 _CHECK = {"name": str, "kind": str, "peer": (str, list), "variants": list, "of": str, "over": str, "meet": str, "norm": str, "match": str,
-          "frame": str, "constant": bool, "paired": bool, "to_step": int, "from_step": int, "from": (float, str), "to": (float, str),
+          "frame": str, "constant": bool, "may_be_zero": bool, "twin": float, "paired": bool, "to_step": int, "from_step": int, "from": (float, str), "to": (float, str),
           "scale": (float, str), "tolerance": float, "reason": str, "quirk": str, "known": list}
 _CHOICES = {"kind": KINDS, "meet": {"common", "interpolate"}, "norm": set(NORMS), "match": {"id", "place"}, "frame": {"fixed", "rigid"}}
 
@@ -43,6 +43,8 @@ class Check:
     match: str = "id"
     frame: str = "fixed"
     constant: bool = False
+    may_be_zero: bool = False  # a number that is an error itself
+    twin: float = None  # allowed multiple of the difference that one changed bit makes
     paired: bool = True
     from_step: int = 0
     to_step: int = None
@@ -189,7 +191,7 @@ def _module(name, folder):
 
 def _engines(file, wanted):
     for name in wanted:
-        if name not in ENGINES:
+        if not know(name):
             raise file.error("engines", f"unknown engine `{name}`; valid engines are {', '.join(ENGINES)}; add yours to validate.toml")
     return list(wanted)
 
@@ -221,6 +223,13 @@ def _variants(file, data, name, folder, module, engines):
             peer_scenario=scenario.changed(document, variant["peer_changes"]) if "peer_changes" in variant else None,
             peer=peers[0] if command == "operators" else None, about=variant.get("about", "").strip()))
         engines_of[variant["name"]] = peers
+    # twins run where a check needs them, though nothing is compared with them alone
+    for table in data["check"]:
+        if isinstance(table, dict) and "twin" in table:
+            for variant, peers in engines_of.items():
+                twin = _engines(file, [f"{data.get('reference', 'concordem')}@twin"])
+                if any(fnmatch.fnmatch(variant, p) for p in table.get("variants", ["*"])):
+                    engines_of[variant] = list(dict.fromkeys([*peers, *twin]))
     return tasks, engines_of
 
 
@@ -253,6 +262,8 @@ def _checks(file, number, table, engines, reference, known):
             table[name] = si(table.pop(key))
     peers = table.pop("peer")
     for peer in [peers] if isinstance(peers, str) else peers:
+        if table.get("twin") is not None and not (table["kind"] == "series" and table["twin"] >= 1):
+            raise error("twin", "`twin` is for series; give the allowed multiple of the twins' difference, from 1")
         if peer not in engines:
             raise error("peer", f"`{peer}` is not one of the case's engines: {', '.join(engines)}")
         yield Check(**{"variants": ["*"], **table, "peer": peer, "reference": reference})

@@ -3,7 +3,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from . import baseline, compare, difference, lint, outputs, project, quirks, registry, report, rounds, runner, starter
+from . import baseline, compare, difference, lint, mutate, outputs, project, quirks, registry, report, rounds, runner, starter
 from . import case as cases
 from .errors import HarnessError, NotInstalled
 from .result import Result
@@ -66,6 +66,9 @@ def _parser():
     one.add_argument("--interpolate", action="store_true", help="interpolate the finer curve at the points of the coarser one")
     command("lint", "find checks that cannot fail, and cases without effect; uses the results of the last round, if there are any",
             pick=True).add_argument("--output", type=Path, help="folder of the round")
+    one = command("mutate", "plant mistakes in what an engine gets, and list those that no check sees", pick=True)
+    one.add_argument("--engine", required=True, help="the engine that gets them")
+    one.add_argument("--output", type=Path, help="folder of results")
     one = command("init", "write a case, an engine, and workflow files for GitHub and GitLab")
     one.add_argument("folder", type=Path)
     return parser
@@ -117,7 +120,7 @@ def _list(options):
 
 def _named(names):
     for name in names:
-        if name not in registry.ENGINES:
+        if not registry.know(name):
             raise HarnessError(f"unknown engine `{name}`; valid engines are {', '.join(registry.ENGINES)}")
     return names
 
@@ -235,6 +238,24 @@ def _lint(options):
     found = lint.find(_load(options, made), made.output)
     print("\n".join(found) if found else "no check was found that cannot fail")
     return rounds.FAILED if found else rounds.AGREES
+
+
+def _mutate(options):
+    made = _project(options)
+    engine = _named([options.engine])[0]
+    unseen, count = [], 0
+    for case in _load(options, made):
+        peers = [c.peer if c.reference == engine else c.reference for c in case.checks if engine in c.pair]
+        few = case.only([t.variant for t in case.tasks], {engine, *peers})
+        if not few.checks:
+            continue
+        hidden, seen = mutate.survivors(few, engine, lambda: runner.Runner(made.output, quiet=True))
+        unseen += [f"{case.name}: no check sees {label}" for label in hidden]
+        count += len(hidden) + len(seen)
+    if not count:
+        raise HarnessError(f"no case compares `{engine}`")
+    print("\n".join([*unseen, f"{count - len(unseen)} of {count} mistakes are seen"]))
+    return rounds.FAILED if unseen else rounds.AGREES
 
 
 def _init(options):

@@ -2,7 +2,7 @@
 import datetime
 import math
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -143,7 +143,7 @@ def scalar(check, ours, theirs, names=("concordem", None)):
     if not size > 0:
         raise Incomparable("error", f"the scale of `{check.of}` is {size}; give `scale`")
     limit = check.known[1] if check.known else check.tolerance
-    if y.any() and (1.0 if check.scale == "sum" else float(np.max(np.abs(y))) / size) <= limit:
+    if y.any() and not check.may_be_zero and (1.0 if check.scale == "sum" else float(np.max(np.abs(y))) / size) <= limit:
         raise Incomparable("blind", f"the check cannot fail: zero is within the tolerance {limit:g}; lower it")
     return off / size, (x, y)
 
@@ -264,6 +264,8 @@ class Judge:
             pair, number = series(check, ours, theirs, names, planned)
             verdict.steps, verdict.axis = (pair.steps, "step") if pair.steps is not None else (pair.x, check.over)
             verdict.growth, verdict.values = pair.growth, (pair.a, pair.b)
+            if check.twin is not None:
+                number, verdict.message = self._beside_twins(verdict, ours, names, pair)
         elif check.kind == "bits":
             found = bits.same_bits(ours, theirs)
             number, verdict.message = float(len(found)), "; ".join(found[:3])
@@ -276,6 +278,19 @@ class Judge:
         message = verdict.message
         _settle(verdict, number, check.roles_changed)
         verdict.message = verdict.message or message
+
+    def _beside_twins(self, verdict, ours, names, pair):
+        """The difference where it is over the tolerance and over a multiple of what one changed bit has made by then."""
+        check, name = verdict.check, f"{names[0]}@twin"
+        bad = self._unfinished(verdict.variant, [name])
+        if bad:
+            raise Incomparable("error", f"the twin of {names[0]} is needed: {bad[2]}")
+        twins, _ = series(replace(check, twin=None), ours, self.result(verdict.variant, name), (names[0], name))
+        parted = np.interp(pair.x, twins.x, np.maximum.accumulate(twins.growth))
+        beyond = pair.growth > check.twin * parted
+        at = float(pair.growth[beyond].max(initial=0.0))
+        chaos = np.flatnonzero(check.twin * parted > check.tolerance)
+        return at, f"twins part beyond the tolerance at {check.over} {pair.x[chaos[0]]:.4g}" if len(chaos) else "twins stay together"
 
     def _unfinished(self, variant, engines):
         for engine in engines:

@@ -72,7 +72,7 @@ def _read(path):
             raise file.error("cases", f"there is no folder {root}; add it, or mend `cases`")
         roots.append(root)
     for name in [*file.data.get("require", []), *([file.data["reference"]] if "reference" in file.data else [])]:
-        if name not in registry.ENGINES:
+        if not registry.know(name):
             raise file.error("require", f"unknown engine `{name}`; valid engines are {', '.join(registry.ENGINES)}")
     output = home / file.data.get("output", "concordem-validate")
     return Project(roots, output, file.data.get("reference"), file.data.get("require", []), path)

@@ -31,6 +31,15 @@ def add(name, engine, source):
     ENGINES[name] = engine
 
 
+def know(name):
+    """Whether there is such an engine. `ENGINE@KIND`, a self-check of an engine, comes into being when it is first named."""
+    base, _, kind = name.partition("@")
+    if kind and base in ENGINES and name not in ENGINES:
+        from .selfcheck import SelfCheck
+        ENGINES[name] = SelfCheck(name, ENGINES[base], kind)
+    return name in ENGINES
+
+
 def load_packages():
     """Register the engines of installed packages."""
     for point in metadata.entry_points(group=GROUP):

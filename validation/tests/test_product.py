@@ -210,3 +210,87 @@ def test_pytest_has_a_test_for_each_check(mine):
     ran = subprocess.run([sys.executable, "-m", "pytest", "-p", "concordem_validate.pytest_plugin", "--concordem-cases", "cases", "-q"],
                          cwd=mine, capture_output=True, text=True, env={"PYTHONPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin", "CONCORDEM": "/nowhere"})
     assert ran.returncode == 1 and re.search(r"ends at [\d.e-]+ s, but the run at 0.001 s", ran.stdout), ran.stdout + ran.stderr
+
+
+# checks without a peer
+
+
+@pytest.fixture
+def alone(mine):
+    """A case in which the engine is compared with itself on scenarios that must give the same answer."""
+    case = mine / "cases/collision/case.toml"
+    text = case.read_text()
+    head = text[:text.index("[[check]]")].replace('["analytic", "concordem"]', '["mine@rotated", "mine@renumbered", "mine@half-step", "mine@twin", "analytic"]')
+    rows = [("rotated", 1e-13), ("renumbered", 1e-13), ("half-step", 2e-3), ("twin", 1e-12)]
+    case.write_text(head.replace('["analytic", "yade", "concordem"]', '["mine@rotated"]') + "".join(
+        f'[[check]]\nname = "{kind}"\nkind = "series"\npeer = "mine@{kind}"\nof = "position"\nscale = "displacement"\ntolerance = {limit}\n'
+        f'reason = "the same answer but for rounding, or the error of the step"\n' for kind, limit in rows)
+        + '[[check]]\nname = "velocities"\nkind = "scalar"\npeer = "analytic"\nof = "velocities"\ntolerance = 2.5e-3\nreason = "as in the template"\n')
+    return mine
+
+
+def test_an_engine_is_checked_without_a_peer(alone):
+    made = project.load()
+    round_ = runner.Runner(made.output, quiet=True).run([cases.load("collision", alone / "cases")])
+    assert {v.status for v in round_.verdicts} == {"pass"} and len(round_.verdicts) == 5, [(v.check.name, v.message, v.difference) for v in round_.verdicts]
+    found = {v.check.name: v.difference for v in round_.verdicts}
+    assert found["half-step"] > 1e-5, "half the step must be seen"
+    # a code whose x axis is stiffer is found by no closed form along x, but by turning
+    path = alone / "mine.py"
+    path.write_text(path.read_text().replace("push = k * overlap", "push = (k if i == 0 else 0.5 * k) * overlap"))
+
+    round_ = runner.Runner(project.load().output, quiet=True).run([cases.load("collision", alone / "cases")])
+    assert [v.check.name for v in round_.verdicts if v.status == "fail"] == ["rotated"]
+    for kind in ("mine@mirrored", "nobody@twin"):
+        (alone / "cases/collision/case.toml").write_text((alone / "cases/collision/case.toml").read_text().replace("mine@twin", kind))
+        with pytest.raises(HarnessError):
+            cases.load("collision", alone / "cases")
+
+
+def test_twins_set_the_window_of_a_chaotic_run(tmp_path, monkeypatch):
+    """The logistic map doubles a difference at each step: 1e-16 is 1 after some fifty."""
+    from concordem_validate.result import Result
+
+    class Chaos(Fake):
+        def run(self, task, folder, limit):
+            x, places = 0.3 + 1e3 * (task.start.position[-1, 0] - 3e-3), []
+            for step in range(101):
+                places.append(x)
+                # another rounding in the second engine
+                x = 4 * x * (1 - x) if self.NAME == "one" else 4 * x - 4 * x * x
+                if self.change and step >= 20:
+                    x = self.change(x)
+            result = Result(self.NAME, 1e-3)
+            result.add("x", range(101), places, "1")
+            return result
+
+    monkeypatch.setenv(concordem.VARIABLE, "/nowhere/concordem")
+    for name in ("one", "two"):
+        monkeypatch.setitem(registry.ENGINES, name, Chaos(name))
+    place = tmp_path / "cases/chaos"
+    place.mkdir(parents=True)
+    (place / "scenario.toml").write_text(SCENARIO)
+    text = ('title = "t"\nquestion = "q"\nsource = "s"\nreference = "one"\nengines = ["two"]\n[[check]]\nname = "x"\nkind = "series"\npeer = "two"\nof = "x"\n'
+            'tolerance = 1e-9\nreason = "rounding until twins part"\n')
+
+    def verdict(more):
+        (place / "case.toml").write_text(text + more)
+        return runner.Runner(tmp_path / "out", quiet=True).run([cases.load("chaos", tmp_path / "cases")]).verdicts[0]
+
+    assert verdict("").status == "fail"
+    good = verdict("twin = 100\n")
+    assert good.status == "pass" and "twins part" in good.message, good.message
+    # a mistake before the twins part is found
+    registry.ENGINES["two"].change, registry.ENGINES["two"].number = lambda x: x * (1 + 1e-6), "2"
+    assert verdict("twin = 100\n").cause == "difference"
+    for name in [n for n in registry.ENGINES if n.startswith(("one@", "two@"))]:
+        registry.ENGINES.pop(name)
+
+
+def test_planted_mistakes_show_what_the_cases_cannot_see(mine, capsys):
+    assert cli.main(["mutate", "--engine", "mine"]) == rounds.FAILED
+    out = capsys.readouterr().out
+    # equal spheres exchange their velocities whatever their mass, radius, and stiffness are
+    assert "no check sees mass 1% too large" in out and "normal_stiffness 1% too large" in out
+    assert "no check sees velocity" not in out
+    assert registry.ENGINES["mine"].__class__ is command.CommandEngine
