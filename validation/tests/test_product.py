@@ -212,6 +212,23 @@ def test_pytest_has_a_test_for_each_check(mine):
     assert ran.returncode == 1 and re.search(r"ends at [\d.e-]+ s, but the run at 0.001 s", ran.stdout), ran.stdout + ran.stderr
 
 
+def test_the_example_of_kratos_refuses_by_name_what_it_does_not_know(tmp_path):
+    adapter = PACKAGE.parent / "examples/kratos/kratos.py"
+    task = next(t for t in cases.load("chain-waves").tasks)
+    task.start = start.state(task.scenario, task.folder)
+    (tmp_path / "task.json").write_text(json.dumps(command.task_data(task)))
+    ran = subprocess.run([sys.executable, adapter, "task.json", "out.csv"], cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode == command.UNSUPPORTED and ran.stdout.startswith("kratos: no translation of bonds, prescribe")
+    # the example case itself is whole
+    made = project.load(adapter.with_name("validate.toml"))
+    try:
+        case = cases.load("impact", made.roots[0])
+        assert len(case.checks) == 7 and case.reference == "kratos"
+    finally:
+        for name in [n for n in registry.ENGINES if n.startswith("kratos")]:
+            registry.ENGINES.pop(name)
+
+
 # checks without a peer
 
 

@@ -27,7 +27,8 @@ class CommandEngine:
 
     def __init__(self, name, home, command, *, version=None, inputs=(), output="csv", environment=None, needs_start=True):
         self.NAME, self.NEEDS_START = name, needs_start
-        self.home, self.output, self.environment = Path(home), output, environment or {}
+        # several engines run at a time, so each gets one thread unless the user says otherwise
+        self.home, self.output, self.environment = Path(home), output, {**process.ONE_THREAD, **(environment or {})}
         self.words = shlex.split(command) if isinstance(command, str) else [str(w) for w in command]
         self.ask = shlex.split(version) if isinstance(version, str) else version
         self.inputs = list(inputs)
