@@ -5,7 +5,7 @@ import itertools
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from . import quirks, scenario, tables
+from . import balance, quirks, scenario, tables
 from .errors import HarnessError
 from .norms import NORMS
 from .quantity import si
@@ -13,7 +13,8 @@ from .registry import ENGINES, know
 
 # the cases lie in the wheel, or beside the package in the sources
 ROOT = next((p for p in (Path(__file__).parent / "cases", Path(__file__).parents[1] / "cases") if p.is_dir()), Path(__file__).parent / "cases")
-KINDS = {"series", "scalar", "ensemble", "bits", "speed"}
+KINDS = {"series", "scalar", "ensemble", "bits", "speed", "balance"}
+ITSELF = "itself"  # peer of a balance
 TIERS = {"fast", "full"}
 COMMANDS = {"run", "elastic", "operators"}
 _CASE = {"title": str, "question": str, "source": str, "tier": str, "time_limit_s": float, "engines": list, "reference": str, "scenario": str,
@@ -101,14 +102,14 @@ class Case:
         tasks = [t for t in self.tasks if t.variant in variants]
         engines_of = {v: [e for e in self.engines_of[v] if e in peers] for v in variants}
         few = replace(self, tasks=tasks, engines_of=engines_of)
-        few.checks = [c for c in self.checks if c.peer in peers and few.variants_of(c)]
+        few.checks = [c for c in self.checks if c.peer in (*peers, ITSELF) and few.variants_of(c)]
         return few
 
     def with_reference(self, name):
         """The same case with another reference. The old one becomes a peer, with the tolerance of its check with the new one if there is one."""
         if name == self.reference:
             return self
-        checks = [replace(c, reference=name, peer=c.reference if c.peer == name else c.peer, roles_changed=True) for c in self.checks]
+        checks = [replace(c, reference=name, peer=c.reference if c.peer == name else c.peer, roles_changed=c.kind != "balance") for c in self.checks]
         both = {v: list(dict.fromkeys([*engines, self.reference])) for v, engines in self.engines_of.items()}
         engines = list(dict.fromkeys([*self.engines, self.reference]))
         return replace(self, reference=name, engines=engines, engines_of=both, checks=checks)
@@ -119,6 +120,9 @@ class Case:
         for check in self.checks:
             groups.setdefault((check.name, check.of, check.kind, tuple(check.variants)), []).append(check)
         for members in groups.values():
+            if members[0].kind == "balance":
+                out += members
+                continue
             widest = max(members, key=lambda c: c.known[1] if c.known else c.tolerance)
             names = list(dict.fromkeys([self.reference, *(c.peer for c in members)]))
             for a, b in itertools.combinations(names, 2):
@@ -129,7 +133,7 @@ class Case:
 
     def variants_of(self, check):
         found = [t.variant for t in self.tasks if any(fnmatch.fnmatch(t.variant, p) for p in check.variants)]
-        there = lambda v, engine: engine == self.reference or engine in self.engines_of[v]
+        there = lambda v, engine: engine in (self.reference, ITSELF) or engine in self.engines_of[v]
         return [v for v in found if there(v, check.peer) and there(v, check.reference)]
 
 
@@ -238,6 +242,10 @@ def _checks(file, number, table, engines, reference, known):
     table = dict(table)
     error = lambda key, text: file.error(key, f"check `{table.get('name')}`: {text}", number, "check")
     file.check(table, _CHECK, "check", number)
+    if table.get("kind") == "balance":
+        table.setdefault("peer", ITSELF)
+        if table.get("of") not in balance.KINDS:
+            raise error("of", f"`of` of a balance is {table.get('of')!r}; use {' or '.join(balance.KINDS)}")
     for key in ("name", "kind", "peer"):
         if not table.get(key):
             raise error("name", f"`{key}` is missing; add it")
@@ -264,7 +272,7 @@ def _checks(file, number, table, engines, reference, known):
     for peer in [peers] if isinstance(peers, str) else peers:
         if table.get("twin") is not None and not (table["kind"] == "series" and table["twin"] >= 1):
             raise error("twin", "`twin` is for series; give the allowed multiple of the twins' difference, from 1")
-        if peer not in engines:
+        if peer not in engines and (peer, table["kind"]) != (ITSELF, "balance"):
             raise error("peer", f"`{peer}` is not one of the case's engines: {', '.join(engines)}")
         yield Check(**{"variants": ["*"], **table, "peer": peer, "reference": reference})
 

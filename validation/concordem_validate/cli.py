@@ -3,7 +3,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from . import baseline, compare, difference, lint, mutate, outputs, project, quirks, registry, report, rounds, runner, starter
+from . import baseline, compare, difference, history, lint, mutate, outputs, project, quirks, registry, report, rounds, runner, starter
 from . import case as cases
 from .errors import HarnessError, NotInstalled
 from .result import Result
@@ -58,6 +58,9 @@ def _parser():
     one = command("diff", "say what differs between two rounds or baselines, and what changed")
     one.add_argument("a", type=Path)
     one.add_argument("b", type=Path)
+    one = command("history", "write a page with a curve for each check over several rounds")
+    one.add_argument("rounds", nargs="+", type=Path, help="folders of rounds, or with a round.json each")
+    one.add_argument("--page", type=Path, default=Path("history.html"), help="page to write (default: %(default)s)")
     one = command("compare", "compare the series of two result files (HDF5 or CSV), or all results of two rounds bit by bit (two folders)")
     one.add_argument("a", type=Path)
     one.add_argument("b", type=Path)
@@ -209,6 +212,11 @@ def _bless(options):
     made = _project(options)
     path, count = baseline.bless(made.output, options.store / options.name)
     print(f"{count} results stored in {path}")
+    return rounds.AGREES
+
+
+def _history(options):
+    print(f"history: {history.write(options.page, options.rounds)}")
     return rounds.AGREES
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from . import balance, meeting, norms
 from . import difference as bits
-from . import meeting, norms
 from .engines.translate import steps_of
 from .errors import HarnessError, Incomparable
 from .quantity import si
@@ -236,7 +236,7 @@ class Judge:
                 continue
             for variant in self.case.variants_of(check):
                 verdict = Verdict(self.case.name, variant, check, "fail", peer=peer, reference=reference)
-                bad = self._unfinished(variant, (reference, peer))
+                bad = self._unfinished(variant, (reference,) if check.kind == "balance" else (reference, peer))
                 if bad:
                     verdict.status, verdict.cause, verdict.message = bad
                 else:
@@ -254,6 +254,9 @@ class Judge:
 
     def _one(self, verdict):
         check, variant, names = verdict.check, verdict.variant, (verdict.reference, verdict.peer)
+        if check.kind == "balance":
+            self._balance(verdict)
+            return
         ours, theirs = (self.result(variant, name) for name in names)
         for one, name in ((ours, names[0]), (theirs, names[1])):
             if not one.series and not one.numbers:
@@ -278,6 +281,13 @@ class Judge:
         message = verdict.message
         _settle(verdict, number, check.roles_changed)
         verdict.message = verdict.message or message
+
+    def _balance(self, verdict):
+        """What the reference conserves, by itself."""
+        task, result = self.tasks[verdict.variant], self.result(verdict.variant, verdict.reference)
+        _whole_run(result, _end(task, result), verdict.reference)
+        verdict.steps, verdict.growth = balance.of(verdict.check, task, result)
+        _settle(verdict, float(verdict.growth.max()))
 
     def _beside_twins(self, verdict, ours, names, pair):
         """The difference where it is over the tolerance and over a multiple of what one changed bit has made by then."""

@@ -20,8 +20,11 @@ def find(cases, output=None):
 
 def _case(case):
     compared = {engine for check in case.checks for engine in check.pair}
+    compared |= {f"{check.reference}@twin" for check in case.checks if check.twin}
     for variant, engines in case.engines_of.items():
         for engine in engines:
+            if engine.endswith("@twin") and engine in compared:
+                continue
             if engine not in compared or not any(variant in case.variants_of(c) and engine in c.pair for c in case.checks):
                 yield f"variant {variant} runs {engine}, but no check compares it; add one, or leave the engine out"
     seen = {}

@@ -189,7 +189,7 @@ def _case(case, round_):
     plots = [difference_plot(group) for group in groups.values()]
     seen, curves = set(), []
     for verdict in sorted(verdicts, key=lambda v: -_RANK[v.status]):
-        if verdict.growth is None or (verdict.check.name, verdict.peer) in seen or len(curves) >= 4:
+        if verdict.values is None or verdict.growth is None or (verdict.check.name, verdict.peer) in seen or len(curves) >= 4:
             continue
         plot = curves_plot(verdict, results[verdict.variant, verdict.reference])
         if plot:

@@ -8,7 +8,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from concordem_validate import case as cases  # noqa: E402
-from concordem_validate import registry, runner  # noqa: E402
+from concordem_validate import registry, report, runner  # noqa: E402
 from concordem_validate.engines import concordem  # noqa: E402
 from concordem_validate.errors import NotInstalled  # noqa: E402
 from concordem_validate.result import Result  # noqa: E402
@@ -109,6 +109,12 @@ def engines(monkeypatch):
     for name, engine in made.items():
         monkeypatch.setitem(registry.ENGINES, name, engine)
     return made
+
+
+@pytest.fixture
+def no_page(monkeypatch):
+    """Rounds without their HTML page, whose pictures take a second."""
+    monkeypatch.setattr(report, "write", lambda path, *_: path)
 
 
 @pytest.fixture

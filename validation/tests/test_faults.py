@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from concordem_validate import baseline, cli, compare, lint, registry, rounds, runner, start
+from concordem_validate import baseline, cli, compare, lint, registry, report, rounds, runner, start
 from concordem_validate import case as cases
 from concordem_validate.engines import concordem
 from concordem_validate.engines.command import CommandEngine
@@ -225,7 +225,7 @@ def test_two_names_of_one_command_are_refused(folder, engines, monkeypatch):
     assert cli.main(["run", "--cases", str(folder / "cases"), "--output", str(folder / "out")]) == rounds.WRONG_INPUT
 
 
-def test_a_peer_that_does_not_run_is_named(folder, engines, capsys):
+def test_a_peer_that_does_not_run_is_named(folder, engines, no_page, capsys):
     engines["two"].number = None
     round_ = judged(folder)
     assert round_.exit_code(strict=False) == rounds.AGREES and round_.exit_code(strict=True) == rounds.ENGINE_MISSING
@@ -234,7 +234,7 @@ def test_a_peer_that_does_not_run_is_named(folder, engines, capsys):
     assert "buy it" in capsys.readouterr().out
 
 
-def test_nothing_checked_is_no_success(folder, engines, monkeypatch, capsys):
+def test_nothing_checked_is_no_success(folder, engines, no_page, monkeypatch, capsys):
     monkeypatch.delenv("CI", raising=False)
     for engine in engines.values():
         engine.number = None
@@ -492,7 +492,7 @@ def test_any_engine_can_be_the_reference(folder, engines):
     assert {frozenset(c.pair) for c in case.checks} == {frozenset(("one", "two")), frozenset(("one", "three"))}
 
 
-def test_reports_need_no_engine(folder, engines, capsys):
+def test_reports_need_no_engine(folder, engines, monkeypatch, capsys):
     place = ["--cases", str(folder / "cases"), "--output", str(folder / "out")]
     assert cli.main(["run", *place, "small"]) == 0
     for engine in engines.values():
@@ -504,6 +504,7 @@ def test_reports_need_no_engine(folder, engines, capsys):
     assert data["exit_code"] == 0 and data["counts"]["pass"] == 3 and "3 agree" in files[2].read_text()
     assert "<h1>Validation</h1>" in (folder / "out/report.html").read_text()
     # a machine without the second engine and one without the third
+    monkeypatch.setattr(report, "write", lambda path, *_: path)
     for name in ("left", "right"):
         (folder / name).mkdir()
     for name, lacks in (("left", "two"), ("right", "three")):

@@ -12,7 +12,7 @@ from concordem_validate import case as cases
 from concordem_validate import cli, project, registry, rounds, runner, start, starter
 from concordem_validate.engines import command, concordem
 from concordem_validate.errors import HarnessError, NotInstalled, Unsupported
-from conftest import CASE, SCENARIO, Fake
+from conftest import CASE, SCENARIO, Fake, judged
 
 PACKAGE = Path(cli.__file__).parent
 
@@ -80,7 +80,7 @@ def test_what_an_engine_depends_on_is_hashed(mine):
     assert engine() != one
 
 
-def test_the_task_has_the_published_format(mine, tmp_path):
+def test_the_task_has_the_published_format(mine, no_page, tmp_path):
     jsonschema = pytest.importorskip("jsonschema")
     project.load()
     task = cases.load("collision", mine / "cases").tasks[0]
@@ -304,10 +304,105 @@ def test_twins_set_the_window_of_a_chaotic_run(tmp_path, monkeypatch):
         registry.ENGINES.pop(name)
 
 
-def test_planted_mistakes_show_what_the_cases_cannot_see(mine, capsys):
+def test_planted_mistakes_show_what_the_cases_cannot_see(mine, no_page, capsys):
     assert cli.main(["mutate", "--engine", "mine"]) == rounds.FAILED
     out = capsys.readouterr().out
     # equal spheres exchange their velocities whatever their mass, radius, and stiffness are
     assert "no check sees mass 1% too large" in out and "normal_stiffness 1% too large" in out
     assert "no check sees velocity" not in out
     assert registry.ENGINES["mine"].__class__ is command.CommandEngine
+
+
+def plus(size):
+    """A force that is larger by a constant."""
+    def apply(result):
+        result.series["force"].values = result.series["force"].values + size
+    return apply
+
+
+def write_case(folder, checks, engines='["two"]'):
+    (folder / "cases/small/case.toml").write_text(
+        f'title = "t"\nquestion = "q"\nsource = "s"\nreference = "one"\nengines = {engines}\n' + checks)
+
+
+def test_bits_and_speed_are_checks(folder, engines):
+    write_case(folder, '[[check]]\nname = "bits"\nkind = "bits"\npeer = "two"\nreason = "the same code"\n'
+                       '[[check]]\nname = "speed"\nkind = "speed"\npeer = "two"\ntolerance = 1.05\nreason = "a step gets no slower"\n')
+
+    def timed(wall, change=None):
+        def apply(result):
+            result.numbers["wall_s"] = wall
+            if change:
+                result.series["force"].values[4] = np.nextafter(result.series["force"].values[4], 9)
+        return apply
+
+    statuses = lambda: {v.check.name: v.status for v in judged(folder).verdicts}
+    engines["one"].change, engines["two"].change = timed(1.04), timed(1.0)
+    assert statuses() == {"bits": "pass", "speed": "pass"}
+    engines["one"].change, engines["one"].number = timed(1.06, True), "2"
+    assert statuses() == {"bits": "fail", "speed": "fail"}
+    assert "rounding" in next(v.message for v in judged(folder).verdicts if v.check.name == "bits")
+
+
+def test_balances_need_no_peer(folder, engines):
+    write_case(folder, "".join(f'[[check]]\nname = "{of}"\nkind = "balance"\nof = "{of}"\ntolerance = 1e-12\nreason = "rounding"\n'
+                               for of in ("momentum", "angular_momentum")))
+
+    def orbit(pull):
+        """Two masses of 1 and 3 kg on a spring, leapfrog; `pull`: share of the force on the second that is left out."""
+        def apply(result):
+            m, dt = np.array([1.0, 3.0]), 1e-3
+            x, v = np.array([[1.0, 0, 0], [-1.0, 0, 0]]), np.array([[0, 1.0, 0.2], [0, -0.4, 0]])
+            xs, vs = [], []
+            for step in range(101):
+                if step % 10 == 0:
+                    xs.append(x.copy())
+                    vs.append(v.copy())
+                force = -5.0 * (x[0] - x[1])
+                v = v + np.array([force, -force * (1 - pull)]) / m[:, None] * dt
+                x = x + v * dt
+            result.fields["mass"] = (m, "kg")
+            result.add("position", range(0, 101, 10), xs, "m")
+            result.add("velocity", range(0, 101, 10), vs, "m/s")
+        return apply
+
+    engines["one"].change = orbit(0.0)
+    assert {v.status for v in judged(folder).verdicts} == {"pass"}, [(v.message, v.difference) for v in judged(folder).verdicts]
+    engines["one"].change, engines["one"].number = orbit(1e-6), "2"
+    assert {v.cause for v in judged(folder).verdicts} == {"difference"}
+    engines["one"].change, engines["one"].number = None, "3"
+    assert {v.cause for v in judged(folder).verdicts} == {"error"}
+
+
+def test_a_history_has_a_curve_for_each_check(folder, engines, no_page, capsys):
+    place = ["--cases", str(folder / "cases")]
+    for k in range(3):
+        engines["two"].change, engines["two"].number = plus(k * 4e-4), str(k)
+        assert cli.main(["run", *place, "--output", str(folder / f"round-{k}"), "small"]) == (0 if k < 3 else 1)
+    page = folder / "history.html"
+    assert cli.main(["history", *(str(folder / f"round-{k}") for k in range(3)), "--page", str(page)]) == 0
+    text = page.read_text()
+    assert text.count("<svg") == 3 and "round-0" in text and text.index("· force · one and two") < text.index("· positions ·")
+    assert cli.main(["history", str(folder / "round-0")]) == rounds.WRONG_INPUT
+
+
+def test_shards_cover_all_cases_and_failed_cases_run_alone(folder, engines, no_page, capsys):
+    for name in ("second", "third"):
+        place = folder / "cases" / name
+        place.mkdir()
+        (place / "scenario.toml").write_text(SCENARIO)
+        (place / "case.toml").write_text(CASE)
+    (folder / "cases/third/case.toml").write_text(CASE.replace("tolerance = 1e-3", "tolerance = 1e-9", 1))
+    engines["two"].change = plus(1e-6)
+    place = ["--cases", str(folder / "cases"), "--output", str(folder / "out")]
+    seen = []
+    for k in (1, 2):
+        cli.main(["run", *place, "--shard", f"{k}/2"])
+        seen.append({o["case"] for o in rounds.record(folder / "out")["outcomes"]})
+    assert seen[0] | seen[1] == {"small", "second", "third"} and not seen[0] & seen[1]
+    assert cli.main(["run", *place]) == rounds.FAILED
+    assert cli.main(["run", *place, "--failed"]) == rounds.FAILED
+    assert {o["case"] for o in rounds.record(folder / "out")["outcomes"]} == {"third"}
+    assert cli.main(["run", *place, "--shard", "3/2"]) == rounds.WRONG_INPUT
+    assert cli.main(["run", *place, "--engines", "nobody"]) == rounds.WRONG_INPUT
+    assert cli.main(["run", *place, "--engines", "three", "small"]) == rounds.AGREES
