@@ -200,7 +200,7 @@ def _settle(verdict, difference, roles_changed=False):
 
 def fail(verdict, error):
     """A verdict about a comparison that could not be made."""
-    verdict.status = "fail"
+    verdict.status, verdict.difference = "fail", math.nan
     if isinstance(error, HarnessError):
         verdict.cause, verdict.message = getattr(error, "cause", "error"), str(error)
     else:

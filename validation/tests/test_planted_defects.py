@@ -31,7 +31,8 @@ def halve(name):
 
 
 def one_step_late(one):
-    one.series["contact_force"].steps = one.series["contact_force"].steps + 1
+    values = one.series["contact_force"].values
+    values[1:] = values[:-1].copy()
 
 
 def shear_reversed(values):

@@ -1,6 +1,8 @@
 """The harness as a stranger uses it: own engines by command, in Python, and from a package; own cases; pytest; published formats."""
 import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -227,6 +229,24 @@ def test_the_example_of_kratos_refuses_by_name_what_it_does_not_know(tmp_path):
     finally:
         for name in [n for n in registry.ENGINES if n.startswith("kratos")]:
             registry.ENGINES.pop(name)
+
+
+@pytest.mark.skipif(not os.environ.get("CONCORDEM_LONG"), reason="long: make test-full")
+def test_the_wheel_works_without_the_sources(tmp_path):
+    shutil.copytree(PACKAGE.parent, tmp_path / "sources", ignore=shutil.ignore_patterns("__pycache__", "tests", "results", "build", "*.egg-info"))
+    python = tmp_path / "venv/bin/python"
+    for words in ([sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", tmp_path / "wheel", tmp_path / "sources"],
+                  [sys.executable, "-m", "venv", tmp_path / "venv"]):
+        subprocess.run(words, check=True)
+    subprocess.run([python, "-m", "pip", "install", "-q", next((tmp_path / "wheel").glob("*.whl"))], check=True)
+    program = tmp_path / "venv/bin/concordem-validate"
+    run = lambda *words: subprocess.run([program, *words], cwd=tmp_path, capture_output=True, text=True, env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)})
+    assert len(cases.names()) == sum(" variants, " in line for line in run("list").stdout.splitlines())
+    assert run("init", "mine").returncode == 0
+    done = subprocess.run([program, "run"], cwd=tmp_path / "mine", capture_output=True, text=True, env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)})
+    assert done.returncode == rounds.AGREES, done.stdout + done.stderr
+    # our cases without our program: nothing is checked, and that is said
+    assert run("run", "lattice-elasticity").returncode == rounds.NOTHING_CHECKED
 
 
 # checks without a peer

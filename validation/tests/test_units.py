@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import compare, difference, norms, provenance, quirks, scenario
+from concordem_validate import compare, difference, lint, norms, provenance, quirks, scenario
 from concordem_validate.errors import HarnessError
 from concordem_validate.quantity import base, factor, si
 from concordem_validate.result import Result
@@ -242,6 +242,11 @@ def test_every_case_and_quirk_is_whole():
     for quirk in known.values():
         assert set(quirk["cases"]) <= set(cases.names())
     assert used <= known.keys()
+
+
+def test_no_check_of_ours_is_idle():
+    found = [line for name in cases.names() for line in lint.find([cases.load(name)])]
+    assert not found, "\n".join(found)
 
 
 @pytest.mark.parametrize("text, message", [
