@@ -12,7 +12,8 @@ from .quantity import si
 from .registry import ENGINES, know
 
 # the cases lie in the wheel, or beside the package in the sources
-ROOT = next((p for p in (Path(__file__).parent / "cases", Path(__file__).parents[1] / "cases") if p.is_dir()), Path(__file__).parent / "cases")
+_PLACES = Path(__file__).parent / "cases", Path(__file__).parents[1] / "cases"
+ROOT = next((place for place in _PLACES if place.is_dir()), _PLACES[0])
 KINDS = {"series", "scalar", "ensemble", "bits", "speed", "balance"}
 ITSELF = "itself"  # peer of a balance
 TIERS = {"fast", "full"}

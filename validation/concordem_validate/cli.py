@@ -9,7 +9,7 @@ from .errors import HarnessError, NotInstalled
 from .result import Result
 
 _CODES = ("Exit codes: 0: all checks are within tolerance; 1: a check failed or could not be made; 2: wrong arguments or an unreadable case; "
-          "3: a required engine is missing (all are required with CI or --strict); 5: nothing was checked.")
+          "3: a required engine is missing (those of `require` in validate.toml; all with --strict, or with CI and without validate.toml); 5: nothing was checked.")
 
 
 def _parser():
@@ -27,7 +27,7 @@ def _parser():
             one.add_argument("--full", action="store_true", help="all cases, including the long ones")
         if round_:
             one.add_argument("--output", type=Path, help="folder of results and report")
-            one.add_argument("--strict", action="store_true", help="a missing engine is an error (default if CI is set)")
+            one.add_argument("--strict", action="store_true", help="a missing engine is an error (default without validate.toml if CI is set)")
             one.add_argument("--verbose", action="store_true", help="print every check, including those that pass")
             one.add_argument("--junit", type=Path, metavar="FILE", help="also write JUnit XML")
             one.add_argument("--json", type=Path, metavar="FILE", help="also write the record of the round as JSON")
@@ -121,6 +121,11 @@ def _list(options):
     return rounds.AGREES
 
 
+def _strict(options, made):
+    """Whether a missing engine is an error: with CI for our own cases; in a project of a user only those that it requires are."""
+    return options.strict or made.path is None and runner.strict_by_default()
+
+
 def _named(names):
     for name in names:
         if not registry.know(name):
@@ -159,7 +164,7 @@ def _chosen(options, made):
 def _run(options):
     made = _project(options)
     loaded, added = _chosen(options, made)
-    strict = options.strict or runner.strict_by_default()
+    strict = _strict(options, made)
     one = runner.Runner(made.output, options.jobs, options.fresh, time_factor=options.time_factor)
     return _finish(options, made, loaded, one.run(loaded, added=added), strict)
 
@@ -194,7 +199,7 @@ def _again(options, made, round_, starts):
     for case in loaded:
         round_.verdicts += compare.judge(case, round_.outcomes)
     round_.starts = [outputs.start_verdict(one) for one in starts]
-    return _finish(options, made, loaded, round_, options.strict or runner.strict_by_default())
+    return _finish(options, made, loaded, round_, _strict(options, made))
 
 
 def _report(options):

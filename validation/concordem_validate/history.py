@@ -44,7 +44,8 @@ def write(path, folders):
     # what moved most comes first
     shares = lambda points: [p[0] for p in points if p and p[0] is not None]
     moved = lambda item: -(max(shares(item[1]), default=0.0) - min(shares(item[1]), default=0.0))
-    rows = "".join(f"<tr><td>{html.escape(name)}</td><td>{_svg(points)}</td><td>{'' if not points[-1] or points[-1][0] is None else f'{points[-1][0]:.2g}'}</td></tr>"
+    last = lambda point: "" if not point or point[0] is None else f"{point[0]:.2g}"
+    rows = "".join(f"<tr><td>{html.escape(name)}</td><td>{_svg(points)}</td><td>{last(points[-1])}</td></tr>"
                    for name, points in sorted(found.items(), key=moved))
     Path(path).write_text(
         '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>History of checks</title><style>body{font:14px system-ui;margin:20px auto;'

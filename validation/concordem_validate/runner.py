@@ -21,7 +21,6 @@ from .case import Check
 from .engines import concordem
 from .errors import Crashed, HarnessError, Incomparable, NotInstalled, TimedOut, Unsupported
 from .plants import fingerprint
-from .result import Result
 from .rounds import Outcome, Round
 
 _PACKAGE = Path(__file__).parent

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from .errors import HarnessError
 
-_WORDS = {datetime.date: "a day such as 2027-06-01", str: "text", float: "a number", int: "a whole number", list: "a list", dict: "a table", bool: "true or false"}
+_WORDS = {datetime.date: "a day such as 2027-06-01", str: "text", float: "a number", int: "a whole number", list: "a list",
+          dict: "a table", bool: "true or false"}
 
 
 class File:

@@ -66,7 +66,7 @@ kind = "series"
 peer = "two"
 of = "position"
 scale = "displacement"
-tolerance = 1e-3
+tolerance = 1e-6
 reason = "a tolerance for tests"
 """
 

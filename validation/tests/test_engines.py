@@ -3,9 +3,10 @@ import time
 
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import cli, compare, process, quirks, registry, report, rounds, runner, scenario
+from concordem_validate import cli, process, quirks, report, rounds, runner, scenario
 from concordem_validate.engines import concordem, esys, lammps, liggghts, translate, yade
 from concordem_validate.errors import Crashed, NotInstalled, TimedOut, Unsupported
+from concordem_validate.result import Result
 from conftest import need
 
 
@@ -84,7 +85,7 @@ def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
     assert "12 results compared, all bitwise equal" in capsys.readouterr().out
     # one changed bit is detected, and so is a missing result
     path = next((folders[1] / "runs").glob("slip-to-roll.finite.concordem.*.h5"))
-    result = compare.Result.read(path)
+    result = Result.read(path)
     result.series["velocity"].values.reshape(-1).view("u8")[-3] ^= 1
     result.write(path)
     next((folders[1] / "runs").glob("cpm-bond.*.concordem.*.h5")).unlink()

@@ -426,3 +426,21 @@ def test_shards_cover_all_cases_and_failed_cases_run_alone(folder, engines, no_p
     assert cli.main(["run", *place, "--shard", "3/2"]) == rounds.WRONG_INPUT
     assert cli.main(["run", *place, "--engines", "nobody"]) == rounds.WRONG_INPUT
     assert cli.main(["run", *place, "--engines", "three", "small"]) == rounds.AGREES
+
+
+def test_a_projects_requirements_hold_in_ci(mine, no_page, monkeypatch):
+    """A stranger's CI has not all of our engines; he says which it must have."""
+    monkeypatch.setenv("CI", "true")
+    assert cli.main(["run"]) == rounds.AGREES
+    assert cli.main(["run", "--strict"]) == rounds.ENGINE_MISSING
+    path = mine / "validate.toml"
+    path.write_text(path.read_text().replace('require = ["mine"]', 'require = ["mine", "concordem"]'))
+    assert cli.main(["run"]) == rounds.ENGINE_MISSING
+
+
+def test_files_of_a_case_have_absolute_paths_where_our_program_runs(tmp_path):
+    (tmp_path / "anvil.stl").write_text("solid x\nendsolid x\n")
+    document = {"packing": {"path": "anvil.stl"}, "wall": [{"name": "anvil.stl", "shape": {"path": "anvil.stl"}}, {"shape": {"path": "none.stl"}}]}
+    made = concordem._absolute(document, tmp_path)
+    assert made["packing"]["path"] == made["wall"][0]["shape"]["path"] == str(tmp_path / "anvil.stl")
+    assert made["wall"][0]["name"] == "anvil.stl" and made["wall"][1]["shape"]["path"] == "none.stl"
