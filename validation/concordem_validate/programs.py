@@ -97,8 +97,11 @@ def _packages(python, body):
 @cache
 def says(program, option, identity, environment=()):
     """The first line with a digit that a program prints about itself; asked once for each identity."""
-    told = subprocess.run([program, option], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60,
-                          env={**os.environ, **dict(environment)})
+    try:
+        told = subprocess.run([program, option], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60,
+                              env={**os.environ, **dict(environment)})
+    except (OSError, subprocess.TimeoutExpired):
+        return "says no version"
     lines = [line.strip() for line in (told.stdout + told.stderr).splitlines() if re.search(r"\d", line)]
     return lines[0][:120] if lines else "says no version"
 

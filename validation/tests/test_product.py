@@ -14,7 +14,7 @@ from concordem_validate import case as cases
 from concordem_validate import cli, project, registry, rounds, runner, start, starter
 from concordem_validate.engines import command, concordem
 from concordem_validate.errors import HarnessError, NotInstalled, Unsupported
-from conftest import CASE, SCENARIO, Fake, judged
+from conftest import CASE, SCENARIO, Fake, judged, need
 
 PACKAGE = Path(cli.__file__).parent
 
@@ -201,6 +201,20 @@ def test_start_states_without_a_program_are_complete_or_refused(tmp_path):
     rows = next(t for t in cases.load("ddem-rows").tasks)
     with pytest.raises(Unsupported, match="the time step is automatic"):
         start.state(rows.scenario, rows.folder)
+
+
+def test_a_scenario_that_our_program_does_not_know_still_runs_elsewhere(mine, monkeypatch):
+    monkeypatch.delenv(concordem.VARIABLE)
+    need("concordem")
+    scenario = mine / "cases/collision/scenario.toml"
+    scenario.write_text(scenario.read_text().replace("version = 1", "version = 1\n[my_physics]\nmagnetism = 3"))
+    made = project.load()
+    case = cases.load("collision", mine / "cases")
+    round_ = runner.Runner(made.output, quiet=True).run([case.only(["main"], ["analytic"])])
+    assert {v.status for v in round_.verdicts} == {"pass"}, [v.message for v in round_.verdicts]
+    # where a case asks for it, our program says that it does not know it
+    round_ = runner.Runner(made.output, quiet=True).run([case.only(["main"], ["concordem"])])
+    assert round_.outcomes["collision", "main", "concordem"].status == "crashed"
 
 
 def test_pytest_has_a_test_for_each_check(mine):
