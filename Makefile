@@ -163,7 +163,7 @@ test-lint:
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
 test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz combinations mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
-	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py
+	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
 	docs/build --hosts --slow
 

@@ -1,33 +1,43 @@
-"""Verdicts: the difference between ConcorDEM and a peer, and whether it is within the tolerance."""
-import json
+"""Verdicts: the difference between two engines in what a check names, and whether it is within the tolerance."""
+import datetime
 import math
-from dataclasses import dataclass, field
+import traceback
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from .errors import HarnessError
+from . import balance, meeting, norms
+from . import difference as bits
+from .engines.translate import steps_of
+from .errors import HarnessError, Incomparable
 from .quantity import si
-from .result import Result
+
+# Two-sided 95 % quantiles of Student's t for 1, 2, ... degrees of freedom (Abramowitz & Stegun 1964, table 26.10).
+_T = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228]
 
 
 @dataclass
 class Verdict:
-    """One check of one variant (or of all variants of an ensemble)."""
+    """One check of one variant (or of all variants of an ensemble), between the reference and a peer."""
 
     case: str
     variant: str
     check: object
-    status: str  # pass, known, fail, missing
+    status: str  # pass, known, fail, missing, skipped
     difference: float = math.nan
     message: str = ""
+    cause: str = ""  # of a failure: difference, short, nan, empty, timeout, crashed, unsupported, blind, start, expired, error
     steps: np.ndarray = None
+    axis: str = "step"
     growth: np.ndarray = None
     values: tuple = None
     band: tuple = None
-    peer: str = field(init=False)
+    peer: str = None
+    reference: str = "concordem"
 
     def __post_init__(self):
-        self.peer = self.check.peer
+        self.peer = self.peer or self.check.peer
 
 
 def measures(case, task, result):
@@ -36,246 +46,345 @@ def measures(case, task, result):
         return result.numbers["measures"]
     function = getattr(case.module, "measures", None)
     if function is None:
+        if result.numbers:
+            return result.numbers
         raise HarnessError(f"case {case.name} has no function `measures` in case.py; add it")
     return function(task, result)
 
 
-def _norms(values):
-    """Norms of vectors or absolute values, one per step and particle."""
-    return np.linalg.norm(values.reshape(len(values), -1, _width(values)), axis=2)
-
-
-def _scale(scale, reference):
+def scale_of(scale, reference):
     """Scale of a difference: the largest value, the largest displacement since the first step, or a given quantity."""
     if scale == "maximum":
-        size = float(_norms(reference).max(initial=0.0))
+        size = float(norms.sizes(reference).max(initial=0.0))
     elif scale == "displacement":
-        size = float(_norms(reference - reference[0]).max(initial=0.0))
+        size = float(norms.sizes(reference - reference[0]).max(initial=0.0))
     else:
         size = si(scale)
     if not size > 0:
-        raise HarnessError(f"the scale of the comparison ({scale}) is {size}, but must be positive; give another scale")
+        raise Incomparable("error", f"the scale of the comparison ({scale}) is {size}, but must be positive; give another scale")
     return size
 
 
-def _width(values):
-    return 3 if values.ndim >= 2 and values.shape[-1] == 3 else 1
+def _matched(check, pair, ours, theirs):
+    """Particles in one order: by id as they come, or each with the one at its place at the first common point."""
+    if check.match == "id" or pair.a.ndim < 3:
+        return pair
+    a, b = (meeting.of(r, "position").values[0] for r in (ours, theirs))
+    nearest = np.array([int(np.argmin(np.linalg.norm(b - place, axis=1))) for place in a])
+    if len(set(nearest.tolist())) != len(nearest):
+        raise Incomparable("error", "particles cannot be matched by place: two have the same nearest partner")
+    pair.b = pair.b[:, nearest]
+    return pair
 
 
-def series(check, ours, theirs):
-    """Largest difference at each common step of the window, over the scale."""
-    for result, who in ((ours, "concordem"), (theirs, check.peer)):
-        if check.of not in result.series:
-            raise HarnessError(f"{who} has no series `{check.of}`; use one of {', '.join(sorted(result.series))}")
-    a, b = ours.series[check.of], theirs.series[check.of]
-    if a.unit != b.unit:
-        raise HarnessError(f"`{check.of}` has unit {a.unit} in ConcorDEM and {b.unit} in the peer")
-    if not math.isclose(ours.dt, theirs.dt, rel_tol=1e-14):
-        raise HarnessError(f"time steps differ: {ours.dt!r} s in ConcorDEM, {theirs.dt!r} s in the peer")
-    steps, at_a, at_b = np.intersect1d(a.steps, b.steps, return_indices=True)
-    inside = (steps >= check.from_step) & (steps <= (steps.max(initial=0) if check.to_step is None else check.to_step))
-    if inside.sum() < 2:
-        raise HarnessError(f"`{check.of}` has fewer than two common steps in the window")
-    if check.to_step is not None and steps.max() < check.to_step:
-        raise HarnessError(f"the window ends at step {check.to_step}, but the common steps end at {steps.max()}")
-    if a.values.shape[1:] != b.values.shape[1:]:
-        raise HarnessError(f"`{check.of}` has shape {a.values.shape[1:]} in ConcorDEM and {b.values.shape[1:]} in the peer")
-    x, y = a.values[at_a][inside], b.values[at_b][inside]
-    size = _scale(check.scale, y)
-    return steps[inside], _norms(x - y).max(axis=1) / size, (x, y)
+def _moved(check, pair):
+    """The reference's particles moved as a rigid body onto the peer's at each point (Kabsch 1976), where the check asks for shape only."""
+    if check.frame == "fixed":
+        return pair
+    if pair.a.ndim != 3 or pair.unit != "m":
+        raise Incomparable("error", f"`frame = \"{check.frame}\"` needs positions of particles")
+    for k, (a, b) in enumerate(zip(pair.a.copy(), pair.b)):
+        left, _, right = np.linalg.svd((a - a.mean(axis=0)).T @ (b - b.mean(axis=0)))
+        turn = left @ np.diag([1, 1, np.sign(np.linalg.det(left @ right))]) @ right
+        pair.a[k] = (a - a.mean(axis=0)) @ turn + b.mean(axis=0)
+    return pair
 
 
-def scalar(check, ours, theirs):
-    for values, who in ((ours, "concordem"), (theirs, check.peer)):
+def series(check, ours, theirs, names=("concordem", None), planned=None):
+    """The common points, the difference over the scale at each, and the two curves; refuses a check that could not fail."""
+    names = (names[0], names[1] or check.peer)
+    pair = _moved(check, _matched(check, meeting.meet(check, ours, theirs, names, planned), ours, theirs))
+    size = scale_of(check.scale, pair.b)
+    number = norms.NORMS[check.norm](pair.x, pair.a, pair.b, size)
+    _can_fail(check, pair, size)
+    pair.growth = norms.sizes(pair.a - pair.b).max(axis=1) / size
+    return pair, number
+
+
+def _can_fail(check, pair, size):
+    """A check sees nothing if the first value, held, would pass as well; or, of a wanted constant, if zero would."""
+    limit = check.known[1] if check.known else check.tolerance
+    if check.constant:
+        held = np.zeros_like(pair.b)
+        if not pair.b.any():
+            return
+    else:
+        held = np.broadcast_to(pair.b[:1], pair.b.shape)
+        if np.array_equal(held, pair.b):
+            raise Incomparable("blind", f"`{check.of}` is constant, so the check sees no motion; give `constant = true` if it must be")
+    try:
+        blind = norms.NORMS[check.norm](pair.x, held, pair.b, size) <= limit
+    except HarnessError:
+        return
+    if blind:
+        raise Incomparable("blind", f"the check cannot fail: {'zero' if check.constant else 'the first value, held,'} is within the tolerance "
+                                    f"{limit:g}; lower it")
+
+
+def scalar(check, ours, theirs, names=("concordem", None)):
+    names = (names[0], names[1] or check.peer)
+    for values, who in zip((ours, theirs), names):
         if check.of not in values:
-            raise HarnessError(f"{who} has no number `{check.of}`; use one of {', '.join(sorted(values))}")
-    x, y = np.atleast_1d(np.asarray(ours[check.of], float)), np.atleast_1d(np.asarray(theirs[check.of], float))
+            raise Incomparable("error", f"{who} has no number `{check.of}`; use one of {', '.join(sorted(values))}")
+    x, y = (np.atleast_1d(np.asarray(values[check.of], float)) for values in (ours, theirs))
     if x.shape != y.shape:
-        raise HarnessError(f"`{check.of}` has shape {x.shape} in ConcorDEM and {y.shape} in the peer")
+        raise Incomparable("error", f"`{check.of}` has shape {x.shape} in {names[0]} and {y.shape} in {names[1]}")
+    if x.size == 0:
+        raise Incomparable("empty", f"`{check.of}` has no numbers")
+    for values, who in zip((x, y), names):
+        if not np.isfinite(values).all():
+            raise Incomparable("nan", f"`{check.of}` of {who} is not a finite number")
     if check.scale == "sum":
         # mean error over mean magnitude, as in the tests of Kratos
-        return float(np.sum(np.abs(x - y)) / np.sum(np.abs(y))), (x, y)
-    size = float(np.max(np.abs(y))) if check.scale == "maximum" else si(check.scale)
+        size, off = float(np.sum(np.abs(y))), float(np.sum(np.abs(x - y)))
+    else:
+        size = float(np.max(np.abs(y))) if check.scale == "maximum" else si(check.scale)
+        off = float(np.max(np.abs(x - y)))
     if not size > 0:
-        raise HarnessError(f"the scale of `{check.of}` is {size}; give `scale`")
-    return float(np.max(np.abs(x - y))) / size, (x, y)
+        raise Incomparable("error", f"the scale of `{check.of}` is {size}; give `scale`")
+    limit = check.known[1] if check.known else check.tolerance
+    if y.any() and not check.may_be_zero and (1.0 if check.scale == "sum" else float(np.max(np.abs(y))) / size) <= limit:
+        raise Incomparable("blind", f"the check cannot fail: zero is within the tolerance {limit:g}; lower it")
+    return off / size, (x, y)
 
 
-# Two-sided 95 % quantiles of Student's t for 1, 2, ... degrees of freedom (Abramowitz & Stegun 1964, table 26.10).
-_T = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228]
+def speed(check, ours, theirs):
+    """Wall time of the reference over that of the peer; the tolerance is the largest ratio."""
+    times = [r.numbers.get("wall_s") for r in (ours, theirs)]
+    if not all(times):
+        raise Incomparable("error", "a result has no number `wall_s`")
+    return times[0] / times[1]
 
 
 def band(differences):
     """Mean and half width of its 95 % confidence interval."""
     d = np.asarray(differences)
     if len(d) < 3:
-        raise HarnessError("an ensemble needs at least three members")
+        raise Incomparable("short", "an ensemble needs at least three members")
     t = _T[min(len(d) - 2, len(_T) - 1)]
     return float(d.mean()), float(t * d.std(ddof=1) / math.sqrt(len(d)))
 
 
-def _settle(verdict, difference):
+def welch(a, b):
+    """Difference of the means of two independent samples, and half width of its 95 % interval (Welch 1947)."""
+    a, b = np.asarray(a), np.asarray(b)
+    if min(len(a), len(b)) < 3:
+        raise Incomparable("short", "an ensemble needs at least three members")
+    u, v = a.var(ddof=1) / len(a), b.var(ddof=1) / len(b)
+    freedom = (u + v) ** 2 / (u**2 / (len(a) - 1) + v**2 / (len(b) - 1)) if u + v > 0 else math.inf
+    # fewer degrees of freedom widen the interval
+    t = _T[max(1, min(int(min(freedom, len(_T))), len(_T))) - 1]
+    return float(a.mean() - b.mean()), float(t * math.sqrt(u + v))
+
+
+def _settle(verdict, difference, roles_changed=False):
     check = verdict.check
     verdict.difference = difference
     if math.isnan(difference):
-        verdict.status, verdict.message = "fail", "the difference is NaN"
+        verdict.status, verdict.cause, verdict.message = "fail", "nan", "the difference is NaN"
     elif check.known is not None:
         low, high = check.known
-        verdict.status = "known" if low <= difference <= high else "fail"
+        # the range is of the pair that it was measured with; another pair may differ less
+        verdict.status = "known" if (0.0 if roles_changed else low) <= difference <= high else "fail"
         if verdict.status == "fail":
+            verdict.cause = "difference"
             verdict.message = f"the known difference is {low:g} … {high:g}, so quirk {check.quirk} has changed"
+        elif check.until and check.until < datetime.date.today():
+            verdict.status, verdict.cause = "fail", "expired"
+            verdict.message = f"the known difference {check.quirk} was accepted until {check.until}; mend it, or renew `until` in quirks.toml"
     else:
         verdict.status = "pass" if difference <= check.tolerance else "fail"
+        verdict.cause = "" if verdict.status == "pass" else "difference"
     return verdict
 
 
-def judge(case, outcomes, plant):
+def fail(verdict, error):
+    """A verdict about a comparison that could not be made."""
+    verdict.status, verdict.difference = "fail", math.nan
+    if isinstance(error, HarnessError):
+        verdict.cause, verdict.message = getattr(error, "cause", "error"), str(error)
+    else:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        verdict.cause = "error"
+        verdict.message = f"{Path(place.filename).name}:{place.lineno}: {type(error).__name__}: {error}"
+    return verdict
+
+
+class Judge:
     """All verdicts of a case."""
-    tasks = {task.variant: task for task in case.tasks}
-    results = {}
 
-    def result(variant, engine):
-        key = case.name, variant, engine
-        if key not in results:
-            results[key] = outcomes[key].result()
-            for change in plant.get(f"result:{engine}", []):
-                change(results[key])
-        return results[key]
+    def __init__(self, case, outcomes, plant=None):
+        self.case, self.outcomes, self.plant = case, outcomes, plant or {}
+        self.tasks = {task.variant: task for task in case.tasks}
+        self.results = {}
 
-    verdicts = []
-    for check in case.checks:
-        variants = case.variants_of(check)
-        if check.kind == "ensemble":
-            verdicts.append(_ensemble(case, check, variants, outcomes, result, tasks))
-            continue
-        for variant in variants:
-            verdict = Verdict(case.name, variant, check, "fail")
-            bad = _unfinished(case, variant, check, outcomes)
-            if bad:
-                verdict.status, verdict.message = bad
-            else:
-                try:
-                    ours, theirs = result(variant, "concordem"), result(variant, check.peer)
-                    if check.kind == "series":
-                        verdict.steps, verdict.growth, verdict.values = series(check, ours, theirs)
-                        _settle(verdict, float(verdict.growth.max()))
-                    else:
-                        task = tasks[variant]
-                        difference, verdict.values = scalar(
-                            check, measures(case, task, ours), measures(case, task, theirs))
-                        _settle(verdict, difference)
-                except HarnessError as error:
-                    verdict.status, verdict.message = "fail", str(error)
-            verdicts.append(verdict)
-    return verdicts
+    def result(self, variant, engine):
+        key = self.case.name, variant, engine
+        if key not in self.results:
+            self.results[key] = self.outcomes[key].result()
+            for change in self.plant.get(f"result:{engine}", []):
+                change(self.results[key])
+        return self.results[key]
 
+    def verdicts(self):
+        out = []
+        for check in self.case.checks:
+            reference, peer = check.pair
+            if check.kind == "ensemble":
+                out.append(self._guarded(Verdict(self.case.name, f"{len(self.case.variants_of(check))} members", check, "fail", peer=peer,
+                                                 reference=reference), self._ensemble))
+                continue
+            for variant in self.case.variants_of(check):
+                verdict = Verdict(self.case.name, variant, check, "fail", peer=peer, reference=reference)
+                bad = self._unfinished(variant, (reference,) if check.kind == "balance" else (reference, peer))
+                if bad:
+                    verdict.status, verdict.cause, verdict.message = bad
+                else:
+                    self._guarded(verdict, self._one)
+                out.append(verdict)
+        return out
 
-def _unfinished(case, variant, check, outcomes):
-    for engine in ("concordem", check.peer):
-        outcome = outcomes[case.name, variant, engine]
-        if outcome.status != "done":
-            return ("missing" if outcome.status == "missing" else "fail"), f"{engine} {outcome.status}: {outcome.message}"
-    return None
-
-
-def _ensemble(case, check, variants, outcomes, result, tasks):
-    verdict = Verdict(case.name, f"{len(variants)} members", check, "fail")
-    differences = []
-    for variant in variants:
-        bad = _unfinished(case, variant, check, outcomes)
-        if bad:
-            verdict.status, verdict.message = bad
-            return verdict
+    def _guarded(self, verdict, function):
         try:
-            ours, theirs = (measures(case, tasks[variant], result(variant, e)) for e in ("concordem", check.peer))
-            scale = abs(theirs[check.of]) if check.scale == "maximum" else si(check.scale)
-            differences.append((ours[check.of] - theirs[check.of]) / scale)
-        except (HarnessError, KeyError) as error:
-            verdict.message = f"{variant}: {error}"
-            return verdict
-    try:
-        mean, half = band(differences)
-    except HarnessError as error:
-        verdict.message = str(error)
+            function(verdict)
+        except Exception as error:
+            # one case must not end the round, whatever its case.py raises
+            fail(verdict, error)
         return verdict
-    verdict.band = mean, half
-    verdict.values = (np.array(differences), np.zeros(len(differences)))
-    # equivalence test: the whole confidence interval of the mean difference must be within the tolerance
-    verdict.message = f"mean difference {mean:+.2e} ± {half:.1e} (95 %)"
-    message = verdict.message
-    _settle(verdict, abs(mean) + half)
-    verdict.message = message
-    return verdict
+
+    def _one(self, verdict):
+        check, variant, names = verdict.check, verdict.variant, (verdict.reference, verdict.peer)
+        if check.kind == "balance":
+            self._balance(verdict)
+            return
+        ours, theirs = (self.result(variant, name) for name in names)
+        for one, name in ((ours, names[0]), (theirs, names[1])):
+            if not one.series and not one.numbers:
+                raise Incomparable("empty", f"the result of {name} is empty")
+        task = self.tasks[variant]
+        planned = planned_steps(task, ours.dt)
+        if check.kind == "series":
+            pair, number = series(check, ours, theirs, names, planned)
+            verdict.steps, verdict.axis = (pair.steps, "step") if pair.steps is not None else (pair.x, check.over)
+            verdict.growth, verdict.values = pair.growth, (pair.a, pair.b)
+            if check.twin is not None:
+                number, verdict.message = self._beside_twins(verdict, ours, names, pair)
+        elif check.kind == "bits":
+            found = bits.same_bits(ours, theirs)
+            number, verdict.message = float(len(found)), "; ".join(found[:3])
+        elif check.kind == "speed":
+            number = speed(check, ours, theirs)
+        else:
+            for one, name in zip((ours, theirs), names):
+                _whole_run(one, _end(task, ours), name)
+            number, verdict.values = scalar(check, *(measures(self.case, task, one) for one in (ours, theirs)), names)
+        message = verdict.message
+        _settle(verdict, number, check.roles_changed)
+        verdict.message = verdict.message or message
+
+    def _balance(self, verdict):
+        """What the reference conserves, by itself."""
+        task, result = self.tasks[verdict.variant], self.result(verdict.variant, verdict.reference)
+        _whole_run(result, _end(task, result), verdict.reference)
+        verdict.steps, verdict.growth = balance.of(verdict.check, task, result)
+        _settle(verdict, float(verdict.growth.max()))
+
+    def _beside_twins(self, verdict, ours, names, pair):
+        """The difference where it is over the tolerance and over a multiple of what one changed bit has made by then."""
+        check, name = verdict.check, f"{names[0]}@twin"
+        bad = self._unfinished(verdict.variant, [name])
+        if bad:
+            raise Incomparable("error", f"the twin of {names[0]} is needed: {bad[2]}")
+        twins, _ = series(replace(check, twin=None), ours, self.result(verdict.variant, name), (names[0], name))
+        parted = np.interp(pair.x, twins.x, np.maximum.accumulate(twins.growth))
+        beyond = pair.growth > check.twin * parted
+        at = float(pair.growth[beyond].max(initial=0.0))
+        chaos = np.flatnonzero(check.twin * parted > check.tolerance)
+        return at, f"twins part beyond the tolerance at {check.over} {pair.x[chaos[0]]:.4g}" if len(chaos) else "twins stay together"
+
+    def _unfinished(self, variant, engines):
+        for engine in engines:
+            outcome = self.outcomes.get((self.case.name, variant, engine))
+            if outcome is None:
+                return "missing", "", f"{engine} was not run"
+            if outcome.status != "done":
+                status = outcome.status if outcome.status in ("missing", "skipped") else "fail"
+                return status, "" if status != "fail" else outcome.status, f"{engine} {outcome.status}: {outcome.message}"
+        return None
+
+    def _ensemble(self, verdict):
+        check, names = verdict.check, (verdict.reference, verdict.peer)
+        numbers = []
+        for variant in self.case.variants_of(check):
+            bad = self._unfinished(variant, names)
+            if bad:
+                verdict.status, verdict.cause, verdict.message = bad
+                return
+            task, results = self.tasks[variant], [self.result(variant, name) for name in names]
+            for result, name in zip(results, names):
+                _whole_run(result, _end(task, results[0]), name)
+            pair = [measures(self.case, task, result) for result in results]
+            for values, name in zip(pair, names):
+                if check.of not in values or not math.isfinite(values[check.of]):
+                    raise Incomparable("nan", f"{variant}: `{check.of}` of {name} is missing or not a finite number")
+            numbers.append([values[check.of] for values in pair])
+        ours, theirs = np.array(numbers, float).T
+        scale = np.abs(theirs) if check.scale == "maximum" else np.full(len(theirs), si(check.scale))
+        limit = check.known[1] if check.known else check.tolerance
+        if theirs.any() and np.max(np.abs(theirs) / scale) <= limit:
+            raise Incomparable("blind", f"the check cannot fail: zero is within the tolerance {limit:g}; lower it")
+        verdict.band = band((ours - theirs) / scale) if check.paired else welch(ours / scale.mean(), theirs / scale.mean())
+        mean, half = verdict.band
+        verdict.values = ((ours - theirs) / scale, np.zeros(len(ours)))
+        # equivalence test: the whole confidence interval of the mean difference must be within the tolerance
+        _settle(verdict, abs(mean) + half, check.roles_changed)
+        verdict.message = verdict.message or f"mean difference {mean:+.2e} ± {half:.1e} (95 %, {len(numbers)} members)"
 
 
+def planned_steps(task, dt):
+    """Number of steps of a run, where the scenario says it."""
+    if task.command != "run":
+        return None
+    try:
+        return steps_of(task.scenario, dt)
+    except HarnessError:
+        return None
 
-def _timeless(value):
-    """Numbers without timings."""
-    if isinstance(value, dict):
-        return {k: _timeless(v) for k, v in value.items() if not (k in ("wall_s", "particle_steps_per_s") or k.endswith("_seconds"))}
-    return [_timeless(v) for v in value] if isinstance(value, list) else value
+
+def _whole_run(result, end, name):
+    """Numbers computed from a run need the whole run, up to the time `end`."""
+    for one in result.series if end is not None else ():
+        time = result.time(one)
+        if len(time) < 2:
+            continue
+        # the last sample may lie less than one interval before the end; times are rounded
+        gap = np.max(np.diff(time))
+        if end - time[-1] >= gap * (1 - 1e-6):
+            raise Incomparable("short", f"`{one}` of {name} ends at {time[-1]:.9g} s, but the run at {end:.9g} s")
 
 
-def same_bits(a, b):
-    """Bitwise differences between two results of ConcorDEM, without timings; empty if there are none."""
+def _end(task, result):
+    planned = planned_steps(task, result.dt)
+    return None if planned is None else planned * result.dt
+
+
+def judge(case, outcomes, plant=None):
+    return Judge(case, outcomes, plant).verdicts()
+
+
+def odd_one_out(verdicts):
+    """Per check and variant with at least three engines: the one that differs from all others, which agree among themselves."""
     found = []
-    for kind in ("series", "fields"):
-        x, y = getattr(a, kind), getattr(b, kind)
-        found += [f"{kind}/{name} is in one only" for name in sorted(x.keys() ^ y.keys())]
-        for name in sorted(x.keys() & y.keys()):
-            pairs = [(x[name].steps, y[name].steps), (x[name].values, y[name].values)] if kind == "series" else [(x[name][0], y[name][0])]
-            if any(u.dtype != v.dtype or u.shape != v.shape or u.tobytes() != v.tobytes() for u, v in pairs):
-                found.append(f"{kind}/{name} differs")
-    # JSON contains all digits
-    if len({json.dumps(_timeless(r.numbers), sort_keys=True) for r in (a, b)}) > 1:
-        found.append("numbers differ")
-    if a.dt != b.dt or a.provenance.get("state_hash") != b.provenance.get("state_hash"):
-        found.append("the time step or the final state hash differs")
+    groups = {}
+    for verdict in verdicts:
+        if verdict.values is not None and verdict.check.kind != "ensemble" and math.isfinite(verdict.difference):
+            groups.setdefault((verdict.case, verdict.variant, verdict.check.name, verdict.reference), []).append(verdict)
+    for (case, variant, name, reference), members in groups.items():
+        bad = [v for v in members if v.status == "fail"]
+        if len(members) < 2 or not bad:
+            continue
+        if len(bad) == len(members):
+            found.append((case, variant, name, reference))
+        elif len(bad) == 1:
+            found.append((case, variant, name, bad[0].peer))
     return found
-
-
-def rounds(a, b, engine="concordem"):
-    """Lines about all results of an engine in two folders, and whether all are bitwise equal."""
-    names = [{path.name for path in folder.glob(f"runs/*.{engine}.*.h5")} for folder in (a, b)]
-    if not names[0] & names[1]:
-        raise HarnessError(f"{a} and {b} have no common results of {engine}; run two rounds with `run --output`")
-    lines = [f"{name} is in one round only" for name in sorted(names[0] ^ names[1])]
-    for name in sorted(names[0] & names[1]):
-        lines += [f"{name}: {what}" for what in same_bits(Result.read(a / "runs" / name), Result.read(b / "runs" / name))]
-    good = not lines
-    return lines + [f"{len(names[0] & names[1])} results of {engine} compared" + (", all bitwise equal" if good else "")], good
-
-
-def files(a, b, tolerance):
-    """Lines about all series of two results, and whether both have all series and all are within the tolerance."""
-    lines, good = [], bool(a.series.keys() & b.series.keys())
-    if not good:
-        lines.append("no common series")
-    if not math.isclose(a.dt, b.dt, rel_tol=1e-14):
-        good = False
-        lines.append(f"time steps differ: {a.dt!r} s and {b.dt!r} s")
-    for name in sorted(a.series.keys() | b.series.keys()):
-        x, y = a.series.get(name), b.series.get(name)
-        if x is None or y is None:
-            good = False
-            lines.append(f"{name:24} is in the {'second' if x is None else 'first'} only")
-            continue
-        steps, at_a, at_b = np.intersect1d(x.steps, y.steps, return_indices=True)
-        shapes = x.values.shape[1:], y.values.shape[1:]
-        unlike = (f"units {x.unit} and {y.unit}" if x.unit != y.unit else f"shapes {shapes[0]} and {shapes[1]}" if shapes[0] != shapes[1]
-                  else "no common steps" if len(steps) == 0 else "")
-        if unlike:
-            good = False
-            lines.append(f"{name:24} cannot be compared: {unlike}")
-            continue
-        u, v = x.values[at_a], y.values[at_b]
-        size = float(np.max(np.abs(v))) if v.size else 0.0
-        difference = float(np.max(np.abs(u - v))) if v.size else 0.0
-        relative = difference / size if size > 0 else difference
-        within = relative <= tolerance
-        good &= within
-        # results may have different steps; report how many are common
-        part = "" if len(steps) == len(x.steps) == len(y.steps) else f", at {len(steps)} common steps of {len(x.steps)} and {len(y.steps)}"
-        lines.append(f"{name:24} {difference:.3e} {x.unit} of {size:.3e} {x.unit}: {relative:.2e}{part}"
-                     f"{'' if within else '  beyond ' + format(tolerance, 'g')}")
-    return lines, good

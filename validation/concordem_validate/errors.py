@@ -19,3 +19,11 @@ class TimedOut(HarnessError):
 
 class Crashed(HarnessError):
     """The engine failed; the message ends with the last lines of its output."""
+
+
+class Incomparable(HarnessError):
+    """Results that no number can compare: too short, not a number, without the series. The cause is a word for reports."""
+
+    def __init__(self, cause, message):
+        super().__init__(message)
+        self.cause = cause

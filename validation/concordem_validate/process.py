@@ -4,14 +4,14 @@ import signal
 import subprocess
 import time
 
-from .errors import Crashed, TimedOut
+from .errors import Crashed, TimedOut, Unsupported
 
 # One thread per peer: sums must not depend on threads (YADE), and peers must not compete for cores.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
-def run(command, folder, limit, environment=None, accept=(0,)):
-    """Output and wall time (s) of a command; raises TimedOut or Crashed."""
+def run(command, folder, limit, environment=None, refusal=None):
+    """Output and wall time (s) of a command; raises TimedOut or Crashed, or Unsupported if it ends with the code `refusal`."""
     log = folder / "log.txt"
     start = time.perf_counter()
     with open(log, "w") as file:
@@ -25,12 +25,16 @@ def run(command, folder, limit, environment=None, accept=(0,)):
             os.killpg(child.pid, signal.SIGKILL)
             child.wait()
             if isinstance(error, subprocess.TimeoutExpired):
-                raise TimedOut(f"stopped after the time limit of {limit:g} s. {_tail(log)}") from None
+                raise TimedOut(f"stopped after the time limit of {limit:g} s. {tail(log)}") from None
             raise
-    if code not in accept:
-        raise Crashed(f"exited with code {code}. {_tail(log)}")
+    if code == refusal and code is not None:
+        said = log.read_text(errors="replace").strip().splitlines()
+        raise Unsupported(said[-1] if said else "it cannot compute this scenario")
+    if code:
+        raise Crashed(f"exited with code {code}. {tail(log)}")
     return log.read_text(errors="replace"), time.perf_counter() - start
 
 
-def _tail(log, lines=6):
+def tail(log, lines=6):
+    """The last lines that a command wrote, for messages."""
     return "Last output: " + " | ".join(log.read_text(errors="replace").strip().splitlines()[-lines:])

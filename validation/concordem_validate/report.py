@@ -17,14 +17,13 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-from . import quirks as registry  # noqa: E402
-from .engines import ENGINES  # noqa: E402
-from .errors import HarnessError, NotInstalled  # noqa: E402
+from . import compare  # noqa: E402
+from .errors import HarnessError  # noqa: E402
 
 STUDIES = Path(__file__).parents[1] / "results"
-_WORDS = {"pass": "agrees", "known": "known difference", "fail": "FAILS", "missing": "not installed", "none": ""}
-_SHORT = {"pass": "agree", "known": "known", "fail": "FAIL", "missing": "not installed"}
-_RANK = {"none": 0, "pass": 1, "known": 2, "missing": 3, "fail": 4}
+_WORDS = {"pass": "agrees", "known": "known difference", "fail": "FAILS", "missing": "not installed", "skipped": "skipped", "none": ""}
+_SHORT = {"pass": "agree", "known": "known", "fail": "FAIL", "missing": "not installed", "skipped": "skipped"}
+_RANK = {"none": 0, "pass": 1, "known": 2, "skipped": 3, "missing": 3, "fail": 4}
 _MOST_PLOTTED = 8
 
 
@@ -41,6 +40,8 @@ def _figure(figure):
 
 
 def _limit(check):
+    if check.kind == "baseline":
+        return "the same bits" if not check.tolerance else f"≤ {check.tolerance:.1g}"
     if check.known is not None:
         return f"{check.known[0]:.1g} … {check.known[1]:.1g} (known)"
     return f"≤ {check.tolerance:.1g}"
@@ -64,14 +65,14 @@ def difference_plot(verdicts):
             axes.axhspan(*check.known, color=colour, alpha=0.12, lw=0)
         else:
             axes.axhline(check.tolerance, color=colour, ls="--", lw=0.8)
-    axes.set(yscale="log", xlabel="step", ylabel="difference / scale", title=verdicts[0].check.name)
+    axes.set(yscale="log", xlabel=verdicts[0].axis, ylabel="difference / scale", title=verdicts[0].check.name)
     axes.set_ylim(bottom=5e-18)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=7, loc="best")
     return _figure(figure)
 
 
-def curves_plot(verdict, ours, theirs):
+def curves_plot(verdict, ours):
     """Plot of both curves, and below it of their difference with the tolerance band."""
     check = verdict.check
     x, y = verdict.values
@@ -87,11 +88,10 @@ def curves_plot(verdict, ours, theirs):
         top.plot(verdict.steps, x[:, c], f"C{c}-", lw=1.6, alpha=0.7)
         top.plot(verdict.steps, y[:, c], "k--", lw=0.7)
         low.plot(verdict.steps, x[:, c] - y[:, c], f"C{c}-", lw=0.9)
-    from .compare import _scale
-    bound = (check.known[1] if check.known else check.tolerance) * _scale(check.scale, verdict.values[1])
+    bound = (check.known[1] if check.known else check.tolerance) * compare.scale_of(check.scale, verdict.values[1])
     low.axhspan(-bound, bound, color="green", alpha=0.12, lw=0)
-    top.set(ylabel=f"{check.of}\n{unit}", title=f"{verdict.variant}: ConcorDEM (colour), {verdict.peer} (dashed)")
-    low.set(ylabel=f"difference\n{unit}", xlabel="step")
+    top.set(ylabel=f"{check.of}\n{unit}", title=f"{verdict.variant}: {verdict.reference} (colour), {verdict.peer} (dashed)")
+    low.set(ylabel=f"difference\n{unit}", xlabel=verdict.axis)
     most = max(bound, float(np.max(np.abs(x - y))))
     low.set_ylim(-1.3 * most, 1.3 * most)
     for axes in (top, low):
@@ -129,13 +129,18 @@ def picture(results, task):
     return _figure(figure)
 
 
-def _versions():
+def engines_of(cases):
+    """The engines of a round, references first."""
+    return list(dict.fromkeys([*(c.reference for c in cases), *(e for c in cases for v in c.engines_of.values() for e in v)]))
+
+
+def _versions(round_, engines):
+    """Versions as the runs recorded them; no engine is asked."""
     rows = []
-    for name, engine in ENGINES.items():
-        try:
-            rows.append((name, engine.version() + (" on two processors" if name.endswith("-np2") else "")))
-        except NotInstalled as error:
-            rows.append((name, str(error)))
+    for name in engines:
+        mine = [o for o in round_.outcomes.values() if o.engine == name]
+        found = {o.result().provenance.get("engine_version", "") for o in mine if o.status == "done" and o.path.exists()}
+        rows.append((name, ", ".join(sorted(found)) or next((o.message for o in mine if o.message), "")))
     return rows
 
 
@@ -161,10 +166,22 @@ def studies(folder=STUDIES):
     return [(path.name, list(_flat(json.loads(path.read_text())))) for path in sorted(folder.glob("*.json"))]
 
 
+def _results(outcomes):
+    """Stored results that can be read; the others have a verdict."""
+    out = {}
+    for o in outcomes:
+        if o.status == "done":
+            try:
+                out[o.variant, o.engine] = o.result()
+            except HarnessError:
+                continue
+    return out
+
+
 def _case(case, round_):
     verdicts = [v for v in round_.verdicts if v.case == case.name]
     outcomes = [o for o in round_.outcomes.values() if o.case == case.name]
-    results = {(o.variant, o.engine): o.result() for o in outcomes if o.status == "done"}
+    results = _results(outcomes)
     groups = {}
     for verdict in verdicts:
         if verdict.growth is not None:
@@ -172,16 +189,15 @@ def _case(case, round_):
     plots = [difference_plot(group) for group in groups.values()]
     seen, curves = set(), []
     for verdict in sorted(verdicts, key=lambda v: -_RANK[v.status]):
-        if verdict.growth is None or (verdict.check.name, verdict.peer) in seen or len(curves) >= 4:
+        if verdict.values is None or verdict.growth is None or (verdict.check.name, verdict.peer) in seen or len(curves) >= 4:
             continue
-        ours, theirs = results[verdict.variant, "concordem"], results[verdict.variant, verdict.peer]
-        plot = curves_plot(verdict, ours, theirs)
+        plot = curves_plot(verdict, results[verdict.variant, verdict.reference])
         if plot:
             curves.append(plot)
             seen.add((verdict.check.name, verdict.peer))
     pictures = []
     for task in case.tasks[:2]:
-        mine = [(e, r) for (v, e), r in results.items() if v == task.variant and e in ("concordem", "yade", "liggghts")]
+        mine = [(e, r) for (v, e), r in results.items() if v == task.variant and e not in ("analytic", "table") and not e.endswith("-np2")][:3]
         drawn = picture(mine, task)
         if drawn:
             pictures.append((task.variant, drawn))
@@ -205,29 +221,29 @@ def _case(case, round_):
 
 
 def matrix(cases, round_):
-    """Worst verdict of each case and peer. The column of ConcorDEM shows whether it ran, bitwise equal on two threads."""
-    rows = []
+    """Worst verdict of each case and peer. The column of the reference shows whether it ran, bitwise equal on two threads."""
+    rows, engines = [], engines_of(cases)
     for case in cases:
         cells = {}
-        own = [o for o in round_.outcomes.values() if o.case == case.name and o.engine == "concordem"]
+        own = [o for o in round_.outcomes.values() if o.case == case.name and o.engine == case.reference]
         bad = [o.status for o in own if o.status != "done"]
         if bad:
-            cells["concordem"] = ("missing" if bad[0] == "missing" else "fail", _WORDS.get(bad[0], bad[0]))
+            cells[case.reference] = ("missing" if bad[0] == "missing" else "fail", _WORDS.get(bad[0], bad[0]))
         else:
-            equal = sum("state_hash_2_threads" in o.result().provenance for o in own)
-            cells["concordem"] = ("pass", f"ran {len(own)}" + (", bitwise equal on 2 threads" if equal else ""))
-        for engine in ENGINES:
+            equal = sum("state_hash_2_threads" in r.provenance for r in _results(own).values())
+            cells[case.reference] = ("pass", f"ran {len(own)}" + (", bitwise equal on 2 threads" if equal else ""))
+        for engine in engines:
             mine = [v for v in round_.verdicts if v.case == case.name and v.peer == engine]
             if mine:
-                counts = {word: sum(v.status == word for v in mine) for word in ("fail", "missing", "known", "pass")}
+                counts = {word: sum(v.status == word for v in mine) for word in ("fail", "missing", "skipped", "known", "pass")}
                 worst = next(word for word, number in counts.items() if number)
                 cells[engine] = (worst, ", ".join(f"{n} {_SHORT[w]}" for w, n in reversed(counts.items()) if n))
         rows.append(dict(name=case.name, title=case.title,
-                         cells=[cells.get(engine, ("none", "")) for engine in ENGINES]))
+                         cells=[cells.get(engine, ("none", "")) for engine in engines]))
     return rows
 
 
-def write(path, cases, round_):
+def write(path, cases, round_, quirks):
     """Write the page and return its path."""
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters["code"] = _code
@@ -238,15 +254,12 @@ def write(path, cases, round_):
                  word=_WORDS[v.status], difference=_number(v.difference), limit=_limit(v.check))
             for status in ("fail", "known") for v in round_.verdicts if v.status == status]
     missing = sorted({(o.engine, o.message) for o in round_.outcomes.values() if o.status == "missing"})
-    try:
-        quirks = registry.load()
-    except HarnessError:
-        quirks = {}
     html = template.render(
-        engines=list(ENGINES), rows=matrix(cases, round_), cases=[_case(case, round_) for case in cases],
-        counts=counts, told=told, missing=missing, words=_WORDS, versions=_versions(), quirks=quirks, studies=studies(),
+        engines=engines_of(cases), rows=matrix(cases, round_), cases=[_case(case, round_) for case in cases],
+        counts=counts, told=told, missing=missing, words=_WORDS, versions=_versions(round_, engines_of(cases)), quirks=quirks, studies=studies(),
+        starts=round_.starts, changes=round_.changes, odd=compare.odd_one_out(round_.verdicts),
         host=platform.platform(), cores=os.cpu_count(), date=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
-        seeds=", ".join(str(s) for s in sorted({t.scenario["packing"].get("seed") for c in cases for t in c.tasks} - {None})))
+        seeds=", ".join(str(s) for s in sorted({t.scenario.get("packing", {}).get("seed") for c in cases for t in c.tasks} - {None})))
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(html)
     return path
@@ -255,7 +268,7 @@ def write(path, cases, round_):
 def text(cases, round_, strict, verbose=False):
     """Text for the terminal: everything that does not simply pass, and the counts."""
     lines = []
-    for verdict in round_.verdicts:
+    for verdict in [*(v for v in round_.starts if v.status == "fail"), *round_.verdicts, *round_.changes]:
         if verbose or verdict.status != "pass":
             lines.append(f"{_WORDS[verdict.status]:17} {verdict.case} · {verdict.variant} · {verdict.check.name} · "
                          f"{verdict.peer}: {_number(verdict.difference)} ({_limit(verdict.check)}) "
@@ -265,7 +278,17 @@ def text(cases, round_, strict, verbose=False):
             lines.append(f"{'FAILS, ' if strict else ''}not installed · {outcome.case} · {outcome.variant} · "
                          f"{outcome.engine}: {outcome.message}")
         elif outcome.status != "done":
-            lines.append(f"FAILS · {outcome.case} · {outcome.variant} · {outcome.engine} {outcome.status}: {outcome.message}")
-    counts = {word: sum(v.status == word for v in round_.verdicts) for word in ("pass", "known", "fail", "missing")}
-    lines.append(", ".join(f"{number} {_WORDS[word]}" for word, number in counts.items()))
+            word = "skipped" if outcome.status == "skipped" else "FAILS"
+            lines.append(f"{word} · {outcome.case} · {outcome.variant} · {outcome.engine} {outcome.status}: {outcome.message}")
+    for case, variant, check, engine in compare.odd_one_out(round_.verdicts):
+        lines.append(f"odd one out: {engine} in {case} · {variant} · {check}")
+    counts = round_.counts()
+    lines.append(", ".join(f"{number} {_WORDS[word]}" for word, number in counts.items() if word != "skipped" or number))
+    started = {word: sum(v.status == word for v in round_.starts) for word in ("pass", "fail", "skipped")}
+    if round_.starts:
+        lines.append(f"start states as the scenarios give them: {started['pass']} agree, {started['fail']} FAIL"
+                     + (f", {started['skipped']} not compared" if started["skipped"] else ""))
+    if round_.changes:
+        lines.append(f"against the baseline: {sum(v.status == 'pass' for v in round_.changes)} the same, "
+                     f"{sum(v.status == 'fail' for v in round_.changes)} changed")
     return "\n".join(lines)

@@ -1,6 +1,5 @@
 """Runs engines on cases. Finished runs are stored under the hash of their inputs, so that an interrupted round can continue."""
 import copy
-import functools
 import hashlib
 import json
 import os
@@ -10,105 +9,73 @@ import sys
 import tempfile
 import threading
 import traceback
-import types
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
 
-from . import compare, provenance
-from .engines import ENGINES, concordem
-from .errors import Crashed, HarnessError, NotInstalled, TimedOut, Unsupported
-from .result import Result
+from . import compare, programs, provenance, registry
+from . import start as starts
+from .case import Check
+from .engines import concordem
+from .errors import Crashed, HarnessError, Incomparable, NotInstalled, TimedOut, Unsupported
+from .plants import fingerprint
+from .rounds import Outcome, Round
 
 _PACKAGE = Path(__file__).parent
-# analytical elastic constants need no state
-_NEEDS_START = {"yade", "liggghts", "liggghts-np2", "lammps", "esys", "analytic"}
-
-
-@dataclass
-class Outcome:
-    """Outcome of one engine on one variant."""
-
-    case: str
-    variant: str
-    engine: str
-    status: str  # done, missing, timeout, crashed, unsupported
-    message: str = ""
-    path: Path = None
-    kept: bool = False
-
-    def result(self):
-        return Result.read(self.path)
-
-
-@dataclass
-class Round:
-    """All outcomes and verdicts of a round."""
-
-    outcomes: dict = field(default_factory=dict)
-    verdicts: list = field(default_factory=list)
-
-    def failed(self, strict):
-        bad = [o for o in self.outcomes.values() if o.status not in ("done", "missing")]
-        missing = [o for o in self.outcomes.values() if o.status == "missing"]
-        wrong = [v for v in self.verdicts if v.status == "fail"]
-        return bool(bad or wrong or (strict and missing))
+# what a run goes through; reports and comparisons are made again each time
+_OF_RUNS = ("engines", "process.py", "quantity.py", "result.py", "scenario.py", "start.py")
+# texts about a case, and checks, which change no run; changed scenarios are hashed themselves
+_OF_NO_RUN = {"README.md", "case.toml"}
+START = dict(name="start state", kind="start", peer="scenario", variants=["*"], of="start", tolerance=starts.ROUNDING,
+             reason="Positions, radii, masses, bonds, velocities, and the step by NumPy from the scenario: products of a few numbers.")
 
 
 def strict_by_default():
     return os.environ.get("CI", "").lower() not in ("", "0", "false")
 
 
-def _sources():
+def harness_hash():
     """Hash of the translations, so that a changed harness does not reuse old runs."""
-    digest = hashlib.sha256()
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        if path.name not in ("cli.py", "report.py", "compare.py", "runner.py", "quirks.py", "case.py"):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return programs.digest_all([_PACKAGE / name for name in _OF_RUNS])
 
 
-def _inputs(task):
-    """Hash of the files of a case that affect its runs: packings, tables, case.py."""
-    digest = hashlib.sha256(json.dumps(task.scenario, sort_keys=True, default=str).encode())
-    for path in sorted(task.folder.rglob("*")):
-        if path.is_file() and path.suffix in (".txt", ".py") or path.name == "table.toml":
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+def case_hash(task):
+    """Hash of everything of a case that a run may read: all its files, and those that its scenario names elsewhere."""
+    one = hashlib.sha256(json.dumps([task.scenario, task.peer_scenario, task.command], sort_keys=True, default=str).encode())
+    files = {p for p in task.folder.rglob("*") if p.is_file() and p.name not in _OF_NO_RUN and "__pycache__" not in p.parts}
+    files |= {task.folder / text for text in _texts(task.scenario) if _is_file(task.folder / text)}
+    for path in sorted(files):
+        one.update(f"{os.path.relpath(path, task.folder)} {programs.digest(path)}".encode())
+    return one.hexdigest()[:24]
 
 
-def fingerprint(what, seen=()):
-    """Text that identifies a planted defect: its instructions, constants, and arguments, and those of the functions it calls.
-
-    A name would not do: a run made with another factor under the same name would be taken up.
-    """
-    if isinstance(what, functools.partial):
-        return f"partial({fingerprint([what.func, what.args, what.keywords], seen)})"
-    if isinstance(what, types.FunctionType):
-        if id(what) in seen:
-            return what.__qualname__
-        seen = (*seen, id(what))
-        cells = [cell.cell_contents for cell in what.__closure__ or ()]
-        # functions that it calls in its own file; those of the harness are in `_sources`
-        names = sorted(_names(what.__code__) & what.__globals__.keys())
-        called = [what.__globals__[name] for name in names]
-        called = [f for f in called if isinstance(f, types.FunctionType) and f.__module__ == what.__module__]
-        return fingerprint(["function", what.__code__, what.__defaults__, what.__kwdefaults__, cells, called], seen)
-    if isinstance(what, types.CodeType):
-        return f"code({what.co_code.hex()} {what.co_names} {fingerprint(what.co_consts, seen)})"
-    if isinstance(what, dict):
-        return "{" + ", ".join(f"{key!r}: {fingerprint(value, seen)}" for key, value in what.items()) + "}"
-    if isinstance(what, (list, tuple)):
-        return "[" + ", ".join(fingerprint(part, seen) for part in what) + "]"
-    return repr(what)
+def _is_file(path):
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
-def _names(code):
-    """Names that a function and its inner functions use."""
-    return set(code.co_names).union(*(_names(part) for part in code.co_consts if isinstance(part, types.CodeType)))
+def _texts(value):
+    """All texts of a scenario."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (dict, list)):
+        for item in value.values() if isinstance(value, dict) else value:
+            yield from _texts(item)
+
+
+def _hash_of(start):
+    """Hash of a start state by content."""
+    if start is None:
+        return ""
+    one = hashlib.sha256()
+    for name, values in sorted(start.__dict__.items()):
+        one.update(name.encode() + np.ascontiguousarray(values).tobytes())
+    return one.hexdigest()[:24]
 
 
 class Runner:
@@ -117,71 +84,125 @@ class Runner:
         (self.folder / "runs").mkdir(parents=True, exist_ok=True)
         self.jobs = jobs or _jobs()
         self.lock = threading.Lock()
-        self.starts, self.running, self.made = {}, {}, set()
+        self.locks, self.made = {}, set()
+        self.start_verdicts, self.judged, self.versions = {}, {}, {}
         self.done = 0
         self.total = 0
 
+    def _lock(self, key):
+        with self.lock:
+            return self.locks.setdefault(key, threading.Lock())
+
+    def version(self, engine):
+        """Version of an engine, asked once in a round: its programs have many files."""
+        with self._lock(f"version of {engine}"):
+            if engine not in self.versions:
+                try:
+                    self.versions[engine] = registry.ENGINES[engine].version()
+                except NotInstalled as error:
+                    self.versions[engine] = error
+            found = self.versions[engine]
+        if isinstance(found, NotInstalled):
+            raise NotInstalled(str(found))
+        return found
+
     def key(self, task, engine):
-        version = ENGINES[engine].version()
+        """Hash of all that a run depends on: engine, translation, case, start state, planted defects."""
+        one = registry.ENGINES[engine]
         plant = [fingerprint(f) for name in ("concordem", engine) for f in task.plant.get(name, [])]
-        also = getattr(ENGINES[engine], "also", lambda _: "")(task)
+        also = getattr(one, "also", lambda _: "")(task)
         if engine == concordem.NAME and task.peer:
-            also += self.key(task, task.peer)
-        text = json.dumps([engine, version, concordem.version(), _sources(), _inputs(task), plant, task.check_threads, task.command, also,
-                           task.peer_scenario], default=str)
+            also += self.key(self._with_start(copy.copy(task), task.peer), task.peer)
+        text = json.dumps([engine, self.version(engine), harness_hash(), case_hash(task), _hash_of(task.start), plant, task.check_threads, also],
+                          default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
+    def _with_start(self, task, engine):
+        if registry.needs_start(engine) and task.command != "elastic":
+            task.start = self.start_of(task)
+        return task
+
     def start_of(self, task):
-        """The start state, built once for all engines."""
-        key = hashlib.sha256((concordem.version() + _sources() + _inputs(task)).encode()).hexdigest()[:24]
-        with self.lock:
-            lock = self.starts.setdefault(key, threading.Lock())
-        with lock:
-            path = self.folder / "runs" / f"start-{key}.npz"
-            if path.exists() and not self.fresh:
-                with np.load(path) as file:
-                    data = {name: file[name] for name in file.files}
-                data["dt"] = float(data["dt"])
-                return concordem.Start(**data)
-            with tempfile.TemporaryDirectory(prefix="concordem-start-") as folder:
-                start = concordem.export_start(task, Path(folder), 300 * self.time_factor)
-            partial = path.with_suffix(".part.npz")
-            np.savez(partial, **start.__dict__)
-            partial.replace(path)
+        """The start state: that of the program, compared with the scenario; without the program, the scenario's."""
+        try:
+            version = self.version(concordem.NAME)
+        except NotInstalled as error:
+            try:
+                return starts.state(task.scenario, task.folder)
+            except Unsupported as unsupported:
+                raise NotInstalled(f"{unsupported} ({error})") from None
+        planted = [fingerprint(f) for f in task.plant.get("start", [])]
+        text = json.dumps([version, harness_hash(), case_hash(task), planted])
+        key = hashlib.sha256(text.encode()).hexdigest()[:24]
+        with self._lock(key):
+            try:
+                start = self._exported(task, key)
+            except HarnessError:
+                # a scenario of other codes that ours does not know; its own run fails where a case asks for it
+                try:
+                    return starts.state(task.scenario, task.folder)
+                except Unsupported:
+                    pass
+                raise
+            if key not in self.judged:
+                self.judged[key] = self._judge_start(task, start)
+            # variants may share a scenario
+            self.start_verdicts[task.case, task.variant] = replace(self.judged[key], case=task.case, variant=task.variant)
             return start
 
-    def one(self, task, engine, limit, quiet=False):
-        """Run one engine on one variant, or reuse a finished run."""
+    def _exported(self, task, key):
+        path = self.folder / "runs" / f"start-{key}.npz"
+        if path.exists() and (not self.fresh or key in self.made):
+            with np.load(path) as file:
+                data = {name: file[name] for name in file.files}
+            data["dt"] = float(data["dt"])
+            return starts.Start(**data)
+        with tempfile.TemporaryDirectory(prefix="concordem-start-") as folder:
+            start = concordem.export_start(task, Path(folder), 300 * self.time_factor)
+            for change in task.plant.get("start", []):
+                change(start)
+            partial = Path(folder) / "start.npz"
+            np.savez(partial, **start.__dict__)
+            # a folder of its own for the name, because rounds may share the output
+            shutil.copy(partial, unique := path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}"))
+            unique.replace(path)
+        self.made.add(key)
+        return start
+
+    def _judge_start(self, task, start):
+        """A verdict about the start state: peers that get a wrong one from us would agree with us."""
+        verdict = compare.Verdict(task.case, task.variant, Check(**START), "pass", 0.0)
+        try:
+            verdict.message = "compared: " + starts.compare(start, task.scenario, task.folder)
+        except Unsupported as error:
+            verdict.status, verdict.message = "skipped", str(error)
+        except Exception as error:
+            compare.fail(verdict, error)
+        return verdict
+
+    def one(self, task, engine, limit, quiet=False, added=False):
+        """Run one engine on one variant, or reuse a finished run. `added`: the case does not name the engine, so it may refuse."""
         out = Outcome(task.case, task.variant, engine, "done")
         try:
+            self._with_start(task, engine)
             key = self.key(task, engine)
-            with self.lock:
-                lock = self.running.setdefault(key, threading.Lock())
             # operators may need a state while its run is still in progress
-            with lock:
+            with self._lock(key):
                 self._run(out, key, task, limit)
-        except NotInstalled as error:
-            out.status, out.message, out.path = "missing", str(error), None
-        except TimedOut as error:
-            out.status, out.message, out.path = "timeout", str(error), None
-        except Unsupported as error:
-            out.status, out.message, out.path = "unsupported", str(error), None
-        except Crashed as error:
-            out.status, out.message, out.path = "crashed", str(error), None
         except HarnessError as error:
-            out.status, out.message, out.path = "crashed", str(error), None
+            kinds = {NotInstalled: "missing", TimedOut: "timeout", Unsupported: "skipped" if added else "unsupported", Crashed: "crashed"}
+            out.status = error.cause if isinstance(error, Incomparable) else kinds.get(type(error), "error")
+            out.message, out.path = str(error), None
         except Exception:
-            out.status, out.message, out.path = "crashed", "internal error of the harness: " + traceback.format_exc(), None
+            out.status, out.message, out.path = "error", "internal error of the engine or the harness: " + traceback.format_exc(), None
         return out if quiet else self._say(out, task)
 
     def _run(self, out, key, task, limit):
         engine = out.engine
         out.path = self.folder / "runs" / f"{task.case}.{task.variant}.{engine}.{key}.h5"
-        if out.path.exists() and (not self.fresh or key in self.made):
+        if (not self.fresh or key in self.made) and out.is_whole(key):
             out.kept = key not in self.made
             return
-        if engine in _NEEDS_START and task.command != "elastic":
-            task.start = self.start_of(task)
         if engine == concordem.NAME and task.peer:
             theirs = self.one(copy.copy(task), task.peer, limit, quiet=True)
             if theirs.status != "done":
@@ -190,9 +211,10 @@ class Runner:
             task.frozen = theirs.result()
         elif engine != concordem.NAME and task.peer_scenario:
             task.scenario = task.peer_scenario
+        about = dict(key=key, case_hash=case_hash(task), harness_hash=harness_hash(), start_hash=_hash_of(task.start))
         scratch = Path(tempfile.mkdtemp(prefix=f"concordem-{engine}-"))
         try:
-            result = ENGINES[engine].run(task, scratch, limit * self.time_factor)
+            result = registry.ENGINES[engine].run(task, scratch, limit * self.time_factor)
         except BaseException:
             # its output helps to find the cause
             keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
@@ -202,7 +224,7 @@ class Runner:
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
         result.provenance.update(
-            engine_version=ENGINES[engine].version(), host=platform.platform(), processor=provenance.processor(),
+            **about, engine_version=self.version(engine), host=platform.platform(), processor=provenance.processor(),
             date=datetime.now(timezone.utc).isoformat(timespec="seconds"), case=task.case, variant=task.variant,
             load_average=" ".join(f"{x:.1f}" for x in os.getloadavg()))
         result.write(out.path)
@@ -217,24 +239,50 @@ class Runner:
                       f"{out.message.splitlines()[0] if out.message else ''}".rstrip(), file=sys.stderr, flush=True)
         return out
 
-    def run(self, cases, plant=None):
-        """All engines on all variants, then all checks."""
+    def run(self, cases, plant=None, added=()):
+        """All engines on all variants, then all checks. `added`: engines that the cases do not name."""
+        plant = plant or {}
         round_ = Round()
         jobs = []
         for case in cases:
             for task in case.tasks:
-                task.plant = plant or {}
-                for engine in dict.fromkeys(["concordem", *case.engines_of[task.variant]]):
+                task.plant = plant
+                for engine in dict.fromkeys([case.reference, *case.engines_of[task.variant]]):
                     jobs.append((case, task, engine))
         self.done, self.total = 0, len(jobs)
         # in the order of cases: readable, and hardly slower than starting with the longest
         with ThreadPoolExecutor(self.jobs) as pool:
-            outcomes = pool.map(lambda job: self.one(copy.copy(job[1]), job[2], job[0].time_limit), jobs)
+            outcomes = pool.map(lambda job: self.one(copy.copy(job[1]), job[2], job[0].time_limit, added=job[2] in added), jobs)
             for outcome in outcomes:
                 round_.outcomes[outcome.case, outcome.variant, outcome.engine] = outcome
         for case in cases:
-            round_.verdicts += compare.judge(case, round_.outcomes, plant or {})
+            round_.verdicts += compare.judge(case, round_.outcomes, plant)
+        round_.starts = self._starts(cases, round_)
         return round_
+
+    def _starts(self, cases, round_):
+        """Verdicts about the start states of all variants, and about the masses, radii, and step of ConcorDEM's own run."""
+        out = []
+        for case in cases:
+            for task in case.tasks:
+                own = round_.outcomes.get((task.case, task.variant, concordem.NAME))
+                if task.command == "elastic" or not (own and own.status == "done" or (task.case, task.variant) in self.start_verdicts):
+                    continue
+                try:
+                    start = self.start_of(copy.copy(task))
+                except HarnessError as error:
+                    out.append(compare.fail(compare.Verdict(task.case, task.variant, Check(**START), "fail"), error))
+                    continue
+                verdict = self.start_verdicts.get((task.case, task.variant))
+                if verdict is None:
+                    continue
+                if verdict.status == "pass" and own and own.status == "done" and task.command == "run":
+                    try:
+                        starts.compare_run(own.result(), start)
+                    except HarnessError as error:
+                        compare.fail(verdict, error)
+                out.append(verdict)
+        return out
 
 
 def _jobs():

@@ -1,14 +1,13 @@
 """Reads scenario files, applies the changes of a variant, and writes them."""
 import copy
 import json
-import tomllib
 
+from . import tables
 from .errors import HarnessError
 
 
 def load(path):
-    with open(path, "rb") as file:
-        return tomllib.load(file)
+    return tables.File(path).data
 
 
 def changed(document, changes):

@@ -1,57 +1,59 @@
 """ConcorDEM: runs the program, reads its result, and exports the start state for the peers."""
 import copy
-import hashlib
 import json
 import os
 import shutil
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from .. import process, scenario
+from .. import process, programs, scenario
 from ..errors import Crashed, HarnessError, NotInstalled
 from ..result import Result
+from ..start import Start
 
 NAME = "concordem"
+NEEDS_START = False
 VARIABLE = "CONCORDEM"
 _DEFAULT = Path(__file__).parents[3] / "target" / "release" / "concordem"
 
 
 def program():
-    path = Path(os.environ.get(VARIABLE, _DEFAULT))
+    """The program that the variable names; else the one that was built here, or the one in PATH."""
+    wanted = os.environ.get(VARIABLE) or (_DEFAULT if _DEFAULT.is_file() else NAME)
+    path = Path(wanted)
     if path.is_file():
         return path.resolve()
     found = shutil.which(str(path))
     if not found:
-        raise NotInstalled(f"{path} is missing; run cargo build --release -p concordem, or set {VARIABLE} to the program")
-    return Path(found)
+        raise NotInstalled(f"ConcorDEM is not installed ({wanted} is missing); run pip install concordem, in its sources cargo build "
+                           f"--release -p concordem, or set {VARIABLE} to the program")
+    return Path(found).resolve()
 
 
 def version():
-    """Hash of the program, so that a rebuilt program counts as another engine."""
-    path = program()
-    about = path.stat()
-    return f"concordem sha256 {_digest(path, about.st_mtime_ns, about.st_size)}"
-
-
-@cache
-def _digest(path, modified, size):
-    """Hash of a file of this time and size; cached, because the program is large and every run needs it."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+    """Hash of the program and of what it loads, so that a rebuilt program counts as another engine."""
+    return f"concordem sha256 {programs.identity(program())}"
 
 
 def _prepare(task, folder, changes=None):
     document = scenario.changed(task.scenario, changes or {})
-    packing = document["packing"]
-    if packing.get("kind") == "file":
-        packing["path"] = str((task.folder / packing["path"]).resolve())
+    # files of the case, such as packings and meshes, have paths relative to it
+    document = _absolute(document, task.folder)
     path = folder / "scenario.toml"
     path.write_text(scenario.dumps(document))
     return path
+
+
+def _absolute(value, folder, key=None):
+    """A scenario with absolute paths to the files that it names."""
+    if isinstance(value, dict):
+        return {name: _absolute(item, folder, name) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_absolute(item, folder, key) for item in value]
+    is_path = isinstance(value, str) and key in ("path", "file", "mesh", "stl") and (folder / value).is_file()
+    return str((folder / value).resolve()) if is_path else value
 
 
 def _run(folder, limit, threads):
@@ -83,8 +85,7 @@ def also(task):
     """Additional inputs of a run: hash of the package, if its operators are used."""
     if task.command != "operators":
         return ""
-    path = Path(package()._core.__file__)
-    return _digest(path, path.stat().st_mtime_ns, path.stat().st_size)
+    return programs.digest_all([Path(package().__file__).parent])
 
 
 def _operators(task):
@@ -210,22 +211,6 @@ def _snapshots(vtk, result):
         values = data[()]
         unit = {"position": "m", "velocity": "m/s", "angular_velocity": "rad/s", "temperature": "K"}.get(name, "1")
         result.add(name, steps, np.array([values[o:o + count][order] for o in offsets]), unit, "All particles")
-
-
-@dataclass
-class Start:
-    """The state before the first step, built by ConcorDEM."""
-
-    dt: float
-    position: np.ndarray
-    velocity: np.ndarray
-    angular_velocity: np.ndarray
-    radius: np.ndarray
-    mass: np.ndarray
-    material: np.ndarray
-    bonds: np.ndarray
-    reference_length: np.ndarray
-    cell: np.ndarray  # edges of the periodic cell along the axes; empty without one
 
 
 def export_start(task, folder, limit=120):

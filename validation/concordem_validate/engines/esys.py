@@ -6,13 +6,11 @@ as in LAMMPS (quirk lammps-small-angles).
 """
 import json
 import shutil
-import subprocess
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from .. import process
+from .. import process, programs
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..result import Result
 from . import translate
@@ -23,12 +21,13 @@ NAME = "esys"
 _DRIVER = Path(__file__).with_name("esys_driver.py").read_text()
 
 
-@cache
 def version():
-    if not shutil.which("esysparticle"):
+    program = shutil.which("esysparticle")
+    if not program:
         raise NotInstalled("ESyS-Particle is not installed; run apt install esys-particle")
-    package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "esys-particle"], capture_output=True, text=True)
-    return f"esys-particle {package.stdout.strip() or 'of unknown version'}"
+    # its Python package holds the laws
+    package = [p for p in (Path("/usr/lib/python3/dist-packages/esys"), Path(program).parents[1] / "lib/python3/dist-packages/esys") if p.is_dir()]
+    return programs.label("esys-particle", program, "--version", package[:1])
 
 
 def translation(task):

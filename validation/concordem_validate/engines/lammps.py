@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import process
+from .. import process, programs
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si
 from ..result import Result
@@ -32,13 +32,18 @@ def _program():
     return path.absolute()
 
 
-@cache
 def version():
-    text = subprocess.run([_program(), "-help"], capture_output=True, text=True, env=_environment()).stdout
+    return _version(_program(), programs.identity(_program()))
+
+
+@cache
+def _version(program, identity):
+    """What the program of this identity says of itself."""
+    text = subprocess.run([program, "-help"], capture_output=True, text=True, env=_environment()).stdout
     line = next((line for line in text.splitlines() if "Parallel Simulator -" in line), "")
     if " BPM " not in f" {' '.join(text.split())} ":
-        raise NotInstalled(f"{_program()} has no package BPM; run .ci/setup lammps")
-    return "lammps " + (line.split("Parallel Simulator -")[-1].strip() or "of unknown version")
+        raise NotInstalled(f"{program} has no package BPM; run .ci/setup lammps")
+    return f"lammps ({line.split('Parallel Simulator -')[-1].strip() or 'says no version'}) sha256 {identity}"
 
 
 def _environment():

@@ -4,18 +4,15 @@ Native models: `hertz_mindlin` → `hertz tangential history`, `frictional` with
 history`. The public build has no bonds: bonded laws come by our library (docs/book/reference/liggghts.md), `fix concordem/bond` with the
 bonds of the start state. There the law is ours, and the host's are motion, lists, and processors.
 """
-import hashlib
 import math
 import os
 import re
 import shutil
-import subprocess
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from .. import process, scenario
+from .. import process, programs, scenario
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si, vector
 from ..result import Result
@@ -24,12 +21,11 @@ from . import liggghts_heat, translate
 MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
-@cache
 def version():
-    if not shutil.which("liggghts"):
+    program = shutil.which("liggghts")
+    if not program:
         raise NotInstalled("LIGGGHTS is not installed; run apt install liggghts")
-    package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "liggghts"], capture_output=True, text=True)
-    return f"liggghts {package.stdout.strip() or 'of unknown version'}"
+    return programs.label("liggghts", program, "-h", environment=MPI)
 
 
 VARIABLE = "CONCORDEM_LIGGGHTS"
@@ -53,8 +49,7 @@ def also(task):
     """Additional inputs of a run: hash of our library, if it is used."""
     if not _ours(task):
         return ""
-    with open(launcher().with_name("libconcordem-liggghts.so"), "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+    return programs.identity(launcher(), [launcher().with_name("libconcordem-liggghts.so")])
 
 
 def _number(value):

@@ -5,6 +5,7 @@ from ..errors import HarnessError
 from ..result import Result
 
 NAME = "table"
+NEEDS_START = False
 
 
 def version():

@@ -61,10 +61,12 @@ def steps_of(document, dt):
     return min(counts)
 
 
-def members(document, start):
-    """Ids of the particles of each set."""
+def members(document, start, only=None):
+    """Ids of the particles of each set, or of those in `only`."""
     out = {}
     for one in document.get("set", []):
+        if only is not None and one["name"] not in only:
+            continue
         selection = one["selection"]
         match selection["kind"]:
             case "all":
@@ -84,7 +86,7 @@ def prescribed(document, start):
     """Fixed components of each particle, `x y z` for velocities and `X Y Z` for angular ones, and their values."""
     fixed = [set() for _ in start.radius]
     velocity, spin = start.velocity.copy(), start.angular_velocity.copy()
-    sets = members(document, start)
+    sets = members(document, start, {one["set"] for one in document.get("prescribe", [])})
     for one in document.get("prescribe", []):
         if "field" in one:
             raise Unsupported("no translation of velocity fields")

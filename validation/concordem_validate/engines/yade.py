@@ -1,14 +1,13 @@
 """YADE from Debian: translates scenario and start state to a task for `yade_driver.py`, run headless on one thread."""
 import json
 import math
+import re
 import shutil
-import subprocess
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from .. import process
+from .. import process, programs
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si, vector
 from ..result import Result
@@ -20,12 +19,18 @@ _DRIVER = Path(__file__).with_name("yade_driver.py").read_text()
 _DAMAGE_LAWS = {"linear": 0, "exponential": 1}
 
 
-@cache
 def version():
-    if not shutil.which("yade"):
+    program = shutil.which("yade")
+    if not program:
         raise NotInstalled("YADE is not installed; run apt install yade")
-    package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "yade"], capture_output=True, text=True)
-    return f"yade {package.stdout.strip() or 'of unknown version'}"
+    return programs.label(NAME, program, "--version", _libraries(program))
+
+
+def _libraries(program):
+    """The folder of compiled libraries above the folder of Python modules that the start script names."""
+    text = Path(program).read_text(errors="replace")
+    found = [Path(p) for p in re.findall(r"sys\.path\.insert\(1,'([^']+)/py'\)", text)]
+    return [p for p in found if p.is_dir()]
 
 
 def _cpm(material, document, start):

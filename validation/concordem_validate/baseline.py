@@ -1,0 +1,93 @@
+"""Baselines: results of a round, stored with their hashes and provenance, and what differs from them later."""
+import hashlib
+import json
+import shutil
+from datetime import datetime, timezone
+from pathlib import Path
+
+from . import compare, difference, rounds
+from .case import Check
+from .errors import HarnessError
+from .result import Result
+
+MANIFEST = "manifest.json"
+FORMAT = "concordem-validate baseline 1"
+
+
+def _digest(path):
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def bless(output, folder):
+    """Store the finished results of the last round; a baseline is never overwritten."""
+    if folder.exists():
+        raise HarnessError(f"{folder} exists already; choose another name, or remove it")
+    record = rounds.record(output)
+    bad = [v for v in record["verdicts"] if v["status"] == "fail"]
+    if bad:
+        raise HarnessError(f"{len(bad)} checks of the round failed, first {bad[0]['case']} · {bad[0]['check']}; mend them before you bless it")
+    done = [o for o in record["outcomes"] if o["status"] == "done"]
+    if not done:
+        raise HarnessError(f"{output} has no finished result; make a round first")
+    folder.mkdir(parents=True)
+    rows = []
+    for one in done:
+        source = Path(output) / one["path"]
+        name = f"{one['case']}.{one['variant']}.{one['engine']}.h5"
+        shutil.copy(source, folder / name)
+        about = Result.read(source).provenance
+        rows.append(dict(case=one["case"], variant=one["variant"], engine=one["engine"], file=name, sha256=_digest(folder / name),
+                         **{k: about.get(k) for k in ("engine_version", "case_hash", "harness_hash", "start_hash", "host", "date")}))
+    data = dict(format=FORMAT, date=datetime.now(timezone.utc).isoformat(timespec="seconds"), results=rows)
+    (folder / MANIFEST).write_text(json.dumps(data, indent=1) + "\n")
+    return folder, len(rows)
+
+
+def load(folder):
+    """Rows of a baseline by case, variant, and engine; refuses files that have changed since."""
+    path = folder / MANIFEST
+    if not path.exists():
+        raise HarnessError(f"there is no baseline {folder}; store one with `bless {folder.name}`")
+    data = json.loads(path.read_text())
+    if data.get("format") != FORMAT:
+        raise HarnessError(f"{path} has the format {data.get('format')!r}, this version reads {FORMAT!r}; bless a round again")
+    for row in data["results"]:
+        file = folder / row["file"]
+        if not file.exists() or _digest(file) != row["sha256"]:
+            raise HarnessError(f"{file} is missing or is not the file that was blessed; restore it")
+    return {(row["case"], row["variant"], row["engine"]): folder / row["file"] for row in data["results"]}
+
+
+def against(round_, folder, tolerance=0.0):
+    """A verdict about each result that the baseline also has: the same bits, or what changed, and why."""
+    stored = load(folder)
+    out = []
+    for key, outcome in round_.outcomes.items():
+        if key not in stored:
+            continue
+        check = Check(f"as in {folder.name}", "baseline", folder.name, ["*"], "The same code on the same case gives the same result.",
+                      of="all series", tolerance=tolerance, reference=key[2])
+        verdict = compare.Verdict(key[0], key[1], check, "fail", reference=key[2])
+        out.append(verdict)
+        if outcome.status != "done":
+            verdict.status, verdict.cause = ("missing", "") if outcome.status == "missing" else ("fail", outcome.status)
+            verdict.message = f"{outcome.engine} {outcome.status}: {outcome.message}"
+            continue
+        try:
+            _one(verdict, outcome.result(), Result.read(stored[key]), tolerance)
+        except HarnessError as error:
+            compare.fail(verdict, error)
+    return out
+
+
+def _one(verdict, new, old, tolerance):
+    found = difference.same_bits(new, old)
+    if not found:
+        verdict.status, verdict.difference, verdict.message = "pass", 0.0, "the same bits"
+        return
+    lines, good = difference.files(new, old, tolerance, names=("now", verdict.peer)) if tolerance > 0 else (found, False)
+    verdict.status = "pass" if good else "fail"
+    verdict.cause = "" if good else "difference"
+    verdict.message = "; ".join(found[:4] if tolerance == 0 else [line for line in lines if not good] or found[:1]) \
+        + f" ({difference.cause(new, old)})"

@@ -1,0 +1,151 @@
+"""An engine of the user: any command that reads a task and writes a result.
+
+The command gets the start state and the scenario in SI units (`{task}`, JSON; `{state}`, HDF5; `{scenario}`, the TOML as written), and
+writes `{output}`: CSV with a row of units, or HDF5. It ends with 77 if it cannot compute the scenario.
+"""
+import json
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import h5py
+
+from .. import process, programs, scenario
+from ..errors import Crashed, HarnessError, Incomparable, NotInstalled, Unsupported
+from ..quantity import si
+from ..result import Result
+from . import translate
+
+FORMAT = "concordem-validate task 1"
+UNSUPPORTED = 77
+_PLACES = ("{task}", "{state}", "{scenario}", "{output}", "{case}")
+
+
+class CommandEngine:
+    """An engine given by `[engine.NAME]` in the user's `validate.toml`, whose folder is `home`."""
+
+    def __init__(self, name, home, command, *, version=None, inputs=(), output="csv", environment=None, needs_start=True):
+        self.NAME, self.NEEDS_START = name, needs_start
+        # several engines run at a time, so each gets one thread unless the user says otherwise
+        self.home, self.output, self.environment = Path(home), output, {**process.ONE_THREAD, **(environment or {})}
+        self.words = shlex.split(command) if isinstance(command, str) else [str(w) for w in command]
+        self.ask = shlex.split(version) if isinstance(version, str) else version
+        self.inputs = list(inputs)
+        if not self.words:
+            raise HarnessError(f"engine `{name}`: `command` is empty; give the command")
+        if not any("{output}" in word for word in self.words):
+            raise HarnessError(f"engine `{name}`: `command` has no {{output}}; name the file that it writes")
+
+    def _program(self):
+        """The file of the first word: beside validate.toml, or in PATH."""
+        own = self.home / self.words[0]
+        found = str(own) if own.is_file() else shutil.which(self.words[0])
+        if not found:
+            raise NotInstalled(f"the program `{self.words[0]}` of engine `{self.NAME}` is missing; install it, or mend `command` in {self.home}/validate.toml")
+        return Path(found).absolute()
+
+    def _files(self):
+        """Files that the command names, and those of `inputs`."""
+        found = [self.home / word for word in self.words[1:] if (self.home / word).is_file()]
+        for pattern in self.inputs:
+            matched = sorted(p for p in self.home.glob(pattern) if p.is_file())
+            if not matched:
+                raise HarnessError(f"engine `{self.NAME}`: no file matches `{pattern}` of `inputs`; mend it")
+            found += matched
+        return found
+
+    def version(self):
+        """Hash of the program, of the files that the command names, and of `inputs`; and what the program says of itself."""
+        text = f"{self.NAME} sha256 {programs.identity(self._program(), self._files())}"
+        if self.ask:
+            said = subprocess.run(self._command(self.ask, {}), cwd=self.home, capture_output=True, text=True, timeout=60)
+            if said.returncode:
+                raise NotInstalled(f"`{' '.join(self.ask)}` of engine `{self.NAME}` ends with {said.returncode}; mend `version`")
+            text += f", {said.stdout.strip()[:200]}"
+        return text
+
+    def _command(self, words, places):
+        out = [str(self._program()) if words[0] == self.words[0] else words[0]]
+        for word in words[1:]:
+            own = self.home / word
+            for place, path in places.items():
+                word = word.replace(place, str(path))
+            out.append(str(own.resolve()) if own.is_file() else word)
+        return out
+
+    def run(self, task, folder, limit):
+        places = dict(zip(_PLACES, (folder / "task.json", folder / "state.h5", folder / "scenario.toml",
+                                    folder / f"result.{'csv' if self.output == 'csv' else 'h5'}", task.folder)))
+        steps = self._write(task, places)
+        command = self._command(self.words, places)
+        _, wall = process.run(command, folder, limit, self.environment, refusal=UNSUPPORTED)
+        if not places["{output}"].exists():
+            raise Crashed(f"{self.NAME} ended without writing {places['{output}'].name}. {process.tail(folder / 'log.txt')}")
+        result = Result.read(places["{output}"], task.start.dt if task.start else None)
+        if not result.series and not result.numbers:
+            raise Incomparable("empty", f"{self.NAME} wrote a result without series and numbers")
+        result.engine = self.NAME
+        result.numbers.setdefault("wall_s", wall)
+        if steps:
+            result.numbers.setdefault("steps", steps)
+        result.provenance["command"] = " ".join(self.words)
+        return result
+
+    def _write(self, task, places):
+        """The task as JSON, HDF5, and TOML; returns the number of steps, if the scenario gives it."""
+        data = task_data(task)
+        places["{task}"].write_text(json.dumps(data, indent=1))
+        places["{scenario}"].write_text(scenario.dumps(task.scenario))
+        if task.start is not None:
+            write_state(places["{state}"], data)
+        return data["steps"]
+
+
+def task_data(task):
+    """What an engine needs, in SI units. Format: docs/book/reference/harness.md."""
+    document, start = task.scenario, task.start
+    output = document.get("output", {})
+    data = {"format": FORMAT, "case": task.case, "variant": task.variant, "scenario": in_si(document), "time_step": None, "steps": None,
+            "sample_interval": output.get("sample_interval", 10), "snapshot_interval": output.get("snapshot_interval")}
+    if start is None:
+        return data
+    try:
+        data["steps"] = translate.steps_of(document, start.dt)
+    except Unsupported:
+        pass
+    fixed, velocity, spin = translate.prescribed(document, start)
+    force, moment = translate.forces(document, start)
+    data.update(
+        time_step=start.dt, position=start.position.tolist(), velocity=velocity.tolist(), angular_velocity=spin.tolist(),
+        radius=start.radius.tolist(), mass=start.mass.tolist(), inertia=start.inertia(document.get("dimension", 3) == 2).tolist(),
+        material=start.material.tolist(), fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),
+        bonds=start.bonds.tolist(), bond_length=start.reference_length.tolist(), cell=start.cell.tolist())
+    return data
+
+
+_ARRAYS = {"position": "m", "velocity": "m/s", "angular_velocity": "rad/s", "radius": "m", "mass": "kg", "inertia": "kg*m^2", "material": "1",
+           "force": "N", "moment": "N*m", "bonds": "1", "bond_length": "m", "cell": "m"}
+
+
+def write_state(path, data):
+    """The arrays of a task as HDF5; the rest as JSON in the attribute `task`."""
+    with h5py.File(path, "w") as file:
+        file.attrs["format"] = FORMAT
+        for name, unit in _ARRAYS.items():
+            file.create_dataset(name, data=data[name]).attrs["unit"] = unit
+        file.attrs["task"] = json.dumps({k: v for k, v in data.items() if k not in _ARRAYS})
+
+
+def in_si(value):
+    """A scenario whose quantities are numbers in SI units; other texts stay."""
+    if isinstance(value, dict):
+        return {key: in_si(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [in_si(item) for item in value]
+    if isinstance(value, str):
+        try:
+            return si(value)
+        except HarnessError:
+            return value
+    return value

@@ -1,0 +1,152 @@
+"""A round: what each engine did, the verdicts, and the record `round.json` from which a report needs no engine."""
+import json
+import math
+import os
+import platform
+import shutil
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from pathlib import Path
+
+import h5py
+
+from .errors import HarnessError, Incomparable
+from .result import Result
+
+RECORD = "round.json"
+FORMAT = "concordem-validate round 1"
+AGREES, FAILED, WRONG_INPUT, ENGINE_MISSING, NOTHING_CHECKED = 0, 1, 2, 3, 5
+
+
+@dataclass
+class Outcome:
+    """Outcome of one engine on one variant."""
+
+    case: str
+    variant: str
+    engine: str
+    status: str  # done, missing, skipped, timeout, crashed, unsupported, empty, error
+    message: str = ""
+    path: Path = None
+    kept: bool = False
+
+    def result(self):
+        """The stored result; refuses one of another case or engine."""
+        result = Result.read(self.path)
+        _of_this(self, result.provenance, self.path)
+        return result
+
+    def is_whole(self, key):
+        """Whether the stored result is there, can be read, and is that of these inputs."""
+        try:
+            with h5py.File(self.path, "r", locking=False) as file:
+                provenance = dict(file["provenance"].attrs)
+            _of_this(self, provenance, self.path)
+        except (OSError, KeyError, HarnessError):
+            return False
+        return provenance.get("key") == key
+
+
+def _of_this(outcome, provenance, path):
+    told = [str(provenance.get(k)) for k in ("case", "variant")]
+    if told != [outcome.case, outcome.variant]:
+        raise Incomparable("error", f"{path} holds a result of {' · '.join(told)}, not of {outcome.case} · {outcome.variant}; files were exchanged")
+    key = provenance.get("key")
+    if key and f".{key}." not in path.name:
+        raise Incomparable("error", f"{path} holds the result of another run ({key}); files were exchanged")
+
+
+@dataclass
+class Round:
+    """All outcomes and verdicts of a round."""
+
+    outcomes: dict = field(default_factory=dict)
+    verdicts: list = field(default_factory=list)
+    starts: list = field(default_factory=list)
+    changes: list = field(default_factory=list)  # against a baseline
+
+    def failed(self, strict):
+        """Whether the round is not good; with `strict` a missing engine counts."""
+        return self.exit_code(strict) not in (AGREES,)
+
+    def exit_code(self, strict, require=()):
+        bad = [o for o in self.outcomes.values() if o.status not in ("done", "missing", "skipped")]
+        missing = {o.engine for o in self.outcomes.values() if o.status == "missing"}
+        if bad or any(v.status == "fail" for v in [*self.verdicts, *self.starts, *self.changes]):
+            return FAILED
+        if missing and strict or missing & set(require):
+            return ENGINE_MISSING
+        checked = [v for v in [*self.verdicts, *self.changes] if v.status in ("pass", "known")]
+        return AGREES if checked else NOTHING_CHECKED
+
+    def counts(self):
+        words = ("pass", "known", "fail", "missing", "skipped")
+        return {word: sum(v.status == word for v in self.verdicts) for word in words}
+
+
+def _plain(value):
+    """A number for JSON, which has no NaN."""
+    return None if value is None or isinstance(value, float) and not math.isfinite(value) else value
+
+
+def describe(verdict):
+    check = verdict.check
+    limit = dict(known=check.known, quirk=check.quirk) if check.known else dict(tolerance=check.tolerance)
+    return dict(case=verdict.case, variant=verdict.variant, check=check.name, kind=check.kind, of=check.of, reference=verdict.reference,
+                peer=verdict.peer, status=verdict.status, cause=verdict.cause, difference=_plain(verdict.difference), **limit, norm=check.norm,
+                reason=check.reason.strip(), message=verdict.message)
+
+
+def write(folder, round_, code):
+    """Write the record of a round; paths are relative to it, so that the folder can move."""
+    path = Path(folder) / RECORD
+    data = dict(
+        format=FORMAT, date=datetime.now(timezone.utc).isoformat(timespec="seconds"), host=platform.platform(), cores=os.cpu_count(), exit_code=code,
+        counts=round_.counts(),
+        outcomes=[dict(case=o.case, variant=o.variant, engine=o.engine, status=o.status, message=o.message,
+                       path=os.path.relpath(o.path, folder) if o.path else None, kept=o.kept) for o in round_.outcomes.values()],
+        verdicts=[describe(v) for v in round_.verdicts], starts=[describe(v) for v in round_.starts],
+        changes=[describe(v) for v in round_.changes])
+    partial = path.with_name(f".{RECORD}.{os.getpid()}")
+    partial.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+    partial.replace(path)
+    return path
+
+
+def record(folder):
+    path = Path(folder) / RECORD
+    if not path.exists():
+        raise HarnessError(f"{path} does not exist; make a round with `run --output {folder}`")
+    data = json.loads(path.read_text())
+    if data.get("format") != FORMAT:
+        raise HarnessError(f"{path} has the format {data.get('format')!r}, this version reads {FORMAT!r}; make the round again")
+    return data
+
+
+def outcomes(folder):
+    """The outcomes of a recorded round; no engine is asked."""
+    return {(o["case"], o["variant"], o["engine"]): Outcome(
+        o["case"], o["variant"], o["engine"], o["status"], o["message"], Path(folder) / o["path"] if o["path"] else None, True)
+        for o in record(folder)["outcomes"]}
+
+
+def merge(folders, target):
+    """One round of several that other machines made. A finished run counts more than a missing engine."""
+    target = Path(target)
+    (target / "runs").mkdir(parents=True, exist_ok=True)
+    merged, starts = Round(), {}
+    for folder in folders:
+        for key, outcome in outcomes(folder).items():
+            if outcome.path and not outcome.path.exists():
+                raise HarnessError(f"{outcome.path} is missing; copy the whole folder {folder}")
+            before = merged.outcomes.get(key)
+            if before and before.status != "missing" and outcome.status in ("missing", "skipped"):
+                continue
+            if outcome.path:
+                place = target / "runs" / outcome.path.name
+                if place.resolve() != outcome.path.resolve():
+                    shutil.copy(outcome.path, place)
+                outcome.path = place
+            merged.outcomes[key] = outcome
+        starts |= {(s["case"], s["variant"]): s for s in record(folder)["starts"]}
+    return merged, list(starts.values())

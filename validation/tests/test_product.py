@@ -1,0 +1,460 @@
+"""The harness as a stranger uses it: own engines by command, in Python, and from a package; own cases; pytest; published formats."""
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from concordem_validate import case as cases
+from concordem_validate import cli, project, registry, rounds, runner, start, starter
+from concordem_validate.engines import command, concordem
+from concordem_validate.errors import HarnessError, NotInstalled, Unsupported
+from conftest import CASE, SCENARIO, Fake, judged, need
+
+PACKAGE = Path(cli.__file__).parent
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """The files of `init`, without ConcorDEM."""
+    monkeypatch.setenv(concordem.VARIABLE, "/nowhere/concordem")
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.chdir(tmp_path)
+    starter.write(tmp_path)
+    case = tmp_path / "cases/collision/case.toml"
+    case.write_text(case.read_text().replace('"yade", "concordem"', '"concordem"', 1).replace('["yade", "concordem"]', '["concordem"]'))
+    yield tmp_path
+    registry.ENGINES.pop("mine", None)
+
+
+def test_init_gives_a_round_that_agrees_without_our_program(mine, capsys):
+    assert cli.main(["run"]) == rounds.AGREES
+    out = capsys.readouterr().out
+    assert "1 agrees" in out and "1 not installed" in out and "ConcorDEM is not installed" in out
+    assert cli.main(["lint"]) == rounds.AGREES
+    assert (mine / ".github/workflows/validate.yml").exists() and (mine / ".gitlab-ci.yml").exists()
+    with pytest.raises(HarnessError, match="exists already"):
+        starter.write(mine)
+
+
+@pytest.mark.parametrize("old, new, cause", [
+    ("k * overlap", "1.01 * k * overlap", None), ("steps + 1", "steps // 2", "short"), ("repr(c)", "'nan'", "nan"), ("sys.exit(77)", "sys.exit(77)", ""),
+    ('out.writerow(["1", "s"]', 'out.writerow(["1", "ms"]', "short"), ("import csv", "import csv, nothing", "crashed"),
+    ("    for step in range", "    sys.exit(0)\n    for step in range", "empty"), ("import csv", "import time; time.sleep(60)\nimport csv", "timeout"),
+])
+def test_mistakes_of_a_users_engine_are_verdicts(mine, old, new, cause):
+    path = mine / "mine.py"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    made = project.load()
+    case = cases.load("collision", mine / "cases").only(["main"], ["analytic"])
+    case.time_limit = 2.0 if cause == "timeout" else 20.0
+    round_ = runner.Runner(made.output, quiet=True).run([case])
+    verdict = next(v for v in round_.verdicts)
+    if cause is None:
+        # equal spheres exchange their velocities with any spring: the closed form cannot see it
+        assert verdict.status == "pass"
+    elif cause == "":
+        assert verdict.status == "pass"
+    else:
+        assert (verdict.status, verdict.cause) == ("fail", cause), verdict.message
+
+
+def test_an_engine_may_refuse_a_scenario(mine):
+    made = project.load()
+    scenario = mine / "cases/collision/scenario.toml"
+    scenario.write_text(scenario.read_text().replace('law = "frictional"', 'law = "frictional"\n\n[bonds]\nlaw = "linear_bond"\ninteraction_ratio = 1.0'))
+    round_ = runner.Runner(made.output, quiet=True).run([cases.load("collision", mine / "cases").only(["main"], ["analytic"])])
+    outcome = round_.outcomes["collision", "main", "mine"]
+    assert outcome.status == "unsupported" and "only linear springs" in outcome.message
+
+
+def test_what_an_engine_depends_on_is_hashed(mine):
+    engine = lambda: project.load() and registry.ENGINES["mine"].version()
+    one = engine()
+    assert engine() == one
+    (mine / "mine.py").write_text((mine / "mine.py").read_text() + "\n")
+    assert engine() != one
+
+
+def test_the_task_has_the_published_format(mine, no_page, tmp_path):
+    jsonschema = pytest.importorskip("jsonschema")
+    project.load()
+    task = cases.load("collision", mine / "cases").tasks[0]
+    task.start = start.state(task.scenario, task.folder)
+    data = command.task_data(task)
+    jsonschema.validate(data, json.loads((PACKAGE / "schema/task-1.json").read_text()))
+    assert data["mass"] == pytest.approx([2500 * 4 / 3 * np.pi * 1e-9] * 2) and data["scenario"]["material"][0]["density"] == 2500.0
+    assert data["velocity"] == [[1, 0, 0], [0, 0, 0]] and data["steps"] == 2000 and data["time_step"] == 0.5e-6
+    command.write_state(tmp_path / "state.h5", data)
+    with h5py.File(tmp_path / "state.h5") as file:
+        assert file["mass"].attrs["unit"] == "kg" and json.loads(file.attrs["task"])["steps"] == 2000
+    assert cli.main(["run", "--json", str(tmp_path / "r.json")]) == rounds.AGREES
+    jsonschema.validate(json.loads((tmp_path / "r.json").read_text()), json.loads((PACKAGE / "schema/round-1.json").read_text()))
+
+
+@pytest.mark.parametrize("text, said", [
+    ("cases = [", "validate.toml: "), ('cases = "cases"', "validate.toml:1: `cases` is 'cases'; give a list"),
+    ('folders = ["a"]', "validate.toml:1: unknown key folders"), ('cases = ["none"]', "validate.toml:1: there is no folder"),
+    ("[engine.mine]\ninputs = []", "validate.toml:1: engine `mine` has no `command`"),
+    ('[engine.mine]\ncommand = "./mine"', "validate.toml:2: engine `mine`: `command` has no {output}"),
+    ('[engine.mine]\ncommand = 3', "validate.toml:2: `command` is 3; give text or a list"),
+    ('[engine.mine]\ncommand = "a {output}"\noutput = "vtk"', "validate.toml:3: `output` is `vtk`; use csv or hdf5"),
+    ('[engine.yade]\ncommand = "a {output}"', "the engine `yade` exists already"),
+    ('require = ["nobody"]', "validate.toml:1: unknown engine `nobody`"),
+])
+def test_bad_projects_are_told_with_file_and_line(tmp_path, monkeypatch, capsys, text, said):
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "validate.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    try:
+        assert cli.main(["list"]) == rounds.WRONG_INPUT
+    finally:
+        registry.ENGINES.pop("mine", None)
+    message = capsys.readouterr().err
+    assert said in message and len(message.splitlines()) == 1, message
+
+
+def test_missing_programs_and_inputs_are_told(tmp_path):
+    engine = command.CommandEngine("mine", tmp_path, "no-such-program {task} {output}")
+    with pytest.raises(NotInstalled, match="`no-such-program` of engine `mine` is missing"):
+        engine.version()
+    engine = command.CommandEngine("mine", tmp_path, "python3 {task} {output}", inputs=["src/*.cpp"])
+    with pytest.raises(HarnessError, match="no file matches `src/"):
+        engine.version()
+
+
+@pytest.mark.parametrize("change, said", [
+    (("[[check]]", "[[check"), "case.toml: "), (('peer = "two"', 'peer = "four"'), "case.toml:9: check `force`: `four` is not one of"),
+    (("tolerance = 1e-3", 'tolerance = "small"'), "case.toml:11: `tolerance` is 'small'; give a number"),
+    (('kind = "series"', 'kind = "curve"'), "case.toml:8: check `force`: `kind` is `curve`"), (('title = "t"', ""), "`title` is missing"),
+    (('reference = "one"', 'reference = "none"'), "unknown engine `none`"), (('of = "force"\n', ""), "`of` is missing"),
+    (('engines = ["two", "three"]', 'engines = ["two", "three"]\ntier = "slow"'), "case.toml:6: `slow` is not a tier"),
+])
+def test_bad_cases_are_told_with_file_and_line(tmp_path, monkeypatch, capsys, change, said):
+    for name in ("one", "two", "three"):
+        monkeypatch.setitem(registry.ENGINES, name, Fake(name))
+    (tmp_path / "c/small").mkdir(parents=True)
+    (tmp_path / "c/small/scenario.toml").write_text(SCENARIO)
+    assert change[0] in CASE
+    (tmp_path / "c/small/case.toml").write_text(CASE.replace(*change, 1))
+    assert cli.main(["run", "--cases", str(tmp_path / "c")]) == rounds.WRONG_INPUT
+    message = capsys.readouterr().err
+    assert said in message and len(message.splitlines()) == 1, message
+
+
+@pytest.mark.parametrize("name, text, said", [
+    ("scenario.toml", None, "scenario.toml does not exist"), ("scenario.toml", "version = ", "scenario.toml: Invalid value"),
+    ("case.py", "import nothing_of_this_name", "case.py cannot be loaded: ModuleNotFoundError"),
+    ("case.py", "def scenario(document):\n    return document['no']\n", "scenario() failed for variant main: KeyError"),
+    ("../quirks.toml", "[a]\nengine = 1\n", "quirks.toml:2: `engine` is 1; give text"),
+])
+def test_bad_files_of_a_case_are_told(tmp_path, monkeypatch, capsys, name, text, said):
+    for engine in ("one", "two", "three"):
+        monkeypatch.setitem(registry.ENGINES, engine, Fake(engine))
+    place = tmp_path / "c/small"
+    place.mkdir(parents=True)
+    (place / "scenario.toml").write_text(SCENARIO)
+    (place / "case.toml").write_text(CASE)
+    (place / name).unlink(missing_ok=True) if text is None else (place / name).write_text(text)
+    assert cli.main(["run", "--cases", str(tmp_path / "c")]) == rounds.WRONG_INPUT
+    assert said in capsys.readouterr().err
+
+
+def test_engines_of_packages_are_found(monkeypatch):
+    class Point:
+        name, value = "theirs", "their_package:engine"
+
+        @staticmethod
+        def load():
+            return Fake("theirs")
+
+    monkeypatch.setattr(registry.metadata, "entry_points", lambda group: [Point] if group == registry.GROUP else [])
+    try:
+        registry.load_packages()
+        assert registry.ENGINES["theirs"].version() == "theirs 1"
+    finally:
+        registry.ENGINES.pop("theirs", None)
+
+    class Broken(Point):
+        @staticmethod
+        def load():
+            raise ImportError("no module")
+
+    monkeypatch.setattr(registry.metadata, "entry_points", lambda group: [Broken])
+    with pytest.raises(HarnessError, match="entry point theirs = their_package:engine: cannot be loaded: ImportError"):
+        registry.load_packages()
+
+
+def test_start_states_without_a_program_are_complete_or_refused(tmp_path):
+    task = next(t for t in cases.load("chain-waves").tasks if t.variant == "long-wave")
+    own = start.state(task.scenario, task.folder)
+    assert len(own.bonds) == 15 and own.dt == 1e-6 and own.velocity[5, 0] > 0
+    dense = next(iter(cases.load("cpm-cell").tasks))
+    with pytest.raises(Unsupported, match="generated by ConcorDEM"):
+        start.state(dense.scenario, dense.folder)
+    rows = next(t for t in cases.load("ddem-rows").tasks)
+    with pytest.raises(Unsupported, match="the time step is automatic"):
+        start.state(rows.scenario, rows.folder)
+
+
+def test_a_scenario_that_our_program_does_not_know_still_runs_elsewhere(mine, monkeypatch):
+    monkeypatch.delenv(concordem.VARIABLE)
+    need("concordem")
+    scenario = mine / "cases/collision/scenario.toml"
+    scenario.write_text(scenario.read_text().replace("version = 1", "version = 1\n[my_physics]\nmagnetism = 3"))
+    made = project.load()
+    case = cases.load("collision", mine / "cases")
+    round_ = runner.Runner(made.output, quiet=True).run([case.only(["main"], ["analytic"])])
+    assert {v.status for v in round_.verdicts} == {"pass"}, [v.message for v in round_.verdicts]
+    # where a case asks for it, our program says that it does not know it
+    round_ = runner.Runner(made.output, quiet=True).run([case.only(["main"], ["concordem"])])
+    assert round_.outcomes["collision", "main", "concordem"].status == "crashed"
+
+
+def test_pytest_has_a_test_for_each_check(mine):
+    ran = subprocess.run([sys.executable, "-m", "pytest", "-p", "concordem_validate.pytest_plugin", "--concordem-cases", "cases", "-v", "-p", "no:cacheprovider"],
+                         cwd=mine, capture_output=True, text=True, env={"PYTHONPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin", "CONCORDEM": "/nowhere"})
+    assert ran.returncode == 0 and "1 passed, 1 skipped" in ran.stdout, ran.stdout + ran.stderr
+    assert "collision::main::velocities afterwards::mine-analytic" in ran.stdout
+    (mine / "mine.py").write_text((mine / "mine.py").read_text().replace("steps + 1", "steps // 2"))
+    ran = subprocess.run([sys.executable, "-m", "pytest", "-p", "concordem_validate.pytest_plugin", "--concordem-cases", "cases", "-q"],
+                         cwd=mine, capture_output=True, text=True, env={"PYTHONPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin", "CONCORDEM": "/nowhere"})
+    assert ran.returncode == 1 and re.search(r"ends at [\d.e-]+ s, but the run at 0.001 s", ran.stdout), ran.stdout + ran.stderr
+
+
+def test_the_example_of_kratos_refuses_by_name_what_it_does_not_know(tmp_path):
+    adapter = PACKAGE.parent / "examples/kratos/kratos.py"
+    task = next(t for t in cases.load("chain-waves").tasks)
+    task.start = start.state(task.scenario, task.folder)
+    (tmp_path / "task.json").write_text(json.dumps(command.task_data(task)))
+    ran = subprocess.run([sys.executable, adapter, "task.json", "out.csv"], cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode == command.UNSUPPORTED and ran.stdout.startswith("kratos: no translation of bonds, prescribe")
+    # the example case itself is whole
+    made = project.load(adapter.with_name("validate.toml"))
+    try:
+        case = cases.load("impact", made.roots[0])
+        assert len(case.checks) == 7 and case.reference == "kratos"
+    finally:
+        for name in [n for n in registry.ENGINES if n.startswith("kratos")]:
+            registry.ENGINES.pop(name)
+
+
+@pytest.mark.skipif(not os.environ.get("CONCORDEM_LONG"), reason="long: make test-full")
+def test_the_wheel_works_without_the_sources(tmp_path):
+    shutil.copytree(PACKAGE.parent, tmp_path / "sources", ignore=shutil.ignore_patterns("__pycache__", "tests", "results", "build", "*.egg-info"))
+    python = tmp_path / "venv/bin/python"
+    for words in ([sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", tmp_path / "wheel", tmp_path / "sources"],
+                  [sys.executable, "-m", "venv", tmp_path / "venv"]):
+        subprocess.run(words, check=True)
+    subprocess.run([python, "-m", "pip", "install", "-q", next((tmp_path / "wheel").glob("*.whl"))], check=True)
+    program = tmp_path / "venv/bin/concordem-validate"
+    run = lambda *words: subprocess.run([program, *words], cwd=tmp_path, capture_output=True, text=True, env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)})
+    assert len(cases.names()) == sum(" variants, " in line for line in run("list").stdout.splitlines())
+    assert run("init", "mine").returncode == 0
+    done = subprocess.run([program, "run"], cwd=tmp_path / "mine", capture_output=True, text=True, env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)})
+    assert done.returncode == rounds.AGREES, done.stdout + done.stderr
+    # our cases without our program: nothing is checked, and that is said
+    assert run("run", "lattice-elasticity").returncode == rounds.NOTHING_CHECKED
+
+
+# checks without a peer
+
+
+@pytest.fixture
+def alone(mine):
+    """A case in which the engine is compared with itself on scenarios that must give the same answer."""
+    case = mine / "cases/collision/case.toml"
+    text = case.read_text()
+    head = text[:text.index("[[check]]")].replace('["analytic", "concordem"]', '["mine@rotated", "mine@renumbered", "mine@half-step", "mine@twin", "analytic"]')
+    rows = [("rotated", 1e-13), ("renumbered", 1e-13), ("half-step", 2e-3), ("twin", 1e-12)]
+    case.write_text(head.replace('["analytic", "yade", "concordem"]', '["mine@rotated"]') + "".join(
+        f'[[check]]\nname = "{kind}"\nkind = "series"\npeer = "mine@{kind}"\nof = "position"\nscale = "displacement"\ntolerance = {limit}\n'
+        f'reason = "the same answer but for rounding, or the error of the step"\n' for kind, limit in rows)
+        + '[[check]]\nname = "velocities"\nkind = "scalar"\npeer = "analytic"\nof = "velocities"\ntolerance = 2.5e-3\nreason = "as in the template"\n')
+    return mine
+
+
+def test_an_engine_is_checked_without_a_peer(alone):
+    made = project.load()
+    round_ = runner.Runner(made.output, quiet=True).run([cases.load("collision", alone / "cases")])
+    assert {v.status for v in round_.verdicts} == {"pass"} and len(round_.verdicts) == 5, [(v.check.name, v.message, v.difference) for v in round_.verdicts]
+    found = {v.check.name: v.difference for v in round_.verdicts}
+    assert found["half-step"] > 1e-5, "half the step must be seen"
+    # a code whose x axis is stiffer is found by no closed form along x, but by turning
+    path = alone / "mine.py"
+    path.write_text(path.read_text().replace("push = k * overlap", "push = (k if i == 0 else 0.5 * k) * overlap"))
+
+    round_ = runner.Runner(project.load().output, quiet=True).run([cases.load("collision", alone / "cases")])
+    assert [v.check.name for v in round_.verdicts if v.status == "fail"] == ["rotated"]
+    for kind in ("mine@mirrored", "nobody@twin"):
+        (alone / "cases/collision/case.toml").write_text((alone / "cases/collision/case.toml").read_text().replace("mine@twin", kind))
+        with pytest.raises(HarnessError):
+            cases.load("collision", alone / "cases")
+
+
+def test_twins_set_the_window_of_a_chaotic_run(tmp_path, monkeypatch):
+    """The logistic map doubles a difference at each step: 1e-16 is 1 after some fifty."""
+    from concordem_validate.result import Result
+
+    class Chaos(Fake):
+        def run(self, task, folder, limit):
+            x, places = 0.3 + 1e3 * (task.start.position[-1, 0] - 3e-3), []
+            for step in range(101):
+                places.append(x)
+                # another rounding in the second engine
+                x = 4 * x * (1 - x) if self.NAME == "one" else 4 * x - 4 * x * x
+                if self.change and step >= 20:
+                    x = self.change(x)
+            result = Result(self.NAME, 1e-3)
+            result.add("x", range(101), places, "1")
+            return result
+
+    monkeypatch.setenv(concordem.VARIABLE, "/nowhere/concordem")
+    for name in ("one", "two"):
+        monkeypatch.setitem(registry.ENGINES, name, Chaos(name))
+    place = tmp_path / "cases/chaos"
+    place.mkdir(parents=True)
+    (place / "scenario.toml").write_text(SCENARIO)
+    text = ('title = "t"\nquestion = "q"\nsource = "s"\nreference = "one"\nengines = ["two"]\n[[check]]\nname = "x"\nkind = "series"\npeer = "two"\nof = "x"\n'
+            'tolerance = 1e-9\nreason = "rounding until twins part"\n')
+
+    def verdict(more):
+        (place / "case.toml").write_text(text + more)
+        return runner.Runner(tmp_path / "out", quiet=True).run([cases.load("chaos", tmp_path / "cases")]).verdicts[0]
+
+    assert verdict("").status == "fail"
+    good = verdict("twin = 100\n")
+    assert good.status == "pass" and "twins part" in good.message, good.message
+    # a mistake before the twins part is found
+    registry.ENGINES["two"].change, registry.ENGINES["two"].number = lambda x: x * (1 + 1e-6), "2"
+    assert verdict("twin = 100\n").cause == "difference"
+    for name in [n for n in registry.ENGINES if n.startswith(("one@", "two@"))]:
+        registry.ENGINES.pop(name)
+
+
+def test_planted_mistakes_show_what_the_cases_cannot_see(mine, no_page, capsys):
+    assert cli.main(["mutate", "--engine", "mine"]) == rounds.FAILED
+    out = capsys.readouterr().out
+    # equal spheres exchange their velocities whatever their mass, radius, and stiffness are
+    assert "no check sees mass 1% too large" in out and "normal_stiffness 1% too large" in out
+    assert "no check sees velocity" not in out
+    assert registry.ENGINES["mine"].__class__ is command.CommandEngine
+
+
+def plus(size):
+    """A force that is larger by a constant."""
+    def apply(result):
+        result.series["force"].values = result.series["force"].values + size
+    return apply
+
+
+def write_case(folder, checks, engines='["two"]'):
+    (folder / "cases/small/case.toml").write_text(
+        f'title = "t"\nquestion = "q"\nsource = "s"\nreference = "one"\nengines = {engines}\n' + checks)
+
+
+def test_bits_and_speed_are_checks(folder, engines):
+    write_case(folder, '[[check]]\nname = "bits"\nkind = "bits"\npeer = "two"\nreason = "the same code"\n'
+                       '[[check]]\nname = "speed"\nkind = "speed"\npeer = "two"\ntolerance = 1.05\nreason = "a step gets no slower"\n')
+
+    def timed(wall, change=None):
+        def apply(result):
+            result.numbers["wall_s"] = wall
+            if change:
+                result.series["force"].values[4] = np.nextafter(result.series["force"].values[4], 9)
+        return apply
+
+    statuses = lambda: {v.check.name: v.status for v in judged(folder).verdicts}
+    engines["one"].change, engines["two"].change = timed(1.04), timed(1.0)
+    assert statuses() == {"bits": "pass", "speed": "pass"}
+    engines["one"].change, engines["one"].number = timed(1.06, True), "2"
+    assert statuses() == {"bits": "fail", "speed": "fail"}
+    assert "rounding" in next(v.message for v in judged(folder).verdicts if v.check.name == "bits")
+
+
+def test_balances_need_no_peer(folder, engines):
+    write_case(folder, "".join(f'[[check]]\nname = "{of}"\nkind = "balance"\nof = "{of}"\ntolerance = 1e-12\nreason = "rounding"\n'
+                               for of in ("momentum", "angular_momentum")))
+
+    def orbit(pull):
+        """Two masses of 1 and 3 kg on a spring, leapfrog; `pull`: share of the force on the second that is left out."""
+        def apply(result):
+            m, dt = np.array([1.0, 3.0]), 1e-3
+            x, v = np.array([[1.0, 0, 0], [-1.0, 0, 0]]), np.array([[0, 1.0, 0.2], [0, -0.4, 0]])
+            xs, vs = [], []
+            for step in range(101):
+                if step % 10 == 0:
+                    xs.append(x.copy())
+                    vs.append(v.copy())
+                force = -5.0 * (x[0] - x[1])
+                v = v + np.array([force, -force * (1 - pull)]) / m[:, None] * dt
+                x = x + v * dt
+            result.fields["mass"] = (m, "kg")
+            result.add("position", range(0, 101, 10), xs, "m")
+            result.add("velocity", range(0, 101, 10), vs, "m/s")
+        return apply
+
+    engines["one"].change = orbit(0.0)
+    assert {v.status for v in judged(folder).verdicts} == {"pass"}, [(v.message, v.difference) for v in judged(folder).verdicts]
+    engines["one"].change, engines["one"].number = orbit(1e-6), "2"
+    assert {v.cause for v in judged(folder).verdicts} == {"difference"}
+    engines["one"].change, engines["one"].number = None, "3"
+    assert {v.cause for v in judged(folder).verdicts} == {"error"}
+
+
+def test_a_history_has_a_curve_for_each_check(folder, engines, no_page, capsys):
+    place = ["--cases", str(folder / "cases")]
+    for k in range(3):
+        engines["two"].change, engines["two"].number = plus(k * 4e-4), str(k)
+        assert cli.main(["run", *place, "--output", str(folder / f"round-{k}"), "small"]) == (0 if k < 3 else 1)
+    page = folder / "history.html"
+    assert cli.main(["history", *(str(folder / f"round-{k}") for k in range(3)), "--page", str(page)]) == 0
+    text = page.read_text()
+    assert text.count("<svg") == 3 and "round-0" in text and text.index("· force · one and two") < text.index("· positions ·")
+    assert cli.main(["history", str(folder / "round-0")]) == rounds.WRONG_INPUT
+
+
+def test_shards_cover_all_cases_and_failed_cases_run_alone(folder, engines, no_page, capsys):
+    for name in ("second", "third"):
+        place = folder / "cases" / name
+        place.mkdir()
+        (place / "scenario.toml").write_text(SCENARIO)
+        (place / "case.toml").write_text(CASE)
+    (folder / "cases/third/case.toml").write_text(CASE.replace("tolerance = 1e-3", "tolerance = 1e-9", 1))
+    engines["two"].change = plus(1e-6)
+    place = ["--cases", str(folder / "cases"), "--output", str(folder / "out")]
+    seen = []
+    for k in (1, 2):
+        cli.main(["run", *place, "--shard", f"{k}/2"])
+        seen.append({o["case"] for o in rounds.record(folder / "out")["outcomes"]})
+    assert seen[0] | seen[1] == {"small", "second", "third"} and not seen[0] & seen[1]
+    assert cli.main(["run", *place]) == rounds.FAILED
+    assert cli.main(["run", *place, "--failed"]) == rounds.FAILED
+    assert {o["case"] for o in rounds.record(folder / "out")["outcomes"]} == {"third"}
+    assert cli.main(["run", *place, "--shard", "3/2"]) == rounds.WRONG_INPUT
+    assert cli.main(["run", *place, "--engines", "nobody"]) == rounds.WRONG_INPUT
+    assert cli.main(["run", *place, "--engines", "three", "small"]) == rounds.AGREES
+
+
+def test_a_projects_requirements_hold_in_ci(mine, no_page, monkeypatch):
+    """A stranger's CI has not all of our engines; he says which it must have."""
+    monkeypatch.setenv("CI", "true")
+    assert cli.main(["run"]) == rounds.AGREES
+    assert cli.main(["run", "--strict"]) == rounds.ENGINE_MISSING
+    path = mine / "validate.toml"
+    path.write_text(path.read_text().replace('require = ["mine"]', 'require = ["mine", "concordem"]'))
+    assert cli.main(["run"]) == rounds.ENGINE_MISSING
+
+
+def test_files_of_a_case_have_absolute_paths_where_our_program_runs(tmp_path):
+    (tmp_path / "anvil.stl").write_text("solid x\nendsolid x\n")
+    document = {"packing": {"path": "anvil.stl"}, "wall": [{"name": "anvil.stl", "shape": {"path": "anvil.stl"}}, {"shape": {"path": "none.stl"}}]}
+    made = concordem._absolute(document, tmp_path)
+    assert made["packing"]["path"] == made["wall"][0]["shape"]["path"] == str(tmp_path / "anvil.stl")
+    assert made["wall"][0]["name"] == "anvil.stl" and made["wall"][1]["shape"]["path"] == "none.stl"
