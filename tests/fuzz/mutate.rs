@@ -26,6 +26,41 @@ const WORDS: [&str; 16] = [
     "true",
 ];
 
+/// Changes the structure of a text in one to four places: its lines, the fields of a line, their separators, and its keywords.
+pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, keywords: &[&str]) {
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for _ in 0..=random.below(4) {
+        if lines.is_empty() {
+            break;
+        }
+        let (at, other) = (random.below(lines.len()), random.below(lines.len()));
+        match random.below(10) {
+            0 => lines.swap(at, other),
+            1 => lines.insert(other, lines[at].clone()),
+            2 => drop(lines.remove(at)),
+            3 => lines[at] = keywords[random.below(keywords.len())].to_owned(),
+            4 => lines.insert(at, keywords[random.below(keywords.len())].to_owned()),
+            5 => lines.truncate(at),
+            kind => {
+                let separator = [' ', ',', ';', '\t'].into_iter().find(|c| lines[at].contains(*c)).unwrap_or(' ');
+                let mut fields: Vec<String> = lines[at].split(separator).map(str::to_owned).collect();
+                let (field, second) = (random.below(fields.len()), random.below(fields.len()));
+                match kind {
+                    6 => fields.swap(field, second),
+                    7 => fields.insert(second, fields[field].clone()),
+                    8 => drop(fields.remove(field)),
+                    _ => fields[field] = WORDS[random.below(WORDS.len())].to_owned(),
+                }
+                let another = [separator, separator, separator, ' ', ',', ';', '\t'][random.below(7)];
+                lines[at] = fields.join(&another.to_string());
+            }
+        }
+    }
+    let end = ["\n", "\n", "\n", "\r\n", "\r"][random.below(5)];
+    *bytes = (lines.join(end) + end).into_bytes();
+}
+
 /// Changes `bytes` in one to four places; `text`: also insert words.
 pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random, text: bool) {
     for _ in 0..=random.below(4) {

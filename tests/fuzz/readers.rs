@@ -19,7 +19,7 @@ use concordem_tests::commands::concordem;
 
 use concordem_tests::random::Random;
 
-use crate::mutate::mutate;
+use crate::mutate::{mutate, restructure};
 
 /// A reader of one kind of input.
 pub struct Reader {
@@ -27,6 +27,8 @@ pub struct Reader {
     pub name: &'static str,
     /// Whether inputs are text.
     text: bool,
+    /// Keywords of a text of lines, whose structure is changed, too.
+    keywords: &'static [&'static str],
     /// Whether inputs end with a seal, which must be recomputed.
     sealed: bool,
     /// Reads an input and uses the result.
@@ -34,15 +36,85 @@ pub struct Reader {
 }
 
 const fn reader(name: &'static str, text: bool, sealed: bool, read: fn(&Samples, &[u8])) -> Reader {
-    Reader { name, text, sealed, read }
+    Reader { name, text, keywords: &[], sealed, read }
 }
 
+/// A reader of text with lines and keywords.
+const fn lines(name: &'static str, keywords: &'static [&'static str], read: fn(&Samples, &[u8])) -> Reader {
+    Reader { name, text: true, keywords, sealed: false, read }
+}
+
+const TABLE: &[&str] = &[
+    "x,y,z,r",
+    "x [mm];y [mm];z [mm];d [um]",
+    "id x y z radius clump",
+    "# cell 1 0 0 0 1 0 0 0 1",
+    "\"x\",\"y\",\"z\",\"r\"",
+    "\u{feff}",
+    "",
+];
+const YADE: &[&str] = &[
+    "##PERIODIC:: 1 1 1",
+    "#format x_y_z_r_matId",
+    "#format x_y_z_r_clumpId",
+    "# cell 1 0 0 0 1 0 0 0 1",
+    "0 0 0 1 -1",
+    "0 0 0 1 3",
+];
+const DATA: &[&str] = &[
+    "Atoms",
+    "Atoms # sphere",
+    "Atoms # bpm/sphere",
+    "Atoms # hybrid sphere bond",
+    "Bonds",
+    "Velocities",
+    "2 atoms",
+    "3 atom types",
+    "0 1 xlo xhi",
+    "-1 1 ylo yhi",
+    "1 0 zlo zhi",
+    "0.5 0 0 xy xz yz",
+    "LAMMPS data file, units = cgs",
+    "1 1 1.0 2500 0 1 2 0 0 0",
+];
+const DUMP: &[&str] = &[
+    "ITEM: TIMESTEP",
+    "ITEM: UNITS",
+    "si",
+    "lj",
+    "ITEM: TIME",
+    "ITEM: NUMBER OF ATOMS",
+    "ITEM: BOX BOUNDS pp pp pp",
+    "ITEM: ATOMS x y z radius",
+    "ITEM: ATOMS id xu yu zu diameter id_multisphere",
+    "ITEM: ATOMS x x y z r",
+    "ITEM: ENTRIES c_1",
+    "",
+];
+const STL: &[&str] = &[
+    "solid",
+    "solid a",
+    "endsolid",
+    "end solid",
+    "facet normal 0 0 1",
+    "outer loop",
+    "vertex 0 0 1e38",
+    "vertex -0 0 0",
+    "endloop",
+    "endfacet",
+    "FACET NORMAL 0 0 1",
+];
+
 /// All readers.
-pub const READERS: [Reader; 11] = [
+pub const READERS: [Reader; 15] = [
     reader("scenario", true, false, scenario),
     reader("sweep", true, false, sweep),
-    reader("spheres", true, false, spheres),
-    reader("surface", false, false, surface),
+    lines("table", TABLE, spheres),
+    lines("text", YADE, spheres),
+    lines("data", DATA, spheres),
+    lines("dump", DUMP, spheres),
+    lines("surface", STL, surface),
+    reader("binary surface", false, false, surface),
     reader("pack", false, true, pack),
     reader("result", false, true, result),
     reader("checkpoint", false, true, read_checkpoint),
@@ -149,17 +221,38 @@ impl Samples {
             ("scenario", scenarios.chain([SCENARIO.into()]).collect()),
             ("sweep", vec![SWEEP.into()]),
             (
-                "spheres",
+                "text",
                 vec![
                     text,
-                    b"##PERIODIC:: 1 2 3\n0 0 0 1\n".to_vec(),
-                    b"x [mm],y,z,radius\n0,1,2,0.5\n3,4,5,1e-1\n".to_vec(),
+                    b"##PERIODIC:: 1 2 3\n0 0 0 1 -1\n".to_vec(),
                     b"#format x_y_z_r_matId\n0 1 2 0.5 1\n".to_vec(),
-                    b"data\n\n1 atoms\n\nAtoms # sphere\n\n1 1 1.0 2500 0 1 2 0 0 0\n".to_vec(),
-                    b"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id x y z radius\n1 0 1 2 0.5\n".to_vec(),
                 ],
             ),
-            ("surface", vec![SURFACE.into(), binary]),
+            (
+                "table",
+                vec![
+                    b"x [mm],y [mm],z [mm],radius [um]\n0,1,2,0.5\n3,4,5,1e-1\n".to_vec(),
+                    b"id;x;y;z;d\n1;0;1,5;2;0,5\n2;3;4;5;0,1\n".to_vec(),
+                    b"x y z r clump\n0 1 2 0.5 -1\n".to_vec(),
+                ],
+            ),
+            (
+                "data",
+                vec![
+                    b"data\n\n1 atoms\n\nAtoms # sphere\n\n1 1 1.0 2500 0 1 2 0 0 0\n".to_vec(),
+                    b"data\n\n1 atoms\n1 atom types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\nAtoms # bpm/sphere\n\n1 1 1 1.0 2500 0 1 2\n\n\
+                      Velocities\n\n1 0 0 0 0 0 0\n"
+                        .to_vec(),
+                ],
+            ),
+            (
+                "dump",
+                vec![
+                    b"ITEM: UNITS\nsi\nITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id x y z radius\n1 0 1 2 0.5\n".to_vec(),
+                ],
+            ),
+            ("surface", vec![SURFACE.into()]),
+            ("binary surface", vec![binary]),
             ("pack", vec![bytes(&file("pack.h5")), bytes(&file("periodic.h5"))]),
             ("result", vec![bytes(&file("cell.h5"))]),
             ("checkpoint", vec![bytes(&parts.join("checkpoint-0000.h5"))]),
@@ -180,7 +273,14 @@ impl Samples {
             if reader.name == "state" {
                 return [random.number().to_le_bytes(), random.number().to_le_bytes()].concat();
             }
-            mutate(&mut bytes, &mut random, reader.text);
+            // Bytes, structure, or both.
+            let kind = if reader.keywords.is_empty() { 0 } else { random.below(3) };
+            if kind > 0 {
+                restructure(&mut bytes, &mut random, reader.keywords);
+            }
+            if kind < 2 {
+                mutate(&mut bytes, &mut random, reader.text);
+            }
             return bytes;
         }
         bytes.truncate(bytes.len() - 56);

@@ -331,6 +331,183 @@ const MISTAKES: &[Mistake] = &[
         &["packing", "overlap by 1.9"],
         "check positions, radii, and units",
     ),
+    // Text that was pasted, and slips of typing.
+    scenario(
+        "typographic quotation marks",
+        ("young = \"25 GPa\"", "young = “25 GPa”"),
+        &["young = “25 GPa”", "`“` (U+201C) is a typographic quotation mark"],
+        "young = \"25 GPa\"",
+    ),
+    scenario(
+        "Unicode minus",
+        ("strain = 1e-3", "strain = −3"),
+        &["strain = −3", "not the minus of the keyboard"],
+        "strain = -3",
+    ),
+    scenario(
+        "Unicode minus in quotes",
+        ("strain_rate = \"20 1/s\"", "strain_rate = \"−3 1/s\""),
+        &["loading.strain_rate = \"−3 1/s\"", "(U+2212)"],
+        "write \"-3 1/s\"",
+    ),
+    scenario(
+        "letter of another alphabet in a word",
+        ("law = \"cpm\"\ninteraction", "law = \"срm\"\ninteraction"),
+        &["bonds.law = \"срm\"", "letter of another alphabet"],
+        "write \"cpm\"",
+    ),
+    scenario(
+        "semicolon",
+        ("steps = 1_000", "steps = 1_000;"),
+        &["steps = 1_000;"],
+        "without a semicolon: steps = 1_000",
+    ),
+    scenario("colon for =", ("steps = 1_000", "steps: 1_000"), &["steps: 1_000"], "steps = 1_000"),
+    scenario("True", ("[output]", "[output]\ncsv = True"), &["csv = True"], "write true in lower case"),
+    scenario(
+        "path with backslashes",
+        ("[output]", "[output]\nfile = \"C:\\data\\r.h5\""),
+        &["file = \"C:\\data\\r.h5\""],
+        "in single quotes: 'C:\\data\\r.h5'",
+    ),
+    scenario(
+        "table of a law above its material",
+        ("[[material]]\n", "[material.hertz_mindlin]\nyoung = 1e9\n[[material]]\n"),
+        &["duplicate key", "[[material]]"],
+        "move [material.hertz_mindlin] below [[material]]",
+    ),
+    scenario(
+        "table twice with its place",
+        ("[output]", "[loading]\nkind = \"uniaxial\"\nstrain_rate = 1\n[output]"),
+        &["duplicate key", "[loading]", "1 problem"],
+        "line 18 has it, too",
+    ),
+    scenario(
+        "key below the table of a law",
+        ("[bonds]\n", "[material.hertz_mindlin]\nyoung = 1e9\npoisson = 0.2\ndensity = 4800\n[bonds]\n"),
+        &["material[0].hertz_mindlin.density"],
+        "`density` is a key of [material], but stands below [material.hertz_mindlin]: move it up",
+    ),
+    scenario(
+        "key below [packing.shape]",
+        (
+            "radius = \"1 mm\"\nshape = { kind = \"box\", size = [\"9 mm\", \"9 mm\", \"16 mm\"] }",
+            "[packing.shape]\nkind = \"box\"\nsize = [\"9 mm\", \"9 mm\", \"16 mm\"]\nlattice = \"fcc\"",
+        ),
+        &["packing.shape.lattice"],
+        "`lattice` is a key of [packing], but stands below [packing.shape]: move it up",
+    ),
+    // Factors of a thousand.
+    scenario(
+        "modulus in MPa",
+        ("young = \"25 GPa\"", "young = \"25 MPa\""),
+        &["cpm.young = \"25 MPa\"", "softer than any concrete"],
+        "concrete has some \"25 GPa\"",
+    ),
+    scenario(
+        "region in meters",
+        (
+            "[output]",
+            "[[sample]]\noperator = \"region-stress\"\nregion = { kind = \"sphere\", center = [0, 0, 0], radius = 5 }\n[output]",
+        ),
+        &["sample[0].region.radius = 5", "the region is 10 m wide"],
+        "check the unit",
+    ),
+    scenario(
+        "volume in meters",
+        ("[output]", "[[sample]]\noperator = \"fabric\"\nregion = { kind = \"all\", volume = 1 }\n[output]"),
+        &["sample[0].region.volume = 1", "the box around the body"],
+        "\"16 cm^3\"",
+    ),
+    scenario(
+        "STL of a wall in mm",
+        ("[output]", "[[wall]]\nmaterial = \"concrete\"\nshape = { kind = \"facets\", path = \"cube.stl\" }\n[output]"),
+        &["wall[0].shape", "the wall is 20 m wide"],
+        "unit = \"1 mm\"",
+    ),
+    scenario(
+        "STL of the body in mm",
+        ("\"box\", size = [\"9 mm\", \"9 mm\", \"16 mm\"]", "\"mesh\", path = \"cube.stl\""),
+        &["packing.shape"],
+        "unit = \"1 mm\"",
+    ),
+    scenario(
+        "open surface",
+        ("\"box\", size = [\"9 mm\", \"9 mm\", \"16 mm\"]", "\"mesh\", path = \"open.stl\""),
+        &["packing.shape.path = \"open.stl\"", "not closed"],
+        "needs a closed one",
+    ),
+    scenario(
+        "OBJ as STL",
+        ("[output]", "[[wall]]\nmaterial = \"concrete\"\nshape = { kind = \"facets\", path = \"part.obj\" }\n[output]"),
+        &["wall[0].shape.path = \"part.obj\"", "an OBJ file, not STL"],
+        "save the surface as STL",
+    ),
+    scenario(
+        "rate of a laboratory",
+        (
+            "strain_rate = \"20 1/s\"\n[stop]\nstrain = 1e-3\nsteps = 1_000",
+            "strain_rate = \"1e-6 1/s\"\n[stop]\nstrain = 1e-3",
+        ),
+        &["loading.strain_rate = \"1e-6 1/s\"", "days on one core"],
+        "rates of 0.1 to 100 1/s",
+    ),
+    scenario("strain in percent", ("strain = 1e-3", "strain = 0.5"), &["stop.strain = 0.5", "is 50 %"], "\"0.5 %\""),
+    scenario(
+        "set beside the body",
+        (
+            "[output]",
+            "[[set]]\nname = \"top\"\nselection = { kind = \"box\", minimum = [-5, -5, 7], maximum = [5, 5, 9] }\n[output]",
+        ),
+        &["set[0].selection", "the centers lie between ["],
+        "check its position and units",
+    ),
+    scenario(
+        "notch beside the beam",
+        (
+            "[output]",
+            "[[cut]]\nshape = { kind = \"parallelogram\", corner = [0, -10, -10], edges = [[0, 1, 0], [0, 0, 1]] }\n[output]",
+        ),
+        &["cut[0].shape", "crosses no bond"],
+        "the centers lie between [",
+    ),
+    scenario(
+        "two walls of one name",
+        (
+            "[output]",
+            "[[wall]]\nname = \"w\"\nmaterial = \"concrete\"\nshape = { kind = \"plane\", point = [0, 0, \"-20 mm\"], normal = [0, 0, 1] }\n\
+             [[wall]]\nname = \"w\"\nmaterial = \"concrete\"\nshape = { kind = \"plane\", point = [0, 0, \"20 mm\"], normal = [0, 0, -1] }\n[output]",
+        ),
+        &["wall[1].name = \"w\"", "wall[0] is called \"w\", too"],
+        "give each [[wall]] its own `name`",
+    ),
+    packing(
+        "table with decimal commas",
+        "x,y,z,r\n0,5,1,0,2,0,0,1\n",
+        &["packing.path = \"p.txt\"", "line 2", "expected 4 columns, found 8"],
+        "write decimals with a point: 0.5, or separate columns by semicolons",
+    ),
+    command(
+        "setting without =",
+        "check m.toml --set packing.radius",
+        "--set",
+        &["packing.radius"],
+        "packing.radius=\"2 mm\"",
+    ),
+    command(
+        "calibration in GPa",
+        "calibrate elastic --law cpm --young 30 --poisson 0.2",
+        "--young",
+        &["plain numbers are Pa"],
+        "\"30 GPa\"",
+    ),
+    command(
+        "measure without a region",
+        "measure r.h5",
+        "--region",
+        &["has no [[sample]]"],
+        "--operator region-stress --region '{ kind = \"sphere\"",
+    ),
     // Commands.
     command("page as PDF", "report r.h5 -o x.pdf", "--output x.pdf", &["HTML"], "use x.html"),
     command("result as PDF", "run m.toml -o x.pdf", "--output x.pdf", &["HDF5"], "use x.h5"),
@@ -444,10 +621,99 @@ fn missing(mistake: &Mistake, folder: &Path) -> (Vec<String>, String) {
     (lacks, shown)
 }
 
+/// A cube with edges of 20 units, the same without its top, and a triangle as OBJ.
+fn write_surfaces(folder: &Path) {
+    let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|bit| 20 * bit);
+    let faces = [
+        [0, 2, 1],
+        [1, 2, 3],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+        [4, 5, 6],
+        [5, 7, 6],
+    ];
+    let facet = |face: &[usize; 3]| {
+        let vertices = face.map(|k| {
+            let [x, y, z] = corner(k);
+            format!("vertex {x} {y} {z}\n")
+        });
+        format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", vertices.concat())
+    };
+    for (name, count) in [("cube.stl", 12), ("open.stl", 10)] {
+        let facets: String = faces[..count].iter().map(facet).collect();
+        write(folder, name, &format!("solid\n{facets}endsolid\n"));
+    }
+    write(folder, "part.obj", "# a part\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+}
+
+/// Files in other encodings, other decks, and names without their ending.
+#[test]
+fn mistakes_in_files_and_other_decks_are_explained() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    let check = |name: &str, bytes: &[u8]| {
+        std::fs::write(path(name), bytes).expect("a file");
+        concordem(["check", "--no-build", text(&path(name))])
+    };
+    let utf16: Vec<u8> = [0xff, 0xfe].into_iter().chain(BAR.encode_utf16().flat_map(u16::to_le_bytes)).collect();
+    let latin = BAR.replace("version", "# K\u{f6}rner\nversion").chars().map(|c| c as u8).collect::<Vec<u8>>();
+    let template = |name: &str| concordem::scenario::template(name).expect("a template").text;
+    let gauge = template("concrete-bending").replacen("gauge = \"crack mouth\"", "gauge = \"cmod\"", 1);
+    let tension = template("concrete-triaxial").replacen("[[\"-5 MPa\"", "[[\"5 MPa\"", 1);
+    let soft = template("hertz-impact").replace("GPa", "Pa");
+    let cases: [(&str, &[u8], &[&str]); 5] = [
+        ("utf16.toml", &utf16[..], &["is text in UTF-16; save it as UTF-8"][..]),
+        ("latin.toml", &latin[..], &["latin.toml:1: the line has bytes that are not UTF-8; save the file as UTF-8"]),
+        (
+            "gauge.toml",
+            gauge.as_bytes(),
+            &[
+                "loading.opening.gauge = \"cmod\"",
+                "no gauge has this name",
+                "or add [[sample]] with name = \"cmod\", operator = \"gauge\", and two `sets`",
+            ],
+        ),
+        (
+            "tension.toml",
+            tension.as_bytes(),
+            &[
+                "loading.stress[0][0] = \"5 MPa\"",
+                "pulls along x, because tension is positive",
+                "write \"-5 MPa\" for a pressure",
+            ],
+        ),
+        ("soft.toml", soft.as_bytes(), &["hertz_mindlin.young", "softer than any solid", "check the unit"]),
+    ];
+    for (name, bytes, expected) in cases {
+        let given = check(name, bytes);
+        // Lines of a picture are wrapped.
+        let plain = given.err.replace("\n  | ", " ").replace("\n        ", " ");
+        for part in expected {
+            assert!(plain.contains(part), "{name}: no {part:?} in\n{plain}");
+        }
+    }
+    // Lines that end with a carriage return alone are lines.
+    let old = check("old.toml", BAR.replace('\n', "\r").as_bytes());
+    assert_eq!(old.code, exit::DONE, "{}", old.err);
+    let without = concordem(["check", text(&path("old"))]);
+    assert!(without.err.contains("Did you mean") && without.err.contains("old.toml?"), "{}", without.err);
+    let brazilian = concordem(["init", "--template", "brazilian", text(&path("split.toml"))]);
+    assert_eq!(brazilian.code, exit::DONE, "{}", brazilian.err);
+    let written = std::fs::read_to_string(path("split.toml")).expect("a template");
+    assert!(written.contains(template("concrete-splitting")));
+}
+
 /// Every message has a score: one point each for the place, for key and value, and for the remedy.
 #[test]
 fn typical_mistakes_are_explained() {
     let folder = TempDir::new().expect("a temporary folder");
+    write_surfaces(folder.path());
     write(folder.path(), "r.toml", &BAR.replace("steps = 1_000", "steps = 10"));
     assert_eq!(concordem(["run", "-q", text(&folder.path().join("r.toml"))]).code, exit::DONE);
     let mut points = 0;

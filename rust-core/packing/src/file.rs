@@ -1,11 +1,13 @@
 //! Sphere packings as text: one line `x y z r` (m) per sphere; text after `#` is a comment.
 //!
 //! A periodic packing stores its cell in a comment: `# cell` with the nine components of the three edge vectors, one
-//! vector after the other. The reader also accepts YADE's `##PERIODIC:: x y z` (edges of a box) and more columns, if YADE's
-//! comment `#format x_y_z_r_matId` names them. Other formats: [`import`](super::import()).
+//! vector after the other. The reader also accepts YADE's `##PERIODIC:: x y z` (edges of a box), the fifth column of `SpherePack.save`
+//! (the number of the clump, −1 for none), and more columns, if YADE's comment `#format x_y_z_r_matId` names them. Spheres of clumps are
+//! refused, because they would be loose. Other formats: [`import`](super::import()).
 
-use std::io::{BufRead, Write};
+use std::io::{BufRead, ErrorKind, Write};
 
+use super::import::loose;
 use super::{Packing, PackingError};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::Cell;
@@ -29,7 +31,13 @@ pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
         ends.clear();
         while ends.len() < LINES_AT_A_TIME {
             let number = done + ends.len() + 1;
-            let failed = |source| PackingError::Io { action: format!("cannot read line {number}"), source };
+            let failed = |source: std::io::Error| match source.kind() {
+                ErrorKind::InvalidData => {
+                    let reason = "the line has bytes that are not UTF-8; save the file as UTF-8".to_owned();
+                    PackingError::BadLine { line: number, reason, text: String::new() }
+                }
+                _ => PackingError::Io { action: format!("cannot read line {number}"), source },
+            };
             if reader.read_line(&mut text).map_err(failed)? == 0 {
                 break;
             }
@@ -66,8 +74,18 @@ fn plain_sphere(line: &str) -> Option<Sphere> {
 #[derive(Default)]
 struct Import {
     packing: Packing,
-    /// Whether a comment of YADE names columns after x y z r, which are skipped.
-    further: bool,
+    /// What stands in the columns after x y z r.
+    further: Further,
+}
+
+/// What stands in the columns after x y z r.
+#[derive(Default, Clone, Copy, PartialEq)]
+enum Further {
+    /// Nothing, or the number of the clump.
+    #[default]
+    Unnamed,
+    /// What a comment of YADE names; skipped but for the number of the clump, which is in the column with this index.
+    Named(Option<usize>),
 }
 
 impl Import {
@@ -107,15 +125,23 @@ impl Import {
             let Some(rest) = format.trim().strip_prefix("x_y_z_r") else {
                 return Err(bad("the columns must begin with x_y_z_r".into()));
             };
-            self.further = !rest.is_empty();
+            let clump = rest.split('_').position(|name| name.eq_ignore_ascii_case("clumpId")).map(|place| place + 3);
+            self.further = if rest.is_empty() { Further::Unnamed } else { Further::Named(clump) };
             return Ok(());
         }
         let content = line.split('#').next().unwrap_or("");
-        let values = if self.further {
-            numbers(&content.split_whitespace().take(4).collect::<Vec<_>>().join(" "))?
-        } else {
-            numbers(content)?
+        let mut words: Vec<&str> = content.split_whitespace().collect();
+        let clump = match self.further {
+            Further::Unnamed => (words.len() == 5).then_some(4),
+            Further::Named(clump) => clump,
         };
+        if let Some(word) = clump.and_then(|place| words.get(place)) {
+            loose(number, line, word)?;
+        }
+        if clump.is_some() || self.further != Further::Unnamed {
+            words.truncate(4);
+        }
+        let values = numbers(&words.join(" "))?;
         match values[..] {
             [] => {}
             [x, y, z, radius] if radius > 0.0 => {
@@ -190,6 +216,10 @@ mod tests {
         assert_eq!(packing.spheres.len(), 2);
         assert_eq!(packing.spheres[1], Sphere { position: Vec3::new(1.0e-3, 2.0, 3.0), radius: 0.25 });
         assert_eq!(packing.cell.unwrap().volume(), 6.0);
+        // As SpherePack.save of YADE writes: the fifth column is the number of the clump.
+        let text = "##PERIODIC:: 0.02 0.02 0.02\n0.001 0.002 0.003 0.001 -1\n0.005 0.002 0.003 0.001 -1\n";
+        let packing = import_text(text.as_bytes()).unwrap();
+        assert_eq!(packing.spheres[1], Sphere { position: Vec3::new(0.005, 0.002, 0.003), radius: 0.001 });
     }
 
     #[test]
@@ -199,14 +229,23 @@ mod tests {
             ("# c\n\n0 0 x 1", "line 3: \"x\" is not a number: \"0 0 x 1\""),
             ("0 0 0 -1", "line 1: the radius -1 is not positive: \"0 0 0 -1\""),
             ("0 0 NaN 1", "line 1: NaN is not finite: \"0 0 NaN 1\""),
-            ("0 0 0 1 5", "line 1: expected the four numbers x y z r, found 5: \"0 0 0 1 5\""),
+            ("0 0 0 1 5 6", "line 1: expected the four numbers x y z r, found 6: \"0 0 0 1 5 6\""),
+            (
+                "0 0 0 1 -1\n0 0 2 1 5",
+                "line 2: the sphere belongs to clump 5, and a packing has no clumps; write -1 in this column, and join the spheres by \
+                 [[clump]] with a `set` of their ids: \"0 0 2 1 5\"",
+            ),
+            ("0 0 0 1 0.5", "line 1: \"0.5\" is not a number of a clump; -1 stands for none: \"0 0 0 1 0.5\""),
+            ("#format x_y_z_r_matId_clumpId\n0 0 0 1 7 -1\n0 0 0 1 7 2", "line 3: the sphere belongs to clump 2"),
             ("##PERIODIC:: 1 2", "line 1: a periodic cell needs three positive edges: \"##PERIODIC:: 1 2\""),
             ("#format x_y_z\n0 0 0", "line 1: the columns must begin with x_y_z_r: \"#format x_y_z\""),
             ("# cell 1 0 0 2 0 0 0 0 1", "line 1: the cell has no volume: \"# cell 1 0 0 2 0 0 0 0 1\""),
         ];
         for (text, message) in cases {
-            assert_eq!(import_text(text.as_bytes()).unwrap_err().to_string(), message);
+            let error = import_text(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.starts_with(message), "{error}");
         }
-        assert!(matches!(import_text(&b"0 0 0 1\n\xff\xfe"[..]), Err(PackingError::Io { .. })));
+        let error = import_text(&b"0 0 0 1\n\xff\xfe"[..]).unwrap_err().to_string();
+        assert!(error.contains("line 2") && error.contains("save the file as UTF-8"), "{error}");
     }
 }

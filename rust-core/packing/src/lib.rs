@@ -22,6 +22,7 @@ pub mod random_dense;
 pub mod section;
 pub mod shape;
 pub mod size;
+pub mod stl;
 pub mod summary;
 pub mod tile_crop;
 
@@ -37,6 +38,7 @@ pub use random_dense::{Compaction, Progress, Protocol, RandomDense, Stage, rando
 pub use section::smallest_section;
 pub use shape::Shape;
 pub use size::SizeDistribution;
+pub use stl::{Surface, read_stl};
 pub use summary::PackingSummary;
 pub use tile_crop::{Crop, tile, tile_and_crop};
 

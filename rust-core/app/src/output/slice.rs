@@ -5,6 +5,17 @@ use super::frames::{Frame, Frames};
 use super::result::ResultFile;
 use concordem_solver::state::columns::ColumnData;
 
+/// Distances from the middle that differ by less than this part of a radius are those of one layer.
+const LAYER: f64 = 1e-6;
+
+/// A number that looks random (finalizer of SplitMix64, Steele et al. 2014).
+fn scattered(p: usize) -> u64 {
+    let mut z = (p as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
 /// A slice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SliceFrame {
@@ -12,6 +23,8 @@ pub struct SliceFrame {
     pub axes: [usize; 2],
     /// Number of particles.
     pub count: usize,
+    /// Number of particles that the slice cuts, of which these are drawn.
+    pub cut: usize,
     /// Lowest and highest coordinates of the spheres in the first snapshot, m.
     pub bounds: [[f64; 2]; 2],
     /// Coordinates in the first snapshot, m, two per particle.
@@ -35,7 +48,8 @@ pub struct SliceAt {
 
 impl ResultFile {
     /// A slice through the middle, as thick as a particle or thinner, so that it has at most `most` particles, at up to `snapshots`
-    /// snapshots. The picture shows the longest edge of the specimen. `None` without snapshots.
+    /// snapshots. Of particles at the same distance from the middle, as in a plane body, it has a sample all over the picture and
+    /// the outermost ones. The picture shows the longest edge of the specimen. `None` without snapshots.
     ///
     /// # Errors
     /// The snapshots cannot be read.
@@ -71,8 +85,28 @@ impl ResultFile {
         let middle = 0.5 * (ranges[normal][0] + ranges[normal][1]);
         let mut chosen: Vec<usize> =
             (0..points.len()).filter(|&p| (points[p][normal] - middle).abs() <= radius[p]).collect();
-        // The nearest to the middle; the order of the file otherwise.
-        chosen.sort_by(|&p, &q| (points[p][normal] - middle).abs().total_cmp(&(points[q][normal] - middle).abs()));
+        let cut = chosen.len();
+        let outermost: Vec<usize> = axes
+            .iter()
+            .flat_map(|&axis| {
+                let least = chosen
+                    .iter()
+                    .min_by(|p, q| (points[**p][axis] - radius[**p]).total_cmp(&(points[**q][axis] - radius[**q])));
+                let most = chosen
+                    .iter()
+                    .max_by(|p, q| (points[**p][axis] + radius[**p]).total_cmp(&(points[**q][axis] + radius[**q])));
+                [least, most]
+            })
+            .flatten()
+            .copied()
+            .collect();
+        // The outermost, then the nearest to the middle. Distances of one layer differ by rounding; in a layer, any order but that of
+        // the file, which runs through the body from one side to the other.
+        let rank = |p: usize| {
+            let layer = ((points[p][normal] - middle).abs() / (LAYER * radius[p])).round();
+            (!outermost.contains(&p), layer as u64, scattered(p))
+        };
+        chosen.sort_by_cached_key(|&p| rank(p));
         chosen.truncate(most);
         chosen.sort_unstable();
         let pick =
@@ -96,6 +130,7 @@ impl ResultFile {
         Ok(Some(SliceFrame {
             axes,
             count: chosen.len(),
+            cut,
             bounds: [[ranges[axes[0]][0], ranges[axes[1]][0]], [ranges[axes[0]][1], ranges[axes[1]][1]]],
             points: chosen.iter().flat_map(|&p| axes.map(|axis| points[p][axis])).collect(),
             radius: pick(radius),

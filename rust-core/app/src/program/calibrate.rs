@@ -79,8 +79,19 @@ struct CalibrateBeamArguments {
     work: Work,
 }
 
+/// A plain number below this, Pa, is probably in GPa or MPa: no solid is so soft or weak.
+const SOFT: f64 = 1e3;
+
 fn stress(text: &str) -> Result<f64, String> {
-    positive(text.parse().map_or_else(|_| Stress::parse(text).map(Quantity::si).map_err(|e| e.to_string()), Ok)?)
+    let Ok(plain) = text.parse::<f64>() else {
+        return positive(Stress::parse(text).map(Quantity::si).map_err(|error| error.to_string())?);
+    };
+    if plain > 0.0 && plain < SOFT {
+        return Err(format!(
+            "plain numbers are Pa, and no solid is so soft or weak: write \"{text} GPa\" or \"{text} MPa\", or \"{text} Pa\" if pascals are meant"
+        ));
+    }
+    positive(plain)
 }
 
 fn density(text: &str) -> Result<f64, String> {

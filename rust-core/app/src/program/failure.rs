@@ -12,13 +12,16 @@ use concordem_operator::OperatorError;
 use concordem_packing::PackingError;
 use concordem_scenario::assembly::AssemblyError;
 use concordem_scenario::schedule::simulation::RunError;
-use concordem_scenario::schema::{Location, Packing, ProblemKind, ReadError, Scenario, ScenarioError};
+use concordem_scenario::schema::{Location, Packing, ProblemKind, ReadError, Scenario, ScenarioError, Shape};
 use concordem_solver::SolverError;
 use concordem_statics::StaticsError;
 
 /// Formats of packings.
 const FORMATS: &str = "a packing file has one sphere per line, x y z r; or it is CSV with the columns x, y, z, radius, a LAMMPS data \
                        file of the atom style sphere, a dump, or an HDF5 sphere pack (.h5)";
+
+/// Formats of surfaces.
+const SURFACES: &str = "a surface is an STL file, text or binary; a body or an aggregate needs a closed one";
 
 /// Failure of a command.
 #[derive(Debug, thiserror::Error)]
@@ -83,6 +86,11 @@ impl From<ReadError> for Failure {
         match error {
             ReadError::Scenario(error) => Self::Scenario(error),
             ReadError::Io { path, error } => {
+                let with_ending = path.with_extension("toml");
+                if error.kind() == io::ErrorKind::NotFound && with_ending.exists() {
+                    let (path, meant) = (path.display(), with_ending.display());
+                    return Self::NotText(format!("cannot read {path}: {error}. Did you mean {meant}?"));
+                }
                 let remedy = match error.kind() {
                     io::ErrorKind::NotFound => "Check the name; `concordem init` lists templates",
                     io::ErrorKind::IsADirectory => "Name a scenario file in it",
@@ -107,7 +115,11 @@ impl Failure {
     pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
         match error {
             AssemblyError::Unfit { key, message } => {
-                let help = if key == "packing.path" { FORMATS } else { "" };
+                let help = match key.as_str() {
+                    "packing.path" => FORMATS,
+                    key if key.ends_with(".shape.path") => SURFACES,
+                    _ => "",
+                };
                 Self::Scenario(scenario.problem(ProblemKind::Conflict, &key, message, help))
             }
             AssemblyError::Unstable { given, bound, frequency } => Self::Unstable(scenario.problem(
@@ -152,8 +164,14 @@ impl Failure {
                     other if other.shape().is_some() => "packing.shape",
                     _ => "packing",
                 };
-                let help =
-                    "use fewer or larger particles, and check the units of sizes and radii; plain numbers are meters";
+                let help = match scenario.packing.shape() {
+                    Some(Shape::Mesh { .. }) => {
+                        "if the numbers of the STL file are millimeters, write unit = \"1 mm\" in the shape; otherwise use larger particles"
+                    }
+                    _ => {
+                        "use fewer or larger particles, and check the units of sizes and radii; plain numbers are meters"
+                    }
+                };
                 Self::Scenario(scenario.problem(ProblemKind::OutOfRange, key, error.to_string(), help))
             }
             AssemblyError::Packing(error) => {

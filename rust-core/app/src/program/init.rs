@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{Console, Facts, Failure};
 use crate::output::OutputError;
 use crate::output::sealed::write_text;
-use concordem_scenario::schema::{SWEEP, SWEPT, TEMPLATES, Template, template};
+use concordem_scenario::schema::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
 
 /// Arguments of `concordem init`.
 #[derive(Debug, clap::Args)]
@@ -33,9 +33,10 @@ fn all() -> impl Iterator<Item = &'static Template> {
 }
 
 fn names() -> clap::builder::PossibleValuesParser {
-    clap::builder::PossibleValuesParser::new(
-        all().map(|template| clap::builder::PossibleValue::new(template.name).help(template.description)),
-    )
+    clap::builder::PossibleValuesParser::new(all().map(|template| {
+        let others = OTHER_NAMES.iter().filter(|(_, name)| *name == template.name).map(|(other, _)| *other);
+        clap::builder::PossibleValue::new(template.name).help(template.description).aliases(others)
+    }))
 }
 
 pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Result<(), Failure> {

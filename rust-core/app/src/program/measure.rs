@@ -106,7 +106,8 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
         let samples = samples::of(&scenario, &moment.particles, moment.cell.as_ref())
             .map_err(|error| Failure::of_assembly(&scenario, error))?;
         if samples.is_empty() {
-            let message = "the scenario of the run has no [[sample]]; choose --operator and --region";
+            let message = "the scenario of the run has no [[sample]]; choose an operator and a region: --operator region-stress --region \
+                           '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'";
             return Err(Failure::Usage(message.into()));
         }
         // Moving regions are at their final position.

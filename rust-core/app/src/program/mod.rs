@@ -63,7 +63,7 @@ Examples:
   concordem init --template cpm-small          write cpm-small.toml, a commented scenario
   concordem check cpm-small.toml               particles, memory, time step, and estimated run time
   concordem run cpm-small.toml                 run it; the result is cpm-small.h5
-  concordem run cpm-small.toml --set loading.strain_rate='10 1/s' -o slow.h5
+  concordem run cpm-small.toml --set loading.strain_rate='10 1/s' -o fast.h5
                                                the same with another value of a key
   concordem resume cpm-small.h5                continue after Ctrl-C, a kill, or a power failure
   concordem run further.toml --from cpm-small.h5

@@ -10,13 +10,19 @@ use super::html::number;
 /// Color of published values.
 const PUBLISHED: &str = "#1f262d";
 
-/// The straight line whose slope is E, from the origin to the stress at the peak; only with a single run.
+/// A symbol without HTML.
+fn plain(symbol: &str) -> String {
+    symbol.replace("<sub>", "").replace("</sub>", "")
+}
+
+/// The straight line with the slope of the beginning of the curve, from the origin to the stress at the peak.
 fn slope(run: &Run, sense: Sense) -> Option<Series> {
     let figures = run.figures.filter(|figures| figures.sense == sense)?;
-    let modulus = figures.modulus.filter(|modulus| *modulus > 0.0)?;
+    let modulus = run.modulus().filter(|modulus| *modulus > 0.0)?;
+    let symbol = plain(run.meaning.slope()?.0);
     let end = (figures.peak_stress / modulus * 1e3, figures.peak_stress * 1e-6);
     Some(Series {
-        name: format!("E = {} GPa", number(modulus * 1e-9)),
+        name: format!("{symbol} = {} GPa", number(modulus * 1e-9)),
         color: run.color,
         style: Style::Dotted,
         points: vec![(0.0, 0.0), end],

@@ -18,17 +18,20 @@ struct Term {
 }
 
 /// The terms, in the order in which the chart stacks them.
-const TERMS: [Term; 6] = [
+const TERMS: [Term; 9] = [
     Term {
         name: "stored in bonds and contacts",
         color: "#7fb2de",
         series: &["stored_normal", "stored_shear", "stored_bending", "stored_twist"],
     },
+    Term { name: "stored in deformable particles", color: "#4d86b8", series: &["stored_deformation"] },
     Term { name: "motion", color: "#bfdcc0", series: &["kinetic"] },
     Term { name: "damage and breaking", color: "#e2794a", series: &["damage"] },
     Term { name: "friction and plastic slip", color: "#f0bf7a", series: &["friction"] },
     Term { name: "dashpots", color: "#b7a3d4", series: &["viscous"] },
     Term { name: "artificial damping", color: "#c9ced4", series: &["numerical_damping"] },
+    Term { name: "lag of the strains of deformable particles", color: "#8f9aa5", series: &["deformation_lag"] },
+    Term { name: "forces without effect on the deformation", color: "#d9a3b3", series: &["deformation_other"] },
 ];
 
 /// Series of the work done on the specimen.
@@ -101,6 +104,11 @@ impl Balance {
         Ok(Some(Self { terms, work, initial, integration, residual, largest }))
     }
 
+    /// Terms with values other than zero.
+    fn drawn(&self) -> impl Iterator<Item = &(&'static Term, Vec<f64>)> {
+        self.terms.iter().filter(|(_, values)| values.iter().any(|value| *value != 0.0))
+    }
+
     /// Unit of the chart and the table, and the factor from J.
     fn unit(&self) -> (&'static str, f64) {
         if self.largest >= 1.0 { ("J", 1.0) } else { ("mJ", 1e3) }
@@ -114,8 +122,8 @@ impl Balance {
             (run.strain.iter().map(|strain| strain.abs() * 1e3).collect(), "strain, ‰ (magnitude)")
         };
         let points = |values: &[f64]| along.iter().zip(values).map(|(x, value)| (*x, value * scale)).collect();
-        let nonzero = self.terms.iter().filter(|(_, values)| values.iter().any(|value| *value != 0.0));
-        let mut series: Vec<Series> = nonzero
+        let mut series: Vec<Series> = self
+            .drawn()
             .map(|(term, values)| Series {
                 name: term.name.into(),
                 color: term.color,
@@ -161,8 +169,8 @@ impl Balance {
                 number(value * scale)
             );
         };
-        // From top to bottom, as in the stack.
-        for (term, values) in self.terms.iter().rev() {
+        // From top to bottom, as in the stack. Terms that are zero throughout are not drawn.
+        for (term, values) in self.drawn().collect::<Vec<_>>().into_iter().rev() {
             let key = format!("<span class=\"key\" style=\"background: {}\"></span>", term.color);
             row("", &key, term.name, last(values));
         }
@@ -188,5 +196,26 @@ impl Balance {
             String::new()
         };
         format!("<p>Residual of the balance: at most {} {unit}{relative}.</p>\n", number(most * scale))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use concordem_scenario::sampling::Record;
+
+    /// Series in joules that are no term of the balance of mechanical energy, but of heat.
+    const OF_HEAT: [&str; 3] = ["heat_sources", "heat_boundary", "heat_dissipation"];
+
+    /// Every energy of a result is drawn, is work, or is an error that the table names, so that the shares add up to 100 %.
+    #[test]
+    fn every_energy_of_a_result_is_in_the_balance() {
+        let terms = TERMS.iter().flat_map(|term| term.series);
+        let known: Vec<&str> = terms.chain(&WORK).copied().chain(["integration", "residual"]).collect();
+        for column in Record::COLUMNS.iter().filter(|column| column.unit == "J") {
+            let count = known.iter().filter(|name| **name == column.name).count();
+            let expected = usize::from(!OF_HEAT.contains(&column.name) && column.name != "heat_residual");
+            assert_eq!(count, expected, "{}", column.name);
+        }
     }
 }

@@ -10,6 +10,7 @@ mod energy;
 pub mod figures;
 mod html;
 mod laboratory;
+mod meaning;
 mod phases;
 mod properties;
 mod provenance;
@@ -32,6 +33,7 @@ pub(crate) use cracks::base64;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
 use laboratory::Test;
+use meaning::Meaning;
 pub(crate) use summary::properties_of_run;
 pub use summary::{Property, summary};
 
@@ -51,6 +53,8 @@ struct Run<'a> {
     figures: Option<CurveFigures>,
     /// Standard test of the scenario; `None` for other loadings and unreadable scenarios.
     test: Option<Test>,
+    /// What strain and stress are; as in a specimen with free sides if the scenario cannot be read.
+    meaning: Meaning,
     /// Length that strains refer to, m, if the result has it.
     length: Option<f64>,
     color: &'static str,
@@ -95,7 +99,9 @@ impl<'a> Run<'a> {
         let strain = file.samples("strain")?;
         let stress = file.samples("stress")?;
         let name = file.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let test = Scenario::parse("scenario", &file.scenario()?).ok().and_then(|scenario| Test::of(&scenario));
+        let scenario = Scenario::parse("scenario", &file.scenario()?).ok();
+        let test = scenario.as_ref().and_then(Test::of);
+        let meaning = scenario.as_ref().map_or(Meaning::Layers, Meaning::of);
         let title = toml::from_str::<toml::Table>(&file.scenario()?)
             .ok()
             .and_then(|scenario| Some(scenario.get("title")?.as_str()?.to_owned()))
@@ -108,7 +114,14 @@ impl<'a> Run<'a> {
         let provenance = file.provenance()?;
         let length =
             provenance.iter().find(|(name, _)| name == SPECIMEN_LENGTH).and_then(|(_, value)| value.parse().ok());
-        Ok(Self { file, name, title, figures, test, length, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
+        let color = RUN_COLORS[k % RUN_COLORS.len()];
+        Ok(Self { file, name, title, figures, test, meaning, length, strain, stress, color })
+    }
+
+    /// The slope at the beginning of the curve, Pa, where it is a modulus.
+    fn modulus(&self) -> Option<f64> {
+        self.meaning.slope()?;
+        self.figures?.modulus
     }
 
     /// The last value of a series; `None` if the series is missing or empty.

@@ -8,7 +8,7 @@ use super::html::escape;
 use crate::output::{OutputError, SliceFrame};
 
 /// Largest number of particles in a slice. More are thinned by a thinner slice.
-const MOST_PARTICLES: usize = 1500;
+const MOST_PARTICLES: usize = 3000;
 /// Largest number of snapshots; the first and the last one are always among them.
 const MOST_SNAPSHOTS: usize = 16;
 /// Magnified, the largest displacement between two particles is this part of the picture.
@@ -26,8 +26,9 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
         let names = ["x", "y", "z"];
         let [u, v] = slice.axes.map(|axis| names[axis]);
         let text = format!(
-            "{} particles of a slice {u}{v} through the middle of the specimen at {frames} times, displaced and colored by damage",
-            slice.count
+            "{}{} particles of a slice {u}{v} through the middle of the specimen at {frames} times, displaced and colored by damage",
+            slice.count,
+            if slice.count < slice.cut { format!(" of {}", slice.cut) } else { String::new() }
         );
         let _ = write!(
             body,

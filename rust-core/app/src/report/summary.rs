@@ -3,6 +3,7 @@
 use super::figures::{CurveFigures, Sense};
 use super::html::{number, percent};
 use super::laboratory::Test;
+use super::meaning::Meaning;
 use super::{OutputError, ResultFile, Run};
 use concordem_scenario::schema::Scenario;
 
@@ -27,8 +28,9 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
         let symbol = symbol.replace("<sub>", "_").replace("</sub>", "");
         properties.push(Property { symbol, value });
     };
+    let free = run.meaning.is_uniaxial_stress();
     if let Some(figures) = run.figures.filter(|_| run.test.is_some_and(Test::is_axial)) {
-        if let Some(modulus) = figures.modulus {
+        if let Some(modulus) = figures.modulus.filter(|_| free) {
             add(
                 "E",
                 format!(
@@ -38,15 +40,17 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
                 ),
             );
         }
-        if let Some(modulus) = figures.gauge_modulus {
+        if let Some(modulus) = figures.gauge_modulus.filter(|_| free) {
             add("E", format!("{} GPa, in the middle half", number(modulus * 1e-9)));
         }
-        let symbol = if figures.sense == Sense::Tension { "f_t" } else { "f_c" };
+        // A specimen that a membrane or walls enclose has neither E nor f_t or f_c.
+        let (symbol, name) = run.meaning.largest(figures.sense == Sense::Tension);
+        let name = if free { String::new() } else { format!(", {name}") };
         let end = run.stress.last().copied().unwrap_or(0.0) / figures.peak_stress;
         // A stress that is still the largest at the end is no strength.
         let note = if end > STILL_RISING { "; the stress still rises at the end of the run" } else { "" };
         let strain = number(figures.peak_strain * 1e3);
-        add(symbol, format!("{} MPa at a strain of {strain} ‰{note}", number(figures.peak_stress.abs() * 1e-6)));
+        add(symbol, format!("{} MPa at a strain of {strain} ‰{name}{note}", number(figures.peak_stress.abs() * 1e-6)));
     }
     if let Some(test) = run.test {
         for (symbol, name, unit, value) in test.rows(&run.strain, &run.stress, run.length) {
@@ -65,10 +69,15 @@ pub(crate) fn properties_of_run(
 ) -> Vec<(String, f64)> {
     let mut found = Vec::new();
     let Some(test) = Test::of(scenario) else { return found };
+    let free = Meaning::of(scenario).is_uniaxial_stress();
     if let Some(figures) = CurveFigures::with_gauge(strain, gauge, stress).filter(|_| test.is_axial()) {
-        found.extend(figures.modulus.map(|modulus| ("E".to_owned(), modulus)));
-        found.extend(figures.gauge_modulus.map(|modulus| ("E_gauge".to_owned(), modulus)));
-        let symbol = if figures.sense == Sense::Tension { "f_t" } else { "f_c" };
+        found.extend(figures.modulus.filter(|_| free).map(|modulus| ("E".to_owned(), modulus)));
+        found.extend(figures.gauge_modulus.filter(|_| free).map(|modulus| ("E_gauge".to_owned(), modulus)));
+        let symbol = match (free, figures.sense) {
+            (true, Sense::Tension) => "f_t",
+            (true, Sense::Compression) => "f_c",
+            (false, _) => "sigma_max",
+        };
         found.push((symbol.to_owned(), figures.peak_stress.abs()));
         found.push(("strain_at_peak".to_owned(), figures.peak_strain));
     }

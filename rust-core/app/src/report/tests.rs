@@ -282,3 +282,78 @@ fn the_scatter_is_that_of_the_study() {
         assert!((given - found).abs() <= 0.51e-3, "{path:?}: {given} {found}");
     }
 }
+
+/// A plate of 100 × 100 discs, numbered row by row, that is stretched: the picture has its bounding box, and each of its quarters has about a
+/// quarter of the drawn particles.
+#[test]
+fn the_slice_of_a_plane_body_shows_all_of_it() {
+    use crate::output::SnapshotField;
+    use concordem_solver::state::columns::Column;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plate.h5");
+    let series = ["time", "strain", "stress"].map(|name| SeriesColumn::new(name, "1", "")).to_vec();
+    let header = RunHeader { scenario: String::new(), provenance: vec![], series, operators: vec![] };
+    let mut files = RunFiles::create(&path, header, false).unwrap();
+    let id: Vec<u32> = (0..10_000).collect();
+    let (radius, damage) = (vec![0.5e-3; 10_000], vec![0.0; 10_000]);
+    for step in 0..2_u64 {
+        let place = |&k: &u32| {
+            Vec3::new(f64::from(k % 100) * 1e-3 * (1.0 + 1e-3 * step as f64), f64::from(k / 100) * 1e-3, 0.0)
+        };
+        let position: Vec<Vec3> = id.iter().map(place).collect();
+        let field = |name, values| SnapshotField { name, description: "", column: Column::f64(values, 1, "m") };
+        let fields = vec![field("radius", &radius), field("damage", &damage)];
+        files
+            .append_snapshot(&Snapshot { time: step as f64, step, id: &id, position: &position, cell: None, fields })
+            .unwrap();
+    }
+    files.finish(&Nothing, &Nothing).unwrap();
+    let slice = ResultFile::open(&path).unwrap().slice(1500, 16).unwrap().unwrap();
+    assert_eq!((slice.axes, slice.count, slice.cut), ([0, 1], 1500, 10_000));
+    let drawn = |axis: usize| {
+        let points = slice.points.iter().skip(axis).step_by(2);
+        points.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x - 0.5e-3), high.max(x + 0.5e-3)])
+    };
+    for axis in 0..2 {
+        assert_eq!(drawn(axis), [slice.bounds[0][axis], slice.bounds[1][axis]]);
+    }
+    // Binomial with a standard deviation of √(1500·3/16) = 17.
+    for (right, upper) in [(false, false), (false, true), (true, false), (true, true)] {
+        let inside = |p: &&[f64]| (p[0] > 49.5e-3) == right && (p[1] > 49.5e-3) == upper;
+        let count = slice.points.chunks_exact(2).filter(inside).count();
+        assert!(count.abs_diff(375) < 5 * 17, "{count}");
+    }
+}
+
+/// The page names slope and largest stress by the kind of loading, and its table of energies adds up to 100 %.
+#[test]
+fn names_follow_the_loading_and_shares_add_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |template: &str| {
+        let text = concordem_scenario::schema::template(template).unwrap().text.to_owned();
+        let result = synthetic_run(&folder.path().join(format!("{template}.h5")), -32e6, -1.9e-3, text);
+        page(&[result], &ReferenceFigures::default()).unwrap()
+    };
+    let (cell, triaxial, specimen) = (of("cpm-periodic"), of("concrete-triaxial"), of("cpm-small"));
+    assert!(cell.contains("oedometric modulus") && cell.contains(">M = "), "{cell}");
+    assert!(triaxial.contains("slope beside a lateral stress"));
+    for page in [&cell, &triaxial] {
+        assert!(
+            !page.contains("Young’s modulus")
+                && !page.contains("compressive strength")
+                && !page.contains("layers that hold")
+        );
+    }
+    assert!(specimen.contains("Young’s modulus") && specimen.contains("compressive strength"));
+    assert!(specimen.contains("layers that hold the ends"));
+    let rows = specimen.split("<th>at the end</th>").nth(1).unwrap().split("</table>").next().unwrap();
+    let shares: Vec<f64> = rows
+        .split("</tr>")
+        .filter_map(|row| {
+            row.rsplit("<td class=\"number\">").next()?.strip_suffix("</td>")?.strip_suffix(" %")?.parse().ok()
+        })
+        .collect();
+    let (terms, total) = (&shares[..shares.len() - 1], shares[shares.len() - 1]);
+    // Shares have one decimal.
+    assert!((terms.iter().sum::<f64>() - total).abs() <= 0.05 * shares.len() as f64 && total == 100.0, "{shares:?}");
+}

@@ -31,6 +31,7 @@ use serde::Deserialize;
 
 pub use axis::Axis;
 use axis::{WrittenAxis, set};
+use concordem_scenario::checks::read_text;
 use concordem_scenario::schema::{Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Setting, Source};
 use point::{MOST_RESULTS, Study};
 use results::{DEFAULT, RunResult};
@@ -369,14 +370,4 @@ fn resolve(written: Vec<WrittenAxis>, base: &toml::Table) -> (Vec<Axis>, Vec<Key
         axes.push(axis);
     }
     (axes, problems)
-}
-
-fn read_text(path: &Path) -> Result<String, ReadError> {
-    let bytes =
-        concordem_scenario::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
-    String::from_utf8(bytes).map_err(|error| {
-        let start = error.utf8_error().valid_up_to();
-        let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();
-        ReadError::NotText { path: path.to_owned(), line }
-    })
 }

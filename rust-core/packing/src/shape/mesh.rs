@@ -1,11 +1,11 @@
 //! Interior of a closed triangle mesh.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use std::io::Read;
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use crate::PackingError;
+use crate::{PackingError, Surface, read_stl};
 use concordem_contact::math::Vec3;
 
 /// A closed triangle mesh.
@@ -73,8 +73,7 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Read a mesh in STL format, text or binary; coordinates are multiplied by `scale` to give m. Vertices with equal
-    /// coordinates become one vertex.
+    /// Read a mesh in STL format ([`read_stl`]); coordinates are multiplied by `scale` to give m.
     ///
     /// # Errors
     /// Errors of the reader, a file that is not STL, and errors of [`Self::new`].
@@ -83,30 +82,7 @@ impl Mesh {
         let io = |source| PackingError::Io { action: "cannot read the STL mesh".into(), source };
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).map_err(io)?;
-        // Some programs begin binary files with the keyword of the text format; the file length tells the formats
-        // apart.
-        if bytes.len() >= 84 {
-            let count = u32::from_le_bytes([bytes[80], bytes[81], bytes[82], bytes[83]]);
-            if bytes.len() as u64 == 84 + 50 * u64::from(count) {
-                bytes[0] = b' ';
-            }
-        }
-        let mut cursor = Cursor::new(bytes);
-        let mut numbers: BTreeMap<[u32; 3], u32> = BTreeMap::new();
-        let mut vertices = Vec::new();
-        let mut triangles = Vec::new();
-        for triangle in stl_io::create_stl_reader(&mut cursor).map_err(io)? {
-            let triangle = triangle.map_err(io)?;
-            let corners = triangle.vertices.map(|vertex| {
-                // Adding 0 makes −0 and 0 the same vertex.
-                let key = vertex.0.map(|c| (c + 0.0).to_bits());
-                *numbers.entry(key).or_insert_with(|| {
-                    vertices.push(Vec3::from(vertex.0.map(f64::from)) * scale);
-                    vertices.len() as u32 - 1
-                })
-            });
-            triangles.push(corners);
-        }
+        let Surface { vertices, triangles } = read_stl(&bytes, scale)?;
         Self::new(vertices, triangles)
     }
 
@@ -261,7 +237,8 @@ fn squared_distance(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> f64 {
         return cp.norm_squared();
     }
     let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+    // Two equal corners a and b make no edge.
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
         return (ap - ab * (d1 / (d1 - d3))).norm_squared();
     }
     let vb = d5 * d2 - d1 * d6;

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::place::{Placed, read_mesh, solid};
+use super::place::{Placed, solid};
+use super::stl::Named;
 use super::{AssemblyError, Progress, material_index};
 use crate::schema::{self, AggregateGroup, AggregateShape, Problem, Scenario, Surface};
 use concordem_contact::math::{Mat3, Vec3};
@@ -89,7 +90,8 @@ pub(super) fn build<'a>(
             continue;
         }
         let Some(fraction) = table.fraction(one) else { continue };
-        let mut form = forms(one.shape.as_ref(), folder, &mut random)?;
+        let key = format!("aggregates.group[{group}].shape.path");
+        let mut form = forms(one.shape.as_ref(), &key, folder, &mut random)?;
         let bodies = sizes::descending(&grading, fraction? * share * region.volume(), dimension, &mut form)?;
         requests.extend(bodies.into_iter().map(|(form, size)| Request { form, size, group }));
     }
@@ -143,6 +145,7 @@ pub(super) fn region(
 /// A source of bodies of one shape.
 fn forms<'a>(
     shape: Option<&AggregateShape>,
+    key: &str,
     folder: &Path,
     random: &'a mut Random,
 ) -> Result<impl FnMut() -> Form + use<'a>, AssemblyError> {
@@ -159,7 +162,7 @@ fn forms<'a>(
             Source::Random(*corners as usize, elongation.si(), flatness.si())
         }
         Some(AggregateShape::Mesh { path }) => {
-            let mesh = read_mesh(&folder.join(path), 1.0)?;
+            let mesh = Named { folder, path, unit: 1.0, key }.closed()?;
             Source::Same(Form::Mesh(Arc::new(MeshForm::new(&mesh)?)))
         }
     };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::AssemblyError;
-use super::walls::triangles;
+use super::stl::Named;
 use crate::schema::quantity::vector;
 use crate::schema::{CutShape, Problem, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
@@ -120,7 +120,8 @@ impl Shape {
 impl Cuts {
     /// The cuts of a scenario, in a periodic cell if there is one.
     pub(super) fn new(scenario: &Scenario, folder: &Path, cell: Option<&Cell>) -> Result<Self, AssemblyError> {
-        let shapes = scenario.cuts.iter().map(|cut| shape(&cut.shape, folder)).collect::<Result<Vec<_>, _>>()?;
+        let shapes = scenario.cuts.iter().enumerate();
+        let shapes = shapes.map(|(number, cut)| shape(number, &cut.shape, folder)).collect::<Result<Vec<_>, _>>()?;
         let cell = cell.and_then(|cell| Some((*cell, cell.matrix.try_inverse()?)));
         Ok(Self { severed: vec![0; shapes.len()], shapes, cell })
     }
@@ -151,10 +152,14 @@ impl Cuts {
     }
 
     /// Warns of cuts that sever no bond.
-    pub(super) fn without_effect(&self, scenario: &Scenario) -> Vec<Problem> {
+    pub(super) fn without_effect(&self, scenario: &Scenario, positions: &[Vec3]) -> Vec<Problem> {
+        let (low, high) = super::bounds(positions.iter());
         let idle = |at: &usize| self.severed[*at] == 0 && !scenario.cuts[*at].remove_particles;
         let warn = |at: usize| {
-            let help = "check its position and its units, or remove it";
+            let help = format!(
+                "check its position and its units, or remove it; the centers lie {}",
+                super::between(&low, &high)
+            );
             scenario.warning(&format!("cut[{at}].shape"), "crosses no bond", help)
         };
         (0..self.shapes.len()).filter(idle).map(warn).collect()
@@ -199,8 +204,8 @@ fn images<'a>(
         .filter(is_near)
 }
 
-/// The shape of a cut. Surfaces are read from `folder`.
-fn shape(shape: &CutShape, folder: &Path) -> Result<Shape, AssemblyError> {
+/// The shape of cut `number`. Surfaces are read from `folder`.
+fn shape(number: usize, shape: &CutShape, folder: &Path) -> Result<Shape, AssemblyError> {
     Ok(match shape {
         CutShape::Line { from, to } => {
             let [a, b] = [from, to].map(|x| Vec3::new(x[0].si(), x[1].si(), -1.0));
@@ -220,9 +225,9 @@ fn shape(shape: &CutShape, folder: &Path) -> Result<Shape, AssemblyError> {
         }
         CutShape::Facets { path, unit } => {
             let face = |[a, b, c]: [Vec3; 3]| Face { corner: a, edges: [b - a, c - a], triangle: true };
-            let faces = triangles(folder, path, unit.si())?.into_iter().map(face);
-            // Triangles without area sever nothing.
-            Shape::Faces(faces.filter(|face| face.edges[0].cross(&face.edges[1]).norm() > 0.0).collect())
+            let key = format!("cut[{number}].shape.path");
+            let triangles = Named { folder, path, unit: unit.si(), key: &key }.triangles()?;
+            Shape::Faces(triangles.into_iter().map(face).collect())
         }
     })
 }

@@ -21,8 +21,8 @@ const FAST: f64 = 1e-2;
 const BREAKING: f64 = 1e-5;
 /// A run ends early below this part of the strain at which it should end.
 const EARLY: f64 = 1e-2;
-/// Duration of a run, s, that is probably a mistake: a month.
-const MONTH: f64 = 30.0 * 86_400.0;
+/// Duration of a run, s, that is probably a mistake: a week.
+const LONG: f64 = 7.0 * 86_400.0;
 /// Times of a step per bond and per particle on one core, s: CPM takes some 50 ns per bond, the integration 20 ns per particle.
 const PER_BOND: f64 = 50e-9;
 const PER_PARTICLE: f64 = 20e-9;
@@ -98,25 +98,31 @@ pub(super) fn empty_regions(scenario: &Scenario, operators: &[ScheduledOperator]
         }
     };
     let doubtful = operators.iter().enumerate().filter(|(_, operator)| empty(operator));
-    let (low, high) = bounds(positions);
+    let (low, high) = bounds(positions.iter());
     doubtful
         .map(|(k, _)| {
-            let help = format!(
-                "check its position and units; the centers lie between [{:.3e}, {:.3e}, {:.3e}] and [{:.3e}, {:.3e}, {:.3e}] m",
-                low.x, low.y, low.z, high.x, high.y, high.z
-            );
+            let help = format!("check its position and units; the centers lie {}", between(&low, &high));
             let message = "no particle lies in this region at the start, so its values may be not-a-number";
             scenario.warning(&format!("sample[{k}].region"), message, help)
         })
         .collect()
 }
 
-fn bounds(positions: &[Vec3]) -> (Vec3, Vec3) {
+/// Corners of the box around points.
+pub(super) fn bounds<'a>(positions: impl Iterator<Item = &'a Vec3>) -> (Vec3, Vec3) {
     let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-    positions.iter().fold(start, |(low, high), x| (low.inf(x), high.sup(x)))
+    positions.fold(start, |(low, high), x| (low.inf(x), high.sup(x)))
 }
 
-/// Warns about a run that ends only after months, and about a loading that is faster than waves can follow.
+/// A box for messages.
+pub(super) fn between(low: &Vec3, high: &Vec3) -> String {
+    format!(
+        "between [{:.3e}, {:.3e}, {:.3e}] and [{:.3e}, {:.3e}, {:.3e}] m",
+        low.x, low.y, low.z, high.x, high.y, high.z
+    )
+}
+
+/// Warns about a run that ends only after weeks, and about a loading that is faster than waves can follow.
 ///
 /// `p_wave`: time in which a wave crosses the radius of the smallest particle, s.
 pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_wave: Option<f64>) -> Vec<Problem> {
@@ -125,7 +131,7 @@ pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_w
     let bonds: usize = state.bonds.iter().map(|block| block.contacts().len()).sum();
     let step = bonds as f64 * PER_BOND + state.particles.len() as f64 * PER_PARTICLE;
     if let Some((steps, key)) = most_steps(scenario, schedule, dt)
-        && steps * step > MONTH
+        && steps * step > LONG
     {
         let message = format!(
             "the run may take {steps:.1e} steps of {dt:.2e} s, about {:.0e} days on one core",

@@ -4,6 +4,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::cache::{PackingCache, Stored};
+use super::stl::Named;
 use super::{AssemblyError, Progress, plane, unfit, walled};
 use crate::files::{is_hdf5, open_regular};
 use crate::schema::quantity::vector;
@@ -12,7 +13,6 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
 use concordem_packing::cooker::Measured;
 use concordem_packing::random_dense::{self, Protocol, RandomDense};
-use concordem_packing::shape::Mesh;
 use concordem_packing::{
     Crop, Lattice, Packing, Random, Shape, SizeDistribution, import, random_discs, tile, tile_and_crop,
 };
@@ -245,12 +245,6 @@ fn read_file(file: &Path, unit: Option<f64>, read_hdf5: PackReader) -> Result<Pa
     import(reader, unit).map_err(|error| unfit("packing.path", format!("{}: {error}", file.display())))
 }
 
-/// A closed mesh from an STL file; `unit`: length of one unit of the file, m.
-pub(super) fn read_mesh(file: &Path, unit: f64) -> Result<Mesh, AssemblyError> {
-    let reader = BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?);
-    Ok(Mesh::from_stl(reader, unit)?)
-}
-
 /// Tiles or crops a packing.
 fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Placed, AssemblyError> {
     match shape {
@@ -305,7 +299,10 @@ pub fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64
             areas[axis.index()] = std::f64::consts::PI * waist * waist;
             (Shape::new_hyperboloid(base, top, radius.si(), waist)?, Some(areas))
         }
-        schema::Shape::Mesh { path, unit, .. } => (Shape::Mesh(read_mesh(&folder.join(path), unit.si())?), None),
+        schema::Shape::Mesh { path, unit, .. } => {
+            let named = Named { folder, path, unit: unit.si(), key: "packing.shape.path" };
+            (Shape::Mesh(named.closed()?), None)
+        }
         schema::Shape::Periodic { .. } => {
             return Err(unfit("packing.shape", "a periodic packing has no shape to cut".into()));
         }

@@ -40,7 +40,11 @@ pub(super) fn select(
         }
     };
     if chosen.is_empty() {
-        let message = format!("no particle lies in set `{name}`; check its position and units");
+        let (low, high) = super::bounds(spheres.iter().map(|sphere| &sphere.position));
+        let message = format!(
+            "no particle lies in set `{name}`; check its position and units: the centers lie {}",
+            super::between(&low, &high)
+        );
         return Err(unfit(&format!("set[{number}].selection"), message));
     }
     Ok(chosen)

@@ -1,17 +1,17 @@
 //! Walls of a scenario.
 
-use std::io::BufReader;
 use std::path::Path;
 
 use super::histories::{history, largest};
 use super::overlaps::key_of_wall;
+use super::stl::Named;
 use super::time_step::Step;
 use super::{AssemblyError, material_index, opening, unfit};
-use crate::files::open_regular;
 use crate::schedule::{Aim, Servo, Target};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Quantity, Scenario, Side};
 use concordem_contact::math::Vec3;
+use concordem_packing::Surface;
 use concordem_solver::state::{FiniteShape, Mesh, State, Turning, Wall, WallShape};
 
 /// Adds the walls of `[[wall]]`.
@@ -29,7 +29,7 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
             state.walls.push(Wall::new(name, WallShape::Mesh(mesh), material, Vec3::zeros()));
             continue;
         }
-        for (face, (name, shape)) in shapes(name, &wall.shape, folder)?.into_iter().enumerate() {
+        for (face, (name, shape)) in shapes(name, number, &wall.shape, folder)?.into_iter().enumerate() {
             let mut made = Wall::new(name, shape, material, velocity(face));
             made.turning = wall.rotation.as_ref().map(|rotation| turning(scenario, rotation, &wall.shape));
             state.walls.push(made);
@@ -159,8 +159,13 @@ fn aim(
     Ok(Aim::Force { target, gain: 0.0 })
 }
 
-/// Names and surfaces of a wall; a box has six.
-fn shapes(name: String, shape: &schema::WallShape, folder: &Path) -> Result<Vec<(String, WallShape)>, AssemblyError> {
+/// Names and surfaces of wall `number`; a box has six.
+fn shapes(
+    name: String,
+    number: usize,
+    shape: &schema::WallShape,
+    folder: &Path,
+) -> Result<Vec<(String, WallShape)>, AssemblyError> {
     Ok(match shape {
         schema::WallShape::Plane { point, normal } => {
             let normal = vector(normal);
@@ -200,7 +205,9 @@ fn shapes(name: String, shape: &schema::WallShape, folder: &Path) -> Result<Vec<
             vec![(name, WallShape::Finite(shape))]
         }
         schema::WallShape::Facets { path, unit } => {
-            vec![(name, WallShape::Facets { triangles: triangles(folder, path, unit.si())? })]
+            let key = format!("wall[{number}].shape.path");
+            let triangles = Named { folder, path, unit: unit.si(), key: &key }.triangles()?;
+            vec![(name, WallShape::Facets { triangles })]
         }
         // Has a motion of its own; see `mesh`.
         schema::WallShape::Mesh { .. } => Vec::new(),
@@ -216,7 +223,12 @@ fn mesh(scenario: &Scenario, number: usize, wall: &schema::Wall, folder: &Path) 
     let key = format!("wall[{number}].shape");
     let schema::WallShape::Mesh { path, unit, vertices, triangles } = &wall.shape else { return Err(no_mesh(&key)) };
     let (vertices, triangles) = match (path, vertices, triangles) {
-        (Some(path), ..) => stl(folder, path, unit.map_or(1.0, Quantity::si))?,
+        (Some(path), ..) => {
+            let key = format!("{key}.path");
+            let Surface { vertices, triangles } =
+                Named { folder, path, unit: unit.map_or(1.0, Quantity::si), key: &key }.read()?;
+            (vertices, triangles)
+        }
         (None, Some(vertices), Some(triangles)) => (vertices.iter().map(vector).collect(), triangles.clone()),
         _ => return Err(no_mesh(&key)),
     };
@@ -242,31 +254,4 @@ fn mesh(scenario: &Scenario, number: usize, wall: &schema::Wall, folder: &Path) 
 
 fn no_mesh(key: &str) -> AssemblyError {
     unfit(key, "give `path`, or both `vertices` and `triangles`".to_owned())
-}
-
-/// Triangles of an STL file, scaled to meters.
-pub(super) fn triangles(folder: &Path, path: &str, unit: f64) -> Result<Vec<[Vec3; 3]>, AssemblyError> {
-    let (vertices, triangles) = stl(folder, path, unit)?;
-    Ok(triangles.iter().map(|corners| corners.map(|vertex| vertices[vertex as usize])).collect())
-}
-
-/// Vertices of an STL file, scaled to meters, in the order of their first appearance, and its triangles.
-fn stl(folder: &Path, path: &str, unit: f64) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), AssemblyError> {
-    let file = folder.join(path);
-    let fail = |message: String| AssemblyError::File { path: file.display().to_string(), message };
-    let mut reader = BufReader::new(open_regular(&file).map_err(|error| fail(error.to_string()))?);
-    let mesh = stl_io::read_stl(&mut reader).map_err(|error| fail(format!("not a readable STL file: {error}")))?;
-    let vertex = |v: &stl_io::Vertex| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * unit;
-    let corner = |index: usize| {
-        if index >= mesh.vertices.len() {
-            return Err(fail(format!("refers to vertex {index}, which does not exist")));
-        }
-        u32::try_from(index).map_err(|_| fail("has too many vertices".to_owned()))
-    };
-    let triangles: Result<Vec<[u32; 3]>, AssemblyError> = mesh
-        .faces
-        .iter()
-        .map(|f| Ok([corner(f.vertices[0])?, corner(f.vertices[1])?, corner(f.vertices[2])?]))
-        .collect();
-    Ok((mesh.vertices.iter().map(vertex).collect(), triangles?))
 }

@@ -16,6 +16,7 @@ impl Checker<'_> {
             let message = format!("walls are not possible with \"{}\" loading", self.scenario.loading.kind());
             self.conflict("wall[0]", message, help);
         }
+        self.names_of_walls();
         for (at, wall) in self.scenario.walls.iter().enumerate() {
             self.known_material(&format!("wall[{at}].material"), &wall.material);
             let path = format!("wall[{at}].shape");
@@ -44,6 +45,28 @@ impl Checker<'_> {
             if let Some(servo) = &wall.servo {
                 self.servo(&format!("wall[{at}]"), wall, servo);
             }
+        }
+    }
+
+    /// Names tell walls apart in samples, results, and scripts, also those that boxes and loadings make.
+    fn names_of_walls(&mut self) {
+        let scenario = self.scenario;
+        let mut taken: Vec<(String, String)> = scenario
+            .names_of_loading_walls()
+            .into_iter()
+            .map(|name| (name, format!("a wall of the \"{}\" loading", scenario.loading.kind())))
+            .collect();
+        for (at, wall) in scenario.walls.iter().enumerate() {
+            let key = format!("wall[{at}]{}", if wall.name.is_some() { ".name" } else { "" });
+            if wall.name.as_ref().is_some_and(|name| name.trim().is_empty()) {
+                self.range(&key, "the name is empty", "give it a name, or leave out the key");
+            }
+            let names = wall.names(at);
+            if let Some((name, owner)) = taken.iter().find(|(name, _)| names.contains(name)) {
+                let message = format!("{owner} is called \"{name}\", too");
+                self.conflict(&key, message, "give each [[wall]] its own `name`");
+            }
+            taken.extend(names.into_iter().map(|name| (name, format!("wall[{at}]"))));
         }
     }
 

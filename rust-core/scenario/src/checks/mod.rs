@@ -31,6 +31,7 @@ use concordem_contact::law::{Fault, FaultKind};
 use structure::wording::{listing, nearest};
 
 pub(crate) use packing::{OVERLAP_BONDED, OVERLAP_UNBONDED};
+pub use read::read_text;
 pub use samples::Misuse;
 pub use structure::keys::{KeyInfo, find as find_keys, keys};
 

@@ -1,9 +1,10 @@
 //! Checks of loadings and walls that follow a gauge, and of membranes.
 
 use super::Checker;
+use super::structure::wording::{listing, nearest};
 use crate::sampling::Operator;
 use crate::schedule::simulation::OPENINGS;
-use crate::schema::{Loading, OperatorSample, Servo, Wall};
+use crate::schema::{Loading, OperatorSample, ProblemKind, Servo, Wall};
 
 impl Checker<'_> {
     /// Control of the loading by the opening of a crack.
@@ -26,7 +27,18 @@ impl Checker<'_> {
             self.missing(key, "the scenario has no gauge", help);
             return;
         }
-        self.known(key, "gauge", name, &names);
+        if names.contains(&name) {
+            return;
+        }
+        let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+        let help = match nearest(name, names.iter().copied()) {
+            Some(other) => format!("did you mean \"{other}\"?"),
+            None => format!(
+                "choose {}, or add [[sample]] with name = \"{name}\", operator = \"gauge\", and two `sets`",
+                listing(&quoted)
+            ),
+        };
+        self.add(ProblemKind::UnknownName, key, "no gauge has this name", help);
     }
 
     /// The keys of a servo that go with an opening.

@@ -1,7 +1,9 @@
-//! Warnings about numbers that are valid but probably have the wrong unit: a density of 4.8, a radius of 1 m, a modulus of 25 Pa,
-//! an angle of friction instead of its tangent.
+//! Warnings about numbers that are valid but probably have the wrong unit or sign: a density of 4.8, a radius of 1 m, a modulus of
+//! 25 Pa, an angle of friction instead of its tangent, a lateral tension beside compression.
 
 use super::{Checker, length};
+use crate::schema::quantity::{Component, Stress};
+use crate::schema::{LawName, Loading};
 use toml::de::DeValue;
 
 /// Densities of solids (kg/m³): from aerogel to osmium.
@@ -10,8 +12,12 @@ const DENSITIES: [f64; 2] = [50.0, 25e3];
 const LARGE_RADIUS: f64 = 0.2;
 /// A modulus below this, Pa, is softer than gelatin.
 const SOFT: f64 = 1e3;
+/// A modulus of the concrete model below this, Pa, is softer than any concrete, mortar, or rock.
+const SOFT_CONCRETE: f64 = 1e9;
 /// Tangents of friction angles that are probably angles in degrees. Larger ones keep contacts from slipping on purpose.
 const DEGREES: std::ops::Range<f64> = 10.0..90.0;
+/// Concrete has no strength at larger strains.
+const LARGE_STRAIN: f64 = 0.1;
 /// Brittle materials crack at strains far below this.
 const LARGE_ONSET: f64 = 0.01;
 
@@ -22,6 +28,8 @@ impl Checker<'_> {
         self.moduli();
         self.frictions();
         self.onsets();
+        self.lateral_tension();
+        self.large_strain();
         for key in ["packing.radius", "packing.radii.minimum", "packing.radii.median"] {
             // A number with a unit is meant as written.
             if let Some(radius) = self.plain_number(key)
@@ -59,28 +67,81 @@ impl Checker<'_> {
         }
     }
 
-    /// The plain numbers of a key in the tables of all laws, with their key paths.
-    fn of_laws(&self, key: &str) -> Vec<(String, f64)> {
+    /// The tables of all laws, with their key paths.
+    fn tables_of_laws(&self) -> Vec<(String, String)> {
         let mut found = Vec::new();
         for at in 0..self.scenario.materials.len() {
             let Some(tables) = self.document.root.get_ref().get("material") else { break };
             let Some(material) = tables.get_ref().as_array().and_then(|array| array.get(at)) else { continue };
             for (law, table) in material.get_ref().as_table().into_iter().flatten() {
                 if let DeValue::Table(_) = table.get_ref() {
-                    let path = format!("material[{at}].{}.{key}", law.get_ref());
-                    found.extend(self.plain_number(&path).map(|number| (path, number)));
+                    found.push((law.get_ref().to_string(), format!("material[{at}].{}", law.get_ref())));
                 }
             }
         }
         found
     }
 
+    /// The plain numbers of a key in the tables of all laws, with their key paths.
+    fn of_laws(&self, key: &str) -> Vec<(String, f64)> {
+        let paths = self.tables_of_laws().into_iter().map(|(_, path)| format!("{path}.{key}"));
+        paths.filter_map(|path| self.plain_number(&path).map(|number| (path, number))).collect()
+    }
+
     fn moduli(&mut self) {
-        for (key, young) in self.of_laws("young") {
-            if (1.0..SOFT).contains(&young) {
+        for (law, path) in self.tables_of_laws() {
+            let key = format!("{path}.young");
+            let plain = self.plain_number(&key);
+            let with_unit = || {
+                let text = self.document.locate(&key).1?;
+                Stress::parse(text.trim_matches(['"', '\''])).ok().map(|stress| stress.si())
+            };
+            let Some(young) = plain.or_else(with_unit) else { continue };
+            let concrete = law == "cpm" && young < SOFT_CONCRETE;
+            if young < SOFT && plain.is_some() {
                 let help =
                     format!("write \"{young} GPa\", or \"{young} Pa\" if pascals are meant; plain numbers are Pa");
                 self.warn(&key, format!("{young} Pa is softer than any solid"), help);
+            } else if concrete {
+                let message = format!("{} is softer than any concrete, mortar, or rock", stress(young));
+                self.warn(&key, message, "check the unit: concrete has some \"25 GPa\"");
+            } else if young < SOFT {
+                let message = format!("{young} Pa is softer than any solid");
+                self.warn(&key, message, "check the unit: concrete has some \"25 GPa\", rubber some \"5 MPa\"");
+            }
+        }
+    }
+
+    /// Warns about a run of concrete that ends at a strain at which concrete is rubble.
+    fn large_strain(&mut self) {
+        let scenario = self.scenario;
+        let is_concrete = scenario.bonds.as_ref().is_some_and(|bonds| bonds.law == LawName::Cpm);
+        if let Some(strain) = self.plain_number("stop.strain").filter(|_| is_concrete)
+            && strain.abs() > LARGE_STRAIN
+        {
+            let message =
+                format!("is {} %; concrete breaks at 0.01 % in tension and at 0.2 % in compression", strain * 100.0);
+            let help = format!("write \"{strain} %\" if percent are meant, or the strain itself, such as 1e-3");
+            self.warn("stop.strain", message, help);
+        }
+    }
+
+    /// Warns about an axis that is pulled, although another one is compressed, or although nothing holds the particles together.
+    fn lateral_tension(&mut self) {
+        let scenario = self.scenario;
+        let Loading::CellStress { stress: target, strain_rate, .. } = &scenario.loading else { return };
+        let compressed = strain_rate.iter().any(|rate| rate.si().is_some_and(|rate| rate < 0.0));
+        let loose = scenario.bonds.is_none();
+        for axis in (0..3).filter(|&axis| strain_rate[axis] == Component::Free) {
+            let value = target[axis][axis].si();
+            if value > 0.0 && (compressed || loose) {
+                let message = format!(
+                    "pulls along {}, because tension is positive, although {}",
+                    ["x", "y", "z"][axis],
+                    if loose { "no bonds hold the particles together" } else { "another axis is compressed" }
+                );
+                let help = format!("write \"-{}\" for a pressure", stress(value));
+                self.warn(&format!("loading.stress[{axis}][{axis}]"), message, help);
             }
         }
     }
@@ -104,4 +165,12 @@ impl Checker<'_> {
             }
         }
     }
+}
+
+/// A stress for messages, in Pa, kPa, MPa, or GPa.
+fn stress(pascals: f64) -> String {
+    let units = [(1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa")];
+    let (scale, unit) = units.into_iter().find(|(scale, _)| pascals >= *scale).unwrap_or((1.0, "Pa"));
+    // Rounding of the division by the scale.
+    format!("{} {unit}", (pascals / scale * 1e9).round() / 1e9)
 }

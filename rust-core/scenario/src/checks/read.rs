@@ -6,6 +6,25 @@ use std::sync::Arc;
 use super::{check_meaning, files, structure};
 use crate::schema::{Document, Given, ReadError, Scenario, ScenarioError, Setting, Source};
 
+/// Reads the text of a scenario or a sweep.
+///
+/// # Errors
+/// The file cannot be read, is HDF5, or is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, ReadError> {
+    let bytes = crate::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Err(ReadError::Hdf5 { path: path.to_owned() });
+    }
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(ReadError::Utf16 { path: path.to_owned() });
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let start = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();
+        ReadError::NotText { path: path.to_owned(), line }
+    })
+}
+
 /// The JSON Schema, built once.
 fn own_schema() -> &'static serde_json::Value {
     static SCHEMA: std::sync::OnceLock<serde_json::Value> = std::sync::OnceLock::new();
@@ -44,15 +63,7 @@ impl Scenario {
     /// Those of [`Self::read`]; a setting whose key leads nowhere.
     pub fn read_with(path: &Path, settings: &[Setting]) -> Result<Self, ReadError> {
         let name = path.display().to_string();
-        let bytes = crate::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
-        if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
-            return Err(ReadError::Hdf5 { path: path.to_owned() });
-        }
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let start = error.utf8_error().valid_up_to();
-            let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();
-            ReadError::NotText { path: path.to_owned(), line }
-        })?;
+        let text = read_text(path)?;
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
         let source = with_settings(source(&name, &text), settings)?;
         Ok(Self::parse_source(source, Some(&directory))?)
@@ -91,9 +102,13 @@ impl Scenario {
     }
 }
 
-/// The source of a text. Files from Windows may begin with a byte order mark.
+/// The source of a text. Files from Windows may begin with a byte order mark; lines of old files end with a carriage return alone.
 fn source(name: &str, text: &str) -> Source {
-    Source::new(name, text.strip_prefix('\u{feff}').unwrap_or(text))
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.contains('\r') && !text.contains('\n') {
+        return Source::new(name, &text.replace('\r', "\n"));
+    }
+    Source::new(name, text)
 }
 
 /// A source with settings. A text that is not TOML stays as it is, because its own problems are reported first.

@@ -36,6 +36,18 @@ pub struct Wall {
     pub motion: Option<MeshMotion>,
 }
 
+impl Wall {
+    /// Names of its surfaces, six for a box; `number`: its index among all walls.
+    pub fn names(&self, number: usize) -> Vec<String> {
+        let name = self.name.clone().unwrap_or_else(|| format!("wall {number}"));
+        if !matches!(self.shape, WallShape::Box { .. }) {
+            return vec![name];
+        }
+        let faces = ["x", "y", "z"].into_iter().flat_map(|axis| ["minimum", "maximum"].map(|end| (axis, end)));
+        faces.map(|(axis, end)| format!("{name} {axis} {end}")).collect()
+    }
+}
+
 /// Motion of the vertices of a mesh, over the change `g` of a history's factor since the start: a vertex that starts at `X` is at
 /// `c + d g + R(X + u g - c)`. `R` rotates by `g` times the rotation vector about the center `c`; `d` is the displacement of all
 /// vertices, and `u` that of the vertex alone.

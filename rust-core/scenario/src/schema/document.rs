@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Problem, ProblemKind, Source};
+use super::syntax;
 
 /// A parsed TOML text with the position of every key.
 pub struct Document<'a> {
@@ -29,9 +30,16 @@ impl<'a> Document<'a> {
         for error in &errors {
             let span = error.span().unwrap_or(0..0);
             let line = source.position(span.start).0;
+            // The keys below a table that is given twice are given twice, too.
+            let header = line_of_header(source, line);
+            if error.message().contains("duplicate key")
+                && problems.iter().any(|problem| Some(source.position(problem.span.start).0) == header)
+            {
+                continue;
+            }
             // Report one error per line: the others usually follow from the first.
             if problems.iter().all(|problem| source.position(problem.span.start).0 != line) {
-                problems.push(syntax_problem(source, line, span, error.message()));
+                problems.push(syntax::problem(source, line, span, error.message()));
             }
         }
         Err(problems)
@@ -112,36 +120,12 @@ impl<'a> Document<'a> {
     }
 }
 
-fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &str) -> Problem {
-    let text = source.text.lines().nth(line - 1).unwrap_or("");
-    let value = text.split_once('=').map(|(_, value)| value.trim());
-    let starts_as_number =
-        |value: &str| value.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+' || c == '.');
-    let help = match value {
-        _ if message.contains("duplicate key") => {
-            "keep one of the two; write the tables of a list as [[name]]".to_owned()
-        }
-        _ if message.contains("string") && message.contains("expected `") => {
-            "close the string with a quotation mark".to_owned()
-        }
-        Some(value) if starts_as_number(value) && value.contains(',') && !value.contains('[') => {
-            "write decimals with a point: 1.5".to_owned()
-        }
-        Some(value) if starts_as_number(value) && value.contains(|c: char| c.is_alphabetic() || c == '%') => {
-            let value = value.split('#').next().unwrap_or(value).trim();
-            format!("put a number with a unit in quotes: \"{value}\"")
-        }
-        Some(value) if value.starts_with(|c: char| c.is_alphabetic()) => {
-            "put words in quotes: \"...\"; only true and false are written without".to_owned()
-        }
-        _ => "a scenario is a TOML file: lines `key = value` below headers `[table]`; see https://toml.io".to_owned(),
-    };
-    Problem {
-        kind: ProblemKind::Syntax,
-        key: String::new(),
-        value: Some(text.trim().to_owned()).filter(|text| !text.is_empty()),
-        span,
-        message: format!("not valid TOML: {message}"),
-        help,
+/// Number of the line with the header of the table to which a line belongs, if it is not a header itself.
+fn line_of_header(source: &Source, line: usize) -> Option<usize> {
+    let is_header = |text: &str| text.trim_start().starts_with('[');
+    let lines: Vec<&str> = source.text.lines().take(line).collect();
+    if lines.last().is_some_and(|text| is_header(text)) {
+        return None;
     }
+    lines.iter().rposition(|text| is_header(text)).map(|at| at + 1)
 }

@@ -215,12 +215,18 @@ pub enum ReadError {
         path: PathBuf,
     },
     /// The file is not UTF-8 text.
-    #[error("{} is not a text file: line {line} has bytes that are not UTF-8", path.display())]
+    #[error("{}:{line}: the line has bytes that are not UTF-8; save the file as UTF-8, in the menu \"Save as\" of the editor", path.display())]
     NotText {
         /// The file.
         path: PathBuf,
         /// First line with such bytes, counted from 1.
         line: usize,
+    },
+    /// The file is text in UTF-16.
+    #[error("{} is text in UTF-16; save it as UTF-8, in the menu \"Save as\" of the editor", path.display())]
+    Utf16 {
+        /// The file.
+        path: PathBuf,
     },
     /// A setting cannot be applied to the scenario.
     #[error("{0}")]

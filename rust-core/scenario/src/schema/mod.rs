@@ -43,6 +43,7 @@ pub mod quantity;
 mod sample;
 mod setting;
 mod slave;
+pub(crate) mod syntax;
 mod templates;
 
 use std::path::{Path, PathBuf};
@@ -78,7 +79,7 @@ pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use setting::{Given, Setting};
 pub use slave::Slave;
-pub use templates::{SWEEP, SWEPT, TEMPLATES, Template, template};
+pub use templates::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
 
 use concordem_contact::kinematics::MotionMeasure;
 
@@ -185,17 +186,13 @@ fn three() -> u8 {
 impl Scenario {
     /// Names of the walls in the order of the state: those of `[[wall]]`, where a box has six, and the platens.
     pub fn wall_names(&self) -> Vec<String> {
+        let walls = self.walls.iter().enumerate();
+        walls.flat_map(|(number, wall)| wall.names(number)).chain(self.names_of_loading_walls()).collect()
+    }
+
+    /// Names of the walls that the loading adds.
+    pub fn names_of_loading_walls(&self) -> Vec<String> {
         let mut names = Vec::new();
-        for (number, wall) in self.walls.iter().enumerate() {
-            let name = wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
-            if let WallShape::Box { .. } = wall.shape {
-                for axis in ["x", "y", "z"] {
-                    names.extend(["minimum", "maximum"].map(|end| format!("{name} {axis} {end}")));
-                }
-            } else {
-                names.push(name);
-            }
-        }
         if let Loading::Platens { .. } = self.loading {
             names.extend(["lower platen", "upper platen"].map(str::to_owned));
         }

@@ -48,11 +48,11 @@ impl Setting {
     /// There is no `=`, or no key.
     pub fn parse(text: &str) -> Result<Self, String> {
         let Some((key, value)) = text.split_once('=') else {
-            return Err("expected KEY=VALUE, such as packing.radius=2 mm".to_owned());
+            return Err(format!("write = and the value without a space: {text}=\"2 mm\""));
         };
         let (key, value) = (key.trim(), value.trim());
         if key.is_empty() || value.is_empty() {
-            return Err("expected KEY=VALUE, such as packing.radius=2 mm".to_owned());
+            return Err("write a key and a value: packing.radius=\"2 mm\"".to_owned());
         }
         let is_toml = value.parse::<Value>().is_ok();
         let value = if is_toml { value.to_owned() } else { Value::from(value).to_string() };

@@ -44,8 +44,21 @@ templates! {
     "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",
 }
 
-/// The template with this name.
+/// Other words for templates, by which users look for them.
+pub const OTHER_NAMES: [(&str, &str); 7] = [
+    ("brazilian", "concrete-splitting"),
+    ("splitting", "concrete-splitting"),
+    ("triaxial", "concrete-triaxial"),
+    ("notched-beam", "concrete-bending"),
+    ("hopkinson", "concrete-hopkinson"),
+    ("mesoscale", "concrete-mesoscale"),
+    ("indentation", "beam-indentation"),
+];
+
+/// The template with this name, or with this one of the [other names](OTHER_NAMES).
 pub fn template(name: &str) -> Option<&'static Template> {
+    let other = OTHER_NAMES.iter().find(|(other, _)| *other == name);
+    let name = other.map_or(name, |(_, name)| *name);
     TEMPLATES.iter().chain([&SWEEP]).find(|template| template.name == name)
 }
 

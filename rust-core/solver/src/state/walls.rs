@@ -348,7 +348,8 @@ pub(super) fn closest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, boo
         return (*b, false, [0.0, 1.0, 0.0]);
     }
     let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+    // Two equal corners a and b make no edge.
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
         let t = d1 / (d1 - d3);
         return (a + ab * t, false, [1.0 - t, t, 0.0]);
     }
@@ -375,6 +376,25 @@ pub(super) fn closest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, boo
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Triangles with equal corners are edges or points; the same distance in every order of the corners.
+    #[test]
+    fn closest_point_of_a_triangle_with_equal_corners() {
+        let (a, b) = (Vec3::new(0.1, 0.2, 0.3), Vec3::new(0.1, 1.2, 0.3));
+        let edges = [[a, a, b], [a, b, a], [b, a, a], [a, b, b], [b, a, b], [b, b, a]];
+        // Beside the middle of the edge, and beyond both ends.
+        let cases =
+            [(Vec3::new(0.6, 0.7, 0.3), 0.5), (Vec3::new(0.1, -0.3, 0.3), 0.5), (Vec3::new(0.1, 1.7, 0.3), 0.5)];
+        for (x, distance) in cases {
+            for corners in &edges {
+                let (nearest, interior, _) = closest_on_triangle(&x, corners);
+                // Rounding of coordinates of order 1.
+                assert!(((nearest - x).norm() - distance).abs() < 1e-15 * 8.0, "{x} {corners:?}: {nearest}");
+                assert!(!interior);
+            }
+        }
+        assert_eq!(closest_on_triangle(&b, &[a, a, a]).0, a);
+    }
 
     /// The closest point is at least as close as a dense sampling of the triangle, up to the spacing of the samples.
     #[test]

@@ -105,6 +105,12 @@ pub(super) fn calibrate(arguments: &CalibrateElasticArguments, console: &mut Con
         found
     })?;
     let facts = facts(arguments, &found);
+    if arguments.law.is_some() && found.scenario.contacts.law.law().is_none() {
+        console.tell(
+            "warning: contacts.law = \"none\": particles without a bond pass through each other. For contacts, write another law in \
+             [contacts] with its table in [[material]].",
+        );
+    }
     let Some(path) = &arguments.output else {
         return console.print(&facts.to_string());
     };

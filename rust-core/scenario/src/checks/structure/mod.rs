@@ -14,6 +14,7 @@ use serde_json::{Map, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::schema::syntax::on_keyboard;
 use crate::schema::{Document, Problem, ProblemKind};
 use json_schema::{items_are_tables, kinds, resolve, type_name, words};
 use value::kind_name;
@@ -172,11 +173,18 @@ impl Checker<'_> {
             return (Some(key), format!("YADE's `{yade}` is called `{ours}` here. {}", about_key(ours)));
         }
         let free = properties.keys().map(String::as_str).filter(|other| !table.contains_key(*other));
+        if let Some((c, what, plain)) = on_keyboard(name) {
+            let help = format!("`{c}` (U+{:04X}) is {what}: write `{plain}`", u32::from(c));
+            return (properties.get_key_value(&plain).map(|(key, _)| key.as_str()), help);
+        }
         if let Some(other) = nearest(name, free) {
             return (Some(other), format!("did you mean `{other}`? {}", about_key(other)));
         }
         if let Some(other) = nearest(name, properties.keys().map(String::as_str)) {
             return (None, format!("did you mean `{other}`, which is given, too? {}", about_key(other)));
+        }
+        if let Some(help) = self.key_of_outer_table(name, path) {
+            return (None, help);
         }
         let mut keys: Vec<String> = properties.keys().map(|key| format!("`{key}`")).collect();
         keys.sort();
@@ -190,6 +198,31 @@ impl Checker<'_> {
             path => format!("the keys of `{}`", strip_indices(path)),
         };
         (None, format!("{elsewhere}{here} are {}", keys.join(", ")))
+    }
+
+    /// Help for a key below the header of an inner table that belongs to a table around it, because a header reaches to the next one.
+    fn key_of_outer_table(&self, name: &str, path: &str) -> Option<String> {
+        let here = strip_indices(path);
+        if path.is_empty() {
+            return None;
+        }
+        if !self.schema["properties"][name].is_null()
+            && !items_are_tables(self.schema, &self.schema["properties"][name])
+        {
+            return Some(format!("`{name}` belongs to no table: move it to the top, above the first [table]"));
+        }
+        let tables = self.tables_with_key(name);
+        let mut outer = here.as_str();
+        while let Some((front, _)) = outer.rsplit_once('.') {
+            outer = front;
+            let header = format!("[{outer}]");
+            if tables.iter().any(|table| *table == header || table.starts_with(&format!("{header} of kind"))) {
+                return Some(format!(
+                    "`{name}` is a key of [{outer}], but stands below [{here}]: move it up, above [{here}]"
+                ));
+            }
+        }
+        None
     }
 
     fn missing_key(&mut self, name: &str, property: &Value, place: &Range<usize>, path: &str) {

@@ -11,6 +11,7 @@ use super::wording::listing;
 use super::{Checker, Key};
 use crate::schema::ProblemKind;
 use crate::schema::quantity::{QuantityError, parse_quantity};
+use crate::schema::syntax::on_keyboard;
 use concordem_contact::ranges::violated;
 
 /// The TOML type of a value, for messages.
@@ -37,6 +38,14 @@ fn real(value: &DeValue<'_>) -> Option<f64> {
 
 fn quote(words: &[&str]) -> Vec<String> {
     words.iter().map(|word| format!("\"{word}\"")).collect()
+}
+
+/// What to write in place of characters that look like those of the keyboard.
+fn foreign(text: &str) -> String {
+    let typed = on_keyboard(text);
+    typed.map_or_else(String::new, |(c, what, plain)| {
+        format!("`{c}` (U+{:04X}) is {what}: write \"{plain}\"; ", u32::from(c))
+    })
 }
 
 type TomlValue<'a> = Spanned<DeValue<'a>>;
@@ -70,7 +79,7 @@ impl Checker<'_> {
                 let hint = super::wording::nearest(text, words.iter().copied())
                     .map(|word| format!("did you mean \"{word}\"? "))
                     .unwrap_or_default();
-                let help = format!("{hint}write {allowed}");
+                let help = format!("{}{hint}write {allowed}", foreign(text));
                 self.wrong(ProblemKind::WrongType, key, value, "not an allowed word".to_owned(), &help);
             }
             _ => self.wrong_type(key, value, "a word", &format!("write {allowed}. {}", key.about)),
@@ -116,7 +125,10 @@ impl Checker<'_> {
         };
         match read {
             Ok(number) => self.bounds(value, number, key, units[0]),
-            Err((kind, error)) => self.wrong(kind, key, value, error.to_string(), &help()),
+            Err((kind, error)) => {
+                let typed = value.get_ref().as_str().map(foreign).unwrap_or_default();
+                self.wrong(kind, key, value, error.to_string(), &(typed + &help()));
+            }
         }
     }
 
