@@ -62,15 +62,13 @@ void FixConcordemBond::init()
   check_run();
   if (utils::strmatch(update->integrate_style, "^respa"))
     fail("does not support run_style respa; use run_style verlet");
-  if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
-    fail("the boundaries changed after its definition; define it after `boundary` and change_box");
-
-  double smallest = 0.0;
-  find_reach(!made_ && lists_ ? longest_given() : 0.0, &smallest);
-  comm->cutghostuser = MAX(comm->cutghostuser, reach_);
-  if (lists_) check_special_bonds();
+  if (periodic_ != concordem_has_images(domain)) fail("the boundaries changed after its definition; define it after `boundary` and change_box");
+  find_reach(!made_ && lists_ ? longest_given() : 0.0);
+  comm->cutghostuser = MAX(comm->cutghostuser, ghost_cutoff());
+  check_special_bonds();
   // write_restart and write_data exchange atoms without asking pre_exchange.
-  maxexchange = exchange_size();
+  prepare_exchange();
+  maxexchange = exchange_size_;
 }
 
 // Longest bond in the atoms' lists.
@@ -114,14 +112,28 @@ void FixConcordemBond::setup_pre_exchange()
 
 void FixConcordemBond::pre_exchange()
 {
-  maxexchange = exchange_size();
+  prepare_exchange();
+  maxexchange = exchange_size_;
+}
+
+namespace {
+
+struct ListsOfModify : Modify {
+  static constexpr auto pre_exchange = &ListsOfModify::list_pre_exchange;
+};
+
 }
 
 void FixConcordemBond::setup_pre_force(int)
 {
   setup_ = true;
+  // Fixes that insert or delete atoms come before us.
+  int *const list = modify->*ListsOfModify::pre_exchange, *const end = list + modify->n_pre_exchange;
+  int *const at = std::find(list, end, modify->find_fix(id));
+  if (at != end) std::rotate(at, at + 1, end);
   check_box(true);
   communicate(true);
+  follow_changes();
   give_heat_network();
   measure_heated_groups();
   rebuild();
@@ -130,6 +142,8 @@ void FixConcordemBond::setup_pre_force(int)
   if (creation_is_due()) make_bonds();
   check_resumed();
   check_pair_style();
+  warn_without_contacts();
+  check_step();
   show_temperatures();
 }
 
@@ -142,6 +156,7 @@ void FixConcordemBond::pre_force(int)
   communicate(neighbor->ago == 0);
   show_temperatures();
   if (neighbor->ago == 0) {
+    follow_changes();
     give_heat_network();
     measure_heated_groups();
     rebuild();
@@ -177,6 +192,7 @@ void FixConcordemBond::pre_reverse(int, int vflag)
   }
   // New bonds start unstrained at the end of the step; the next step evaluates them.
   if (!setup_) {
+    follow_growth();
     make_added();
     if (creation_is_due()) make_bonds();
   }
@@ -240,6 +256,11 @@ void FixConcordemBond::remove_broken_from_lists()
       }
     }
   if (!count) return;
+  if (last_break_) {
+    snprintf(text_, sizeof(text_), "the bond of atoms %lld and %lld broke; %s", static_cast<long long>(pairs[0][0]),
+             static_cast<long long>(pairs[0][1]), special_bonds_text().c_str());
+    fail_on_this_processor();
+  }
   free_broken_pairs(pairs, count);
   // Type 0 disables a bond in LAMMPS' bond list until the list is rebuilt.
   std::set<std::array<tagint, 2>> broken;
@@ -284,18 +305,29 @@ void FixConcordemBond::free_broken_pairs(const int64_t (*pairs)[2], int64_t coun
     }
 }
 
-// Other pair styles must see a pair again when its bond breaks. They do if it stays in the neighbor lists, and if the lists of bonded
-// atoms are the only special ones, because those of atoms two or three bonds away are not updated.
+// A pair must be seen again when its bond breaks. It is if it stays in the neighbor lists of other pair styles, and if the lists of bonded atoms
+// are the only special ones, because those of atoms two or three bonds away are not updated. Without broken bonds, all is well.
 void FixConcordemBond::check_special_bonds()
 {
-  const Pair *pair = force->pair;
-  if (!pair || dynamic_cast<const PairConcordem *>(pair) || utils::strmatch(force->pair_style, "^zero")) return;
+  last_break_ = false;
   const double *lj = force->special_lj, *coul = force->special_coul;
-  const bool others = lj[2] == 1.0 && lj[3] == 1.0 && coul[2] == 1.0 && coul[3] == 1.0;
-  if (!others || (lj[1] == 0.0 && coul[1] == 0.0))
-    fail(fmt::format("with pair_style {}, a pair whose bond breaks would pass through itself, because special_bonds takes it, or atoms "
-                     "two or three bonds away, out of the neighbor lists; use `special_bonds lj 0 1 1 coul 1 1 1`",
-                     force->pair_style));
+  const Pair *pair = force->pair;
+  const bool ours = dynamic_cast<const PairConcordem *>(pair);
+  if (ours && atom->molecular == Atom::MOLECULAR)
+    for (int k = 1; k <= 3; k++)
+      if (lj[k] != 0.0 && lj[k] != 1.0) fail("its contacts have no weights between 0 and 1; use 0 or 1 in `special_bonds lj`");
+  if (!lists_ || !pair || utils::strmatch(force->pair_style, "^zero")) return;
+  if (ours && lj[1] != 0.0) fail("bonded atoms have no contact beside their bond; use `special_bonds lj 0 1 1 coul 1 1 1`");
+  const bool others = lj[2] == 1.0 && lj[3] == 1.0 && (ours || (coul[2] == 1.0 && coul[3] == 1.0));
+  last_break_ = !others || (!ours && lj[1] == 0.0 && coul[1] == 0.0);
+  if (last_break_ && comm->me == 0)
+    warn("ends the run when a bond breaks: " + special_bonds_text());
+}
+
+std::string FixConcordemBond::special_bonds_text() const
+{
+  return fmt::format("with pair_style {}, pieces would pass through each other, because special_bonds takes the pair, or atoms two or three bonds "
+                     "away, out of the neighbor lists; use `special_bonds lj 0 1 1 coul 1 1 1`", force->pair_style);
 }
 
 // LAMMPS' styles for touching spheres know nothing of our contacts and would add their forces to ours: granular, gran/..., bpm/spring;
@@ -330,9 +362,8 @@ void FixConcordemBond::check_pairs_of(const Pair *pair, const char *family)
                                                 : fmt::format("the sub-style {} of pair_style {}",
                                                               strcmp(family, "^gran") == 0 ? "granular or gran/..." : "bpm/...", force->pair_style);
   const std::string group_name = group->names[igroup];
-  const bool contacts = strcmp(facts_.contacts, "none") != 0;
   const std::string remedy =
-      contacts ? "Use `pair_style concordem/...`; or remove `contact`; or take the pairs out of the neighbor lists: "
+      contacts_ ? "Use `pair_style concordem/...`; or remove `contact`; or take the pairs out of the neighbor lists: "
       : lists_ ? "Use `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor lists: "
                : "Use a bond style concordem/... with `special_bonds lj 0 1 1 coul 1 1 1`, or take the pairs out of the neighbor lists: ";
   error->one(FLERR, "Fix {} concordem/bond: atoms {} and {}: both {} and this fix compute the forces between them. {}`neigh_modify exclude group {} {}`",
@@ -365,6 +396,52 @@ void FixBondBase::communicate_ghosts()
 void FixBondBase::print(const std::string &text)
 {
   utils::logmesg(lmp, "fix {} concordem/bond: {}\n", id, text);
+}
+
+double FixBondBase::ghost_cutoff() const
+{
+  return reach_;
+}
+
+FixBondBase::ExclusionsOfHost FixBondBase::exclusions_of_host() const
+{
+  return {neighbor->nex_type, neighbor->nex_group, neighbor->nex_mol, {neighbor->ex1_type, neighbor->ex2_type},
+          {neighbor->ex1_bit, neighbor->ex2_bit}, neighbor->ex_mol_bit, neighbor->ex_mol_intra};
+}
+
+// Weights of special_bonds are those of pair styles, not those of `contact`. With a bond style of ours, the bonds themselves take their pairs out of the contacts, as long as they exist.
+void FixBondBase::find_special_pairs(std::vector<std::array<int64_t, 2>> &pairs)
+{
+  if (atom->molecular != Atom::MOLECULAR || !dynamic_cast<PairConcordem *>(force->pair)) return;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    const int *const number = atom->nspecial[i];
+    for (int k = 0; k < 3; k++) {
+      if (force->special_lj[k + 1] != 0.0 || (lists_ && k == 0)) continue;
+      for (int m = k ? number[k - 1] : 0; m < number[k]; m++) pairs.push_back({atom->tag[i], atom->special[i][m]});
+    }
+  }
+}
+
+bool FixBondBase::has_pair_style_for_spheres() const
+{
+  if (!force->pair || dynamic_cast<PairConcordem *>(force->pair)) return false;
+  for (const char *family : {"^gran", "^bpm"})
+    if (force->pair_match(family, 0, 0) || force->pair_match(family, 0, 1)) return true;
+  return false;
+}
+
+// Remove the bonds to atoms that no longer exist from the lists of their partners.
+void FixBondBase::drop_from_lists(const std::vector<int64_t> &atoms)
+{
+  if (!lists_) return;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int m = atom->num_bond[i] - 1; m >= 0; m--) {
+      if (!std::binary_search(atoms.begin(), atoms.end(), static_cast<int64_t>(atom->bond_atom[i][m]))) continue;
+      const int last = --atom->num_bond[i];
+      atom->bond_atom[i][m] = atom->bond_atom[i][last];
+      atom->bond_type[i][m] = atom->bond_type[i][last];
+    }
 }
 
 ConcordemBondLists FixBondBase::lists_of_atoms() const

@@ -41,11 +41,13 @@ class FixConcordemBond : public FixBondBase {
  private:
   const ConcordemStyle *style_ = nullptr;   // calls find_forces; null if the fix does so itself
   bool setup_ = false;                      // during the setup of a run
+  bool last_break_ = false;                 // a bond that breaks ends the run
 
   double longest_given();
   void remove_broken_from_lists();
   void free_broken_pairs(const int64_t (*pairs)[2], int64_t count);
   void check_special_bonds();
+  std::string special_bonds_text() const;
   void check_pair_style();
   void check_pairs_of(const class Pair *, const char *family);
   void make_added();

@@ -92,6 +92,8 @@ const Entry STYLES[] = {
     {"fix", "concordem/bond", "bonds and contacts with ConcorDEM laws", &new_fix},
     {"compute", "concordem/bond/local", "rows of bonds and contacts of fix concordem/bond",
      &new_compute<ComputeConcordemBondLocal>},
+    {"compute", "concordem/broken/local", "rows of the bonds of fix concordem/bond that broke since the last output",
+     &new_compute<ComputeConcordemBrokenLocal>},
     {"compute", "concordem/stress/atom", "stress per atom from the contacts of fix concordem/bond",
      &new_compute<ComputeConcordemStressAtom>},
     {"compute", "concordem/couple", "couple stress and stress from the contacts of fix concordem/bond",

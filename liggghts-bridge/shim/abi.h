@@ -16,6 +16,9 @@ constexpr static const size_t CONCORDEM_LONGEST = 11;
 /// Number of reals in [`concordem_network_totals`].
 constexpr static const size_t CONCORDEM_TOTALS = 12;
 
+/// Number of reals per row of [`concordem_network_take_breaks`].
+constexpr static const size_t CONCORDEM_BREAK = 11;
+
 /// Number of reals per row of [`concordem_network_rows`].
 constexpr static const size_t CONCORDEM_ROW = 16;
 
@@ -66,6 +69,10 @@ struct ConcordemFacts {
   int32_t heat_network;
   /// Length of the name of the data file to continue with, bytes; 0: none.
   int32_t state_length;
+  /// Whether the script names a contact law, possibly `none`.
+  int32_t contact_given;
+  /// Whether contacts follow the exclusions of the host: 1 yes, 0 no, −1 if the script does not say.
+  int32_t follows_exclusions;
   /// Name of the contact law, padded with zeros.
   char contacts[32];
   /// Step at which bonds are created; negative: the first step.
@@ -106,6 +113,8 @@ struct ConcordemAtoms {
   const double *angular_velocity;
   const double *radius;
   const double *mass;
+  /// Mass that resists a contact, kg; null: that of the atom.
+  const double *effective_mass;
   double *force;
   double *torque;
   double *memory;
@@ -137,6 +146,20 @@ struct ConcordemBondOfList {
   double length;
   /// Its line in the file.
   int64_t line;
+};
+
+/// What the rules of the host say about an atom.
+struct ConcordemRules {
+  /// Bits of the rules for two types or groups of which the atom is in the first one.
+  uint64_t first;
+  /// Of which it is in the second one.
+  uint64_t second;
+  /// Bits of the rules that exclude pairs within a molecule.
+  uint64_t same_molecule;
+  /// Bits of those that exclude pairs of two molecules.
+  uint64_t other_molecule;
+  /// Its molecule.
+  int64_t molecule;
 };
 
 /// Neighbor lists of a pair style: `list` holds the indices of the `atoms` atoms that have one.
@@ -282,6 +305,8 @@ struct ConcordemPairForce {
   int32_t i;
   /// Index of the second atom.
   int32_t j;
+  /// Place of `j` in the list of `i`.
+  int64_t place;
   /// Force on `i`, N.
   double force[3];
   /// Torque on `i`, N·m.
@@ -292,10 +317,12 @@ struct ConcordemPairForce {
 
 extern "C" {
 
-/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
+/// Create a network from the `count` script arguments after the style name. `si`: whether the host has SI units. Returns null and a message if
+/// the arguments are invalid.
 ConcordemNetwork *concordem_network_new(const char *const *words,
                                         int32_t count,
                                         int32_t types,
+                                        int32_t si,
                                         ConcordemFacts *facts,
                                         const ConcordemMessage *message);
 
@@ -355,6 +382,36 @@ int64_t concordem_network_queued_atoms(const ConcordemNetwork *network, int64_t 
 
 /// A number that increases whenever the bonds or the numbers of atoms change.
 int64_t concordem_network_generation(const ConcordemNetwork *network);
+
+/// Set what the next rebuild takes out of the unbonded contacts: rules for each of `count` atoms (0: no rules), and `pair_count` pairs of ids.
+void concordem_network_exclude(ConcordemNetwork *network,
+                               const ConcordemRules *rules,
+                               int64_t count,
+                               const int64_t (*pairs)[2],
+                               int64_t pair_count);
+
+/// By how much radii may have grown since the last rebuild at most, m.
+double concordem_network_grown(const ConcordemNetwork *network);
+
+/// Number of owned atoms that existed at the last rebuild.
+int64_t concordem_network_known(const ConcordemNetwork *network, const ConcordemAtoms *atoms);
+
+/// Number of atoms that owned atoms are bonded to or touch, and that are neither owned nor ghosts. Writes their ids in ascending order to
+/// `ids` unless it is null.
+int64_t concordem_network_absent(const ConcordemNetwork *network,
+                                 const ConcordemAtoms *atoms,
+                                 int64_t *ids);
+
+/// Drop the bonds and contacts of `count` atoms that no longer exist at the next rebuild. `ids`: ascending. Returns the number of bonds
+/// between them and an owned atom.
+int64_t concordem_network_forget(ConcordemNetwork *network,
+                                 const ConcordemAtoms *atoms,
+                                 const int64_t *ids,
+                                 int64_t count);
+
+/// A time step for which the bonds and contacts of this processor are stable, s: the largest one if `dt` is larger than a quick estimate.
+double concordem_network_stable_step(const ConcordemNetwork *network,
+                                     double dt);
 
 /// Find the pairs of a pair style whose forces the network computes: with a contact law all pairs of the group, else the bonded ones.
 /// Sets their `marks` (one per entry, in order, at least `capacity`) to 1 unless it is null. Sets `first` to the ids of the first
@@ -576,6 +633,12 @@ void concordem_network_resume(ConcordemNetwork *network,
 /// Rows of the recorded contacts, [`ROW`] reals each. Free them with [`concordem_rows_delete`].
 double *concordem_network_rows(const ConcordemNetwork *network, int64_t *count);
 
+/// Keep rows for [`concordem_network_take_breaks`] from now on.
+void concordem_network_keep_breaks(ConcordemNetwork *network);
+
+/// Rows of the bonds that broke since the last call, [`BREAK`] reals each. Free them with [`concordem_records_delete`].
+double *concordem_network_take_breaks(ConcordemNetwork *network, int64_t *count);
+
 /// Free rows.
 void concordem_rows_delete(double *rows, int64_t count);
 
@@ -663,15 +726,16 @@ static_assert(offsetof(ConcordemAtoms, velocity) == 56 && sizeof(ConcordemAtoms:
 static_assert(offsetof(ConcordemAtoms, angular_velocity) == 64 && sizeof(ConcordemAtoms::angular_velocity) == 8, "ConcordemAtoms::angular_velocity");
 static_assert(offsetof(ConcordemAtoms, radius) == 72 && sizeof(ConcordemAtoms::radius) == 8, "ConcordemAtoms::radius");
 static_assert(offsetof(ConcordemAtoms, mass) == 80 && sizeof(ConcordemAtoms::mass) == 8, "ConcordemAtoms::mass");
-static_assert(offsetof(ConcordemAtoms, force) == 88 && sizeof(ConcordemAtoms::force) == 8, "ConcordemAtoms::force");
-static_assert(offsetof(ConcordemAtoms, torque) == 96 && sizeof(ConcordemAtoms::torque) == 8, "ConcordemAtoms::torque");
-static_assert(offsetof(ConcordemAtoms, memory) == 104 && sizeof(ConcordemAtoms::memory) == 8, "ConcordemAtoms::memory");
-static_assert(offsetof(ConcordemAtoms, edge) == 112 && sizeof(ConcordemAtoms::edge) == 24, "ConcordemAtoms::edge");
-static_assert(offsetof(ConcordemAtoms, low) == 136 && sizeof(ConcordemAtoms::low) == 24, "ConcordemAtoms::low");
-static_assert(offsetof(ConcordemAtoms, high) == 160 && sizeof(ConcordemAtoms::high) == 24, "ConcordemAtoms::high");
-static_assert(offsetof(ConcordemAtoms, dt) == 184 && sizeof(ConcordemAtoms::dt) == 8, "ConcordemAtoms::dt");
-static_assert(offsetof(ConcordemAtoms, step) == 192 && sizeof(ConcordemAtoms::step) == 8, "ConcordemAtoms::step");
-static_assert(sizeof(ConcordemAtoms) == 200 && alignof(ConcordemAtoms) == 8, "ConcordemAtoms");
+static_assert(offsetof(ConcordemAtoms, effective_mass) == 88 && sizeof(ConcordemAtoms::effective_mass) == 8, "ConcordemAtoms::effective_mass");
+static_assert(offsetof(ConcordemAtoms, force) == 96 && sizeof(ConcordemAtoms::force) == 8, "ConcordemAtoms::force");
+static_assert(offsetof(ConcordemAtoms, torque) == 104 && sizeof(ConcordemAtoms::torque) == 8, "ConcordemAtoms::torque");
+static_assert(offsetof(ConcordemAtoms, memory) == 112 && sizeof(ConcordemAtoms::memory) == 8, "ConcordemAtoms::memory");
+static_assert(offsetof(ConcordemAtoms, edge) == 120 && sizeof(ConcordemAtoms::edge) == 24, "ConcordemAtoms::edge");
+static_assert(offsetof(ConcordemAtoms, low) == 144 && sizeof(ConcordemAtoms::low) == 24, "ConcordemAtoms::low");
+static_assert(offsetof(ConcordemAtoms, high) == 168 && sizeof(ConcordemAtoms::high) == 24, "ConcordemAtoms::high");
+static_assert(offsetof(ConcordemAtoms, dt) == 192 && sizeof(ConcordemAtoms::dt) == 8, "ConcordemAtoms::dt");
+static_assert(offsetof(ConcordemAtoms, step) == 200 && sizeof(ConcordemAtoms::step) == 8, "ConcordemAtoms::step");
+static_assert(sizeof(ConcordemAtoms) == 208 && alignof(ConcordemAtoms) == 8, "ConcordemAtoms");
 static_assert(offsetof(ConcordemFacts, atom_width) == 0 && sizeof(ConcordemFacts::atom_width) == 4, "ConcordemFacts::atom_width");
 static_assert(offsetof(ConcordemFacts, communicated) == 4 && sizeof(ConcordemFacts::communicated) == 4, "ConcordemFacts::communicated");
 static_assert(offsetof(ConcordemFacts, creation) == 8 && sizeof(ConcordemFacts::creation) == 4, "ConcordemFacts::creation");
@@ -681,12 +745,14 @@ static_assert(offsetof(ConcordemFacts, temperature) == 20 && sizeof(ConcordemFac
 static_assert(offsetof(ConcordemFacts, heat_groups) == 24 && sizeof(ConcordemFacts::heat_groups) == 4, "ConcordemFacts::heat_groups");
 static_assert(offsetof(ConcordemFacts, heat_network) == 28 && sizeof(ConcordemFacts::heat_network) == 4, "ConcordemFacts::heat_network");
 static_assert(offsetof(ConcordemFacts, state_length) == 32 && sizeof(ConcordemFacts::state_length) == 4, "ConcordemFacts::state_length");
-static_assert(offsetof(ConcordemFacts, contacts) == 36 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
-static_assert(offsetof(ConcordemFacts, at) == 72 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
-static_assert(offsetof(ConcordemFacts, factor) == 80 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
-static_assert(offsetof(ConcordemFacts, reach) == 88 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
-static_assert(offsetof(ConcordemFacts, reference_temperature) == 96 && sizeof(ConcordemFacts::reference_temperature) == 8, "ConcordemFacts::reference_temperature");
-static_assert(sizeof(ConcordemFacts) == 104 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemFacts, contact_given) == 36 && sizeof(ConcordemFacts::contact_given) == 4, "ConcordemFacts::contact_given");
+static_assert(offsetof(ConcordemFacts, follows_exclusions) == 40 && sizeof(ConcordemFacts::follows_exclusions) == 4, "ConcordemFacts::follows_exclusions");
+static_assert(offsetof(ConcordemFacts, contacts) == 44 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
+static_assert(offsetof(ConcordemFacts, at) == 80 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
+static_assert(offsetof(ConcordemFacts, factor) == 88 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
+static_assert(offsetof(ConcordemFacts, reach) == 96 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
+static_assert(offsetof(ConcordemFacts, reference_temperature) == 104 && sizeof(ConcordemFacts::reference_temperature) == 8, "ConcordemFacts::reference_temperature");
+static_assert(sizeof(ConcordemFacts) == 112 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
 static_assert(offsetof(ConcordemPairLists, atoms) == 0 && sizeof(ConcordemPairLists::atoms) == 4, "ConcordemPairLists::atoms");
 static_assert(offsetof(ConcordemPairLists, index_bits) == 4 && sizeof(ConcordemPairLists::index_bits) == 4, "ConcordemPairLists::index_bits");
 static_assert(offsetof(ConcordemPairLists, list) == 8 && sizeof(ConcordemPairLists::list) == 8, "ConcordemPairLists::list");
@@ -694,6 +760,12 @@ static_assert(offsetof(ConcordemPairLists, numbers) == 16 && sizeof(ConcordemPai
 static_assert(offsetof(ConcordemPairLists, neighbors) == 24 && sizeof(ConcordemPairLists::neighbors) == 8, "ConcordemPairLists::neighbors");
 static_assert(offsetof(ConcordemPairLists, weights) == 32 && sizeof(ConcordemPairLists::weights) == 32, "ConcordemPairLists::weights");
 static_assert(sizeof(ConcordemPairLists) == 64 && alignof(ConcordemPairLists) == 8, "ConcordemPairLists");
+static_assert(offsetof(ConcordemRules, first) == 0 && sizeof(ConcordemRules::first) == 8, "ConcordemRules::first");
+static_assert(offsetof(ConcordemRules, second) == 8 && sizeof(ConcordemRules::second) == 8, "ConcordemRules::second");
+static_assert(offsetof(ConcordemRules, same_molecule) == 16 && sizeof(ConcordemRules::same_molecule) == 8, "ConcordemRules::same_molecule");
+static_assert(offsetof(ConcordemRules, other_molecule) == 24 && sizeof(ConcordemRules::other_molecule) == 8, "ConcordemRules::other_molecule");
+static_assert(offsetof(ConcordemRules, molecule) == 32 && sizeof(ConcordemRules::molecule) == 8, "ConcordemRules::molecule");
+static_assert(sizeof(ConcordemRules) == 40 && alignof(ConcordemRules) == 8, "ConcordemRules");
 static_assert(offsetof(ConcordemBondLists, numbers) == 0 && sizeof(ConcordemBondLists::numbers) == 8, "ConcordemBondLists::numbers");
 static_assert(offsetof(ConcordemBondLists, partners) == 8 && sizeof(ConcordemBondLists::partners) == 8, "ConcordemBondLists::partners");
 static_assert(offsetof(ConcordemBondLists, types) == 16 && sizeof(ConcordemBondLists::types) == 8, "ConcordemBondLists::types");
@@ -708,10 +780,11 @@ static_assert(offsetof(ConcordemHeatEntry, line) == 40 && sizeof(ConcordemHeatEn
 static_assert(sizeof(ConcordemHeatEntry) == 48 && alignof(ConcordemHeatEntry) == 8, "ConcordemHeatEntry");
 static_assert(offsetof(ConcordemPairForce, i) == 0 && sizeof(ConcordemPairForce::i) == 4, "ConcordemPairForce::i");
 static_assert(offsetof(ConcordemPairForce, j) == 4 && sizeof(ConcordemPairForce::j) == 4, "ConcordemPairForce::j");
-static_assert(offsetof(ConcordemPairForce, force) == 8 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
-static_assert(offsetof(ConcordemPairForce, torque) == 32 && sizeof(ConcordemPairForce::torque) == 24, "ConcordemPairForce::torque");
-static_assert(offsetof(ConcordemPairForce, between) == 56 && sizeof(ConcordemPairForce::between) == 24, "ConcordemPairForce::between");
-static_assert(sizeof(ConcordemPairForce) == 80 && alignof(ConcordemPairForce) == 8, "ConcordemPairForce");
+static_assert(offsetof(ConcordemPairForce, place) == 8 && sizeof(ConcordemPairForce::place) == 8, "ConcordemPairForce::place");
+static_assert(offsetof(ConcordemPairForce, force) == 16 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
+static_assert(offsetof(ConcordemPairForce, torque) == 40 && sizeof(ConcordemPairForce::torque) == 24, "ConcordemPairForce::torque");
+static_assert(offsetof(ConcordemPairForce, between) == 64 && sizeof(ConcordemPairForce::between) == 24, "ConcordemPairForce::between");
+static_assert(sizeof(ConcordemPairForce) == 88 && alignof(ConcordemPairForce) == 8, "ConcordemPairForce");
 static_assert(offsetof(ConcordemWallContact, kind) == 0 && sizeof(ConcordemWallContact::kind) == 4, "ConcordemWallContact::kind");
 static_assert(offsetof(ConcordemWallContact, wall_kind) == 4 && sizeof(ConcordemWallContact::wall_kind) == 4, "ConcordemWallContact::wall_kind");
 static_assert(offsetof(ConcordemWallContact, radius) == 8 && sizeof(ConcordemWallContact::radius) == 8, "ConcordemWallContact::radius");
@@ -779,4 +852,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x2ad1713d963c49b5)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xc4c77fb5a6adbe69)

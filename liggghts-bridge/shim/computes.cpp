@@ -8,6 +8,7 @@
 
 #include "atom.h"
 #include "error.h"
+#include "long_text.h"
 #include "memory.h"
 #include "modify.h"
 #include "update.h"
@@ -41,7 +42,9 @@ void ComputeOfBonds::fail(const std::string &text)
 #ifdef CONCORDEM_LAMMPS
   error->all(FLERR, "Compute {} {}: {}", id, style, text);
 #else
-  error->compute_error(FLERR, this, text.c_str());
+  int me;
+  MPI_Comm_rank(world, &me);
+  error->compute_error(FLERR, this, concordem_message("ERROR", text, me == 0, screen, logfile).c_str());
 #endif
 }
 
@@ -49,7 +52,7 @@ void ComputeOfBonds::fail(const std::string &text)
 void ComputeOfBonds::fail_on_this_processor()
 {
   const std::string text = std::string("compute ") + id + " " + style + ": " + text_;
-  error->one(FLERR, text.c_str());
+  error->one(FLERR, concordem_message("ERROR", text, true, screen, logfile).c_str());
 }
 
 double ComputeOfBonds::number(const char *key, const char *word)
@@ -97,6 +100,44 @@ void ComputeConcordemBondLocal::compute_local()
   for (int64_t k = 0; k < count; k++)
     memcpy(array_local[k], rows + k * CONCORDEM_ROW, sizeof(double) * size_local_cols);
   concordem_rows_delete(rows, count);
+  size_local_rows = static_cast<int>(count);
+}
+
+/* ----------------------------------------------------------------------------------------- concordem/broken/local */
+
+ComputeConcordemBrokenLocal::ComputeConcordemBrokenLocal(LAMMPS *lmp, int &iarg, int narg, char **arg) :
+    ComputeOfBonds(lmp, iarg, narg, arg)
+{
+  if (narg > iarg) fail(std::string("unknown argument `") + arg[iarg] + "`; give only the id of a fix concordem/bond");
+  array_local = NULL;
+  local_flag = 1;
+  size_local_cols = CONCORDEM_BREAK;
+}
+
+ComputeConcordemBrokenLocal::~ComputeConcordemBrokenLocal()
+{
+  memory->destroy(array_local);
+}
+
+void ComputeConcordemBrokenLocal::init()
+{
+  ComputeOfBonds::init();
+  concordem_network_keep_breaks(fix_->network());
+}
+
+void ComputeConcordemBrokenLocal::compute_local()
+{
+  if (invoked_local == update->ntimestep) return;
+  invoked_local = update->ntimestep;
+  int64_t count = 0;
+  double *rows = concordem_network_take_breaks(fix_->network(), &count);
+  if (count > capacity_ || !array_local) {
+    capacity_ = count > 0 ? static_cast<int>(count) : 1;
+    memory->destroy(array_local);
+    memory->create(array_local, capacity_, size_local_cols, "concordem/broken/local:array");
+  }
+  if (count > 0) memcpy(array_local[0], rows, sizeof(double) * size_local_cols * count);
+  concordem_records_delete(rows, count, CONCORDEM_BREAK);
   size_local_rows = static_cast<int>(count);
 }
 

@@ -40,6 +40,15 @@ class ComputeConcordemBondLocal : public ComputeOfBonds {
   void compute_local();
 };
 
+// One row per bond that broke since the last output, for `dump local`.
+class ComputeConcordemBrokenLocal : public ComputeOfBonds {
+ public:
+  ComputeConcordemBrokenLocal(LAMMPS *, int &iarg, int narg, char **arg);
+  ~ComputeConcordemBrokenLocal();
+  void init();
+  void compute_local();
+};
+
 // Stress per atom, Pa.
 class ComputeConcordemStressAtom : public ComputeOfBonds {
  public:

@@ -24,6 +24,7 @@
 #include "pair_hybrid.h"
 #include "update.h"
 
+#include "long_text.h"
 #include "pair_contact.h"
 
 using namespace LAMMPS_NS;
@@ -53,14 +54,11 @@ void FixConcordemBond::init()
   // In its first setup, LIGGGHTS would reset the data of all atoms after we have stored forces there.
   just_created = 0;
   if (strstr(update->integrate_style, "respa")) fail("does not support run_style respa; use run_style verlet");
-  if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
-    fail("the boundaries changed after its definition; define it after `boundary` and change_box");
-
-  double smallest = 0.0;
-  find_reach(0.0, &smallest);
-  // LIGGGHTS makes an atom a ghost of a neighboring processor if its center is closer to the border than its radius plus half of the
-  // cutoff. That suffices for surfaces that touch, but not for bonds, which join centers.
-  comm->cutghostuser = std::max(comm->cutghostuser, std::max(reach_, 2.0 * (reach_ - smallest)));
+  if (periodic_ != concordem_has_images(domain)) fail("the boundaries changed after its definition; define it after `boundary` and change_box");
+  find_reach(0.0);
+  comm->cutghostuser = std::max(comm->cutghostuser, ghost_cutoff());
+  // write_restart exchanges atoms without asking pre_exchange.
+  reserve_exchange();
 }
 
 // Before atoms change their processors: the temperatures of the ghosts are those of the last step.
@@ -69,24 +67,51 @@ void FixConcordemBond::initial_integrate(int)
   conduct();
 }
 
+namespace {
+
+// The lists of fixes that a run calls.
+struct ListsOfModify : Modify {
+  static constexpr auto pre_exchange = &ListsOfModify::list_pre_exchange;
+  static constexpr auto pre_force = &ListsOfModify::list_pre_force;
+};
+
+// Let the fix `index` be called after all others of a list.
+void call_last(int *list, int count, int index)
+{
+  int *const at = std::find(list, list + count, index);
+  if (at != list + count) std::rotate(at, at + 1, list + count);
+}
+
+}
+
+// In steps, fixes that change radii come before us, as they do before pair styles. (The list of setup_pre_exchange is in use.)
 void FixConcordemBond::setup_pre_exchange()
 {
+  call_last(modify->*ListsOfModify::pre_force, modify->n_pre_force, modify->my_index(this));
   pre_exchange();
 }
 
 void FixConcordemBond::pre_exchange()
 {
-  const int needed = exchange_size();
-  if (needed > maxexchange) {
-    comm->maxexchange_fix += needed - maxexchange;
-    maxexchange = needed;
+  reserve_exchange();
+}
+
+void FixConcordemBond::reserve_exchange()
+{
+  prepare_exchange();
+  if (exchange_size_ > maxexchange) {
+    comm->maxexchange_fix += exchange_size_ - maxexchange;
+    maxexchange = exchange_size_;
   }
 }
 
 void FixConcordemBond::setup_pre_force(int vflag)
 {
+  // Fixes that insert or delete atoms come before us.
+  call_last(modify->*ListsOfModify::pre_exchange, modify->n_pre_exchange, modify->my_index(this));
   check_box(true);
   communicate(true);
+  follow_changes();
   give_heat_network();
   measure_heated_groups();
   rebuild();
@@ -94,6 +119,8 @@ void FixConcordemBond::setup_pre_force(int vflag)
   if (creation_is_due()) make_bonds();
   check_resumed();
   check_pair_style();
+  warn_without_contacts();
+  check_step();
   show_temperatures();
   find_forces_and_virial(true, vflag);
 }
@@ -106,12 +133,14 @@ void FixConcordemBond::pre_force(int vflag)
   communicate(neighbor->ago == 0);
   show_temperatures();
   if (neighbor->ago == 0) {
+    follow_changes();
     give_heat_network();
     measure_heated_groups();
     rebuild();
     check_pair_style();
   }
   find_forces_and_virial(false, vflag);
+  follow_growth();
   // New bonds start unstrained at the end of the step; the next step evaluates them.
   if (creation_is_due()) make_bonds();
 }
@@ -180,7 +209,7 @@ void FixConcordemBond::check_pair_style()
 
 void FixBondBase::fail(const std::string &text)
 {
-  error->fix_error(FLERR, this, text.c_str());
+  error->fix_error(FLERR, this, concordem_message("ERROR", text, comm->me == 0, screen, logfile).c_str());
   abort();   // unreachable: fix_error ends the program
 }
 
@@ -189,13 +218,61 @@ void FixBondBase::fail_on_this_processor()
   // error->one ends the program before the message is written to a pipe.
   if (comm->nprocs == 1) fail(text_);
   const std::string text = std::string("fix ") + id + " concordem/bond: " + text_;
-  error->one(FLERR, text.c_str());
+  error->one(FLERR, concordem_message("ERROR", text, true, screen, logfile).c_str());
   abort();   // unreachable: one ends the program
 }
 
 void FixBondBase::communicate_ghosts()
 {
   comm->forward_comm_fix(this);
+}
+
+// LIGGGHTS makes an atom a ghost of a neighboring processor if its center is closer to the border than its radius plus half of the cutoff. That
+// suffices for surfaces that touch, but not for bonds, which join centers.
+double FixBondBase::ghost_cutoff() const
+{
+  return std::max(reach_, 2.0 * (reach_ - smallest_));
+}
+
+namespace {
+
+struct RulesOfNeighbor : Neighbor {
+  static constexpr auto types = &RulesOfNeighbor::nex_type;
+  static constexpr auto type1 = &RulesOfNeighbor::ex1_type;
+  static constexpr auto type2 = &RulesOfNeighbor::ex2_type;
+  static constexpr auto groups = &RulesOfNeighbor::nex_group;
+  static constexpr auto group1 = &RulesOfNeighbor::ex1_bit;
+  static constexpr auto group2 = &RulesOfNeighbor::ex2_bit;
+  static constexpr auto molecules = &RulesOfNeighbor::nex_mol;
+  static constexpr auto molecule = &RulesOfNeighbor::ex_mol_bit;
+};
+
+}
+
+FixBondBase::ExclusionsOfHost FixBondBase::exclusions_of_host() const
+{
+  const Neighbor &of = *neighbor;
+  const ExclusionsOfHost host = {of.*RulesOfNeighbor::types, of.*RulesOfNeighbor::groups, of.*RulesOfNeighbor::molecules,
+                                 {of.*RulesOfNeighbor::type1, of.*RulesOfNeighbor::type2},
+                                 {of.*RulesOfNeighbor::group1, of.*RulesOfNeighbor::group2}, of.*RulesOfNeighbor::molecule, NULL};
+  return host;
+}
+
+// LIGGGHTS has no special bonds between spheres.
+void FixBondBase::find_special_pairs(std::vector<std::array<int64_t, 2> > &) {}
+
+void FixBondBase::drop_from_lists(const std::vector<int64_t> &) {}
+
+bool FixBondBase::has_pair_style_for_spheres() const
+{
+  std::vector<Pair *> styles(1, force->pair);
+  const PairHybrid *hybrid = dynamic_cast<const PairHybrid *>(force->pair);
+  if (hybrid) styles.assign(hybrid->styles, hybrid->styles + hybrid->nstyles);
+  for (size_t k = 0; k < styles.size(); k++) {
+    PairGran *pair = dynamic_cast<PairGran *>(styles[k]);
+    if (pair && !concordem_is_our_model(pair)) return true;
+  }
+  return false;
 }
 
 ConcordemBondLists FixBondBase::lists_of_atoms() const
@@ -234,5 +311,5 @@ void FixBondBase::print(const std::string &text)
 void FixBondBase::warn(const std::string &text)
 {
   const std::string whole = std::string("fix ") + id + " concordem/bond " + text;
-  error->warning(FLERR, whole.c_str());
+  error->warning(FLERR, concordem_message("WARNING", whole, true, screen, logfile).c_str());
 }

@@ -36,6 +36,7 @@ class FixConcordemBond : public FixBondBase {
 
  private:
   void find_forces_and_virial(bool setup, int vflag);
+  void reserve_exchange();
   int64_t own_pairs(class NeighList *, unsigned char *marks, int64_t capacity, int64_t *first);
   void check_pair_style();
 };

@@ -54,10 +54,13 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
     fail("needs `newton off`; put that command before the creation of the simulation box");
 #endif
   if (domain->triclinic) fail("does not support triclinic boxes; use an orthogonal box");
-  if (strcmp(update->unit_style, "si") != 0) fail("needs SI units; use `units si`");
+  bool consistent = false;
+  for (const char *units : {"si", "lj", "cgs", "micro", "nano"}) consistent = consistent || strcmp(update->unit_style, units) == 0;
+  if (!consistent)
+    fail(std::string("in `units ") + update->unit_style + "`, a force is not mass times acceleration; use `units si` (or lj, cgs, micro, nano)");
 
   lost_ = lost_in_restart();
-  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, &facts_, &message_);
+  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, strcmp(update->unit_style, "si") == 0, &facts_, &message_);
   // A file may be unreadable on one processor only.
   int valid = network_ != NULL, count_valid;
   MPI_Allreduce(&valid, &count_valid, 1, MPI_INT, MPI_SUM, world);
@@ -65,6 +68,7 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   if (!valid) fail_on_this_processor();
   if (count_valid < comm->nprocs) MPI_Barrier(world);   // until that processor ends the program
   law_ = arg[3];
+  contacts_ = strcmp(facts_.contacts, "none") != 0;
   if (facts_.creation == 2) read_bond_list();
   vector_atom = NULL;
   begin_heat();
@@ -75,12 +79,12 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   create_attribute = 1;
   scalar_flag = 1;
   vector_flag = 1;
-  size_vector = CONCORDEM_SUMS;
+  size_vector = CONCORDEM_SUMS + 1;
   global_freq = 1;
   extscalar = 1;
   extvector = 1;
   time_depend = 1;
-  periodic_ = domain->xperiodic || domain->yperiodic || domain->zperiodic;
+  periodic_ = concordem_has_images(domain);
   comm_forward = facts_.communicated + 1 + (periodic_ ? 3 : 0);   // the most
 
   FixBondBase::grow_arrays(atom->nmax);
@@ -113,12 +117,17 @@ void FixBondBase::fail_with_text_of(int processor)
 }
 
 // Allows a bond to stretch by 5 % until the next rebuild, which detects longer ones.
-void FixBondBase::find_reach(double given, double *smallest)
+void FixBondBase::find_reach(double given)
 {
   double wanted = made_ ? 0.0 : given;
   if (!made_ && facts_.creation == 2) wanted = longest_listed();
-  const double longest = concordem_longest(network_, facts_, made_, wanted, atom, groupbit, world, smallest);
-  reach_ = std::max(1.05 * longest + neighbor->skin, facts_.reach);
+  const double longest = concordem_longest(network_, facts_, made_, wanted, atom, groupbit, world, &smallest_);
+  room_ = 0.0;
+  for (int k = 0; k < modify->nfix; k++)
+    if (changes_radii(modify->fix[k])) room_ = 0.25 * neighbor->skin;
+  reach_ = std::max(1.05 * longest + neighbor->skin + 2.0 * room_, facts_.reach);
+  force_reneighbor = room_ > 0.0;   // follow_growth may ask for it
+  next_reneighbor = -1;
 }
 
 void FixBondBase::check_run()
@@ -136,7 +145,7 @@ void FixBondBase::check_run()
 // The contacts of a fix are between all atoms of its group, also those that another fix bonds.
 void FixBondBase::check_other_fixes()
 {
-  if (strcmp(facts_.contacts, "none") == 0) return;
+  if (!contacts_) return;
   for (int k = 0; k < modify->nfix; k++) {
     const FixBondBase *other = dynamic_cast<const FixBondBase *>(modify->fix[k]);
     if (!other || other == this) continue;
@@ -153,7 +162,7 @@ void FixBondBase::check_other_fixes()
 void FixBondBase::check_box(bool setup)
 {
   for (int axis = 0; axis < 3; axis++) {
-    const double edge = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
+    const double edge = concordem_edge(domain, axis);
     if (edge_[axis] >= 0.0 && edge != edge_[axis] && (made_ || !setup)) {
       snprintf(text_, sizeof(text_),
                "the periodic box changed from %.12g m to %.12g m along %c, which would stretch the bonds across its border; change the "
@@ -178,12 +187,6 @@ void FixBondBase::find_virial(bool setup, double *total, double **of_atoms)
   for (int k = 0; k < 6; k++) total[k] += virial_[k];
 }
 
-// The buffer for a migrating atom must hold all its bonds.
-int FixBondBase::exchange_size() const
-{
-  return facts_.atom_width + 2 + static_cast<int>(concordem_network_largest_pack(network_));
-}
-
 // Update the data of ghosts. At rebuilds, the host shifts positions of ghosts to their periodic image, which rounds them; bonds need
 // the owner's positions bit for bit. `rebuilds`: rebuild() follows, which orders the particles.
 void FixBondBase::communicate(bool rebuilds)
@@ -201,12 +204,20 @@ void FixBondBase::communicate(bool rebuilds)
 
 int FixBondBase::pack_ghosts(int count, const int *list, double *buffer) const
 {
+  if (sends_masses_) {
+    for (int k = 0; k < count; k++) buffer[k] = body_mass_[list[k]];
+    return count;
+  }
   return concordem_pack_ghosts(count, list, buffer, facts_.atom_width - facts_.communicated - rebuilds_, facts_.atom_width, memory_,
                                periodic_ ? original_ : NULL);
 }
 
 void FixBondBase::unpack_ghosts(int count, int first_atom, const double *buffer)
 {
+  if (sends_masses_) {
+    std::copy(buffer, buffer + count, body_mass_.begin() + first_atom);
+    return;
+  }
   concordem_unpack_ghosts(count, first_atom, buffer, facts_.atom_width - facts_.communicated - rebuilds_, facts_.atom_width, memory_,
                           periodic_ ? original_ : NULL);
 }
@@ -233,6 +244,7 @@ void FixBondBase::make_bonds()
   }
   made_ = true;
   drop_heat_bonds();
+  check_step();
   double total;
   if (!concordem_count(network_, world, &total))
     fail("a bond is longer than the ghost cutoff; add `reach LENGTH` with a larger length");
@@ -319,7 +331,9 @@ double FixBondBase::longest_listed()
 
 ConcordemAtoms FixBondBase::arrays()
 {
-  return concordem_arrays(atom, domain, update, groupbit, facts_.atom_width, memory_, periodic_ ? original_ : NULL);
+  find_effective_masses();
+  return concordem_arrays(atom, domain, update, groupbit, facts_.atom_width, memory_, periodic_ ? original_ : NULL,
+                          effective_mass_.empty() ? NULL : effective_mass_.data());
 }
 
 void FixBondBase::rebuild()
@@ -355,8 +369,8 @@ int FixBondBase::pack_exchange(int i, double *buf)
 {
   int m = 0;
   for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
-  const int64_t count = concordem_network_pack(network_, atom->tag[i], 1, buf + m + 1, maxexchange);
-  if (count > maxexchange) error->one(FLERR, "internal error of fix concordem/bond, please report it: the buffer for migrating atoms is too small");
+  const int64_t count = concordem_network_pack(network_, atom->tag[i], 1, buf + m + 1, exchange_size_);
+  if (count > exchange_size_) error->one(FLERR, "internal error of fix concordem/bond, please report it: the buffer for migrating atoms is too small");
   buf[m++] = static_cast<double>(count);
   return m + static_cast<int>(count);
 }
@@ -567,6 +581,7 @@ double FixBondBase::compute_scalar()
 
 double FixBondBase::compute_vector(int n)
 {
+  if (n == CONCORDEM_SUMS) return stable_step_;
   if (n >= 3 && n <= 6 && sampled_at_ != update->ntimestep && update->whichflag == 1)
     fail("stored energies are known only at steps with output; add `energies every` to sum them at every step");
   update_sums();

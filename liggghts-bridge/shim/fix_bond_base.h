@@ -7,6 +7,7 @@
 
 #include "fix.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ class FixBondBase : public Fix {
   int modify_param(int, char **) override;   // `temperature GROUP VALUE`
 
   const ConcordemNetwork *network() const { return network_; }
+  ConcordemNetwork *network() { return network_; }
 
  protected:
   ConcordemNetwork *network_ = nullptr;
@@ -50,6 +52,7 @@ class FixBondBase : public Fix {
   std::string law_;
   bool periodic_ = false;
   bool lists_ = false;     // bonds come from the atoms' bond lists (LAMMPS)
+  bool contacts_ = false;  // it computes contacts
   bool made_ = false;      // the bonds of the script have been created
   double reach_ = 0.0;     // distance up to which ghosts are needed, m
   double mean_radius_ = 0.0;                 // of the atoms of the first bonds, m; 0 before
@@ -62,6 +65,10 @@ class FixBondBase : public Fix {
   ConcordemMessage message_;
   double sums_[CONCORDEM_SUMS];
   bigint summed_at_ = -1, sampled_at_ = -1;
+  int exchange_size_ = 0;       // most reals of an atom that changes its processor, on any processor
+  double smallest_ = 0.0;       // radius, m
+  double room_ = 0.0;           // by which radii may grow between two rebuilds, m; 0 if no fix changes them
+  double stable_step_ = 0.0;    // at the last setup, s; 0 before
 #ifndef CONCORDEM_LAMMPS
   int maxexchange = 0;     // our part of the communication buffer; LAMMPS' class Fix has this member
 #endif
@@ -81,13 +88,21 @@ class FixBondBase : public Fix {
   // The virial of this step, summed over all contacts: at the seam of two runs that of the stored forces.
   void find_virial(bool setup, double *total, double **of_atoms);
   bool creation_is_due() const;
-  // Set reach_ from the longest bond, and `smallest` to the smallest radius. `given`: longest bond in the host's lists.
-  void find_reach(double given, double *smallest);
-  int exchange_size() const;
+  // Set reach_ from the longest bond, and smallest_. `given`: longest bond in the host's lists.
+  void find_reach(double given);
+
+  // What other commands change (changes.cpp).
+  void prepare_exchange();       // before atoms change their processors; collective
+  void follow_growth();          // at each step but rebuilds; collective
+  void follow_changes();         // before rebuild(), when the ghosts are known; collective
+  void check_step();             // after the bonds exist; collective
+  void warn_without_contacts();
+  static bool changes_radii(const Fix *);
+  double ghost_cutoff() const;   // for which the host's ghosts cover reach_
   void communicate(bool rebuilds);
   int pack_ghosts(int count, const int *list, double *buffer) const;
   void unpack_ghosts(int count, int first_atom, const double *buffer);
-  int reals_of_ghost() const { return facts_.communicated + rebuilds_ + (periodic_ ? 3 : 0); }
+  int reals_of_ghost() const { return sends_masses_ ? 1 : facts_.communicated + rebuilds_ + (periodic_ ? 3 : 0); }
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
@@ -111,6 +126,14 @@ class FixBondBase : public Fix {
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
   bool rebuilds_ = false;         // ghosts also get their place in the order of the particles
+  bool sends_masses_ = false;     // ghosts get the masses of their bodies, and nothing else
+  int frozen_ = 0;                // bits of the groups of fix freeze
+  Fix *bodies_ = nullptr;         // rigid bodies, if there are any
+  std::vector<double> body_mass_;       // of each atom's body, kg; 0 outside bodies
+  std::vector<double> effective_mass_;  // kg
+  bigint atoms_before_ = -1;      // on all processors at the last rebuild; -1 before
+  bool told_lost_ = false;        // a warning about lost bonds in this run
+  double checked_step_ = 0.0;     // time step that check_step has compared, s
   bool restored_ = false;         // records of a restart or data file wait for their delivery to the owners of their atoms
   int64_t records_of_restart_ = -1;   // their number in the file
   std::string source_;            // the file, for messages
@@ -146,6 +169,20 @@ class FixBondBase : public Fix {
                   int64_t (*sort)(ConcordemNetwork *, int64_t *, const ConcordemMessage *));
   void fail_at_lowest(int64_t line);
   ConcordemBondLists lists_of_atoms() const;   // empty for LIGGGHTS
+  // Rules of `neigh_modify exclude` of the host.
+  struct ExclusionsOfHost {
+    int types, groups, molecules;          // numbers of rules
+    const int *type[2], *group[2];         // types, and group bits, of each
+    const int *molecule, *same_molecule;   // group bit of each, and whether it excludes pairs within a molecule (NULL: all do)
+  };
+  ExclusionsOfHost exclusions_of_host() const;
+  // Pairs that the host's special bonds take out of contacts.
+  void find_special_pairs(std::vector<std::array<int64_t, 2> > &);
+  bool has_pair_style_for_spheres() const;   // of the host
+  void drop_from_lists(const std::vector<int64_t> &atoms);
+  void find_effective_masses();
+  void find_exclusions();
+  void forget_lost_atoms();
   std::string changer_of_box() const;   // the fix that changes the box, empty if there is none
   std::string lost_in_restart() const;  // the fix of the restart file that has another id, empty if there is none
 };

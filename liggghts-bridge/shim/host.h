@@ -41,9 +41,20 @@ struct ConcordemRestartHead {
 
 static_assert(sizeof(ConcordemRestartHead) == 192 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
-// The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
+// Length of the box along an axis with periodic images, m; 0 along the others. In two dimensions there are none along z.
+inline double concordem_edge(const Domain *domain, int axis)
+{
+  return domain->periodicity[axis] && !(domain->dimension == 2 && axis == 2) ? domain->prd[axis] : 0.0;
+}
+
+inline bool concordem_has_images(const Domain *domain)
+{
+  return concordem_edge(domain, 0) + concordem_edge(domain, 1) + concordem_edge(domain, 2) > 0.0;
+}
+
+// The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions). `effective_mass`: NULL if it is that of the atoms.
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
-                                       double **memory, double **original)
+                                       double **memory, double **original, const double *effective_mass)
 {
   ConcordemAtoms atoms;
   const int count = atom->nlocal + atom->nghost;
@@ -60,11 +71,12 @@ inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, c
   atoms.angular_velocity = count ? atom->omega[0] : NULL;
   atoms.radius = atom->radius;
   atoms.mass = atom->rmass;
+  atoms.effective_mass = effective_mass;
   atoms.force = count ? atom->f[0] : NULL;
   atoms.torque = count ? atom->torque[0] : NULL;
   atoms.memory = count ? memory[0] : NULL;
   for (int axis = 0; axis < 3; axis++) {
-    atoms.edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
+    atoms.edge[axis] = concordem_edge(domain, axis);
     atoms.low[axis] = domain->boxlo[axis];
     atoms.high[axis] = domain->boxhi[axis];
   }
@@ -146,7 +158,8 @@ inline double concordem_distance(const double *a, const double *b, const Domain 
   double squared = 0.0;
   for (int axis = 0; axis < 3; axis++) {
     double d = b[axis] - a[axis];
-    if (domain->periodicity[axis]) d -= domain->prd[axis] * floor(d / domain->prd[axis] + 0.5);
+    const double edge = concordem_edge(domain, axis);
+    if (edge > 0.0) d -= edge * floor(d / edge + 0.5);
     squared += d * d;
   }
   return sqrt(squared);

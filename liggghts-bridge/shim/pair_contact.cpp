@@ -190,6 +190,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     data.rinv = 1.0 / data.r;
     for (int axis = 0; axis < 3; axis++) data.en[axis] = data.delta[axis] * data.rinv;
     data.deltan = data.radsum - data.r;
+    data.contact_history = pair->dnum() ? &pair->listgranhistory->firstdouble[f.i][f.place * pair->dnum()] : NULL;
     data.cri = data.radi - 0.5 * data.deltan;
     data.crj = data.radj - 0.5 * data.deltan;
     data.itype = atom->type[f.i];

@@ -20,6 +20,7 @@
 #include "update.h"
 
 #include "fix_bond.h"
+#include "long_text.h"
 #include "pair_model.h"
 
 using namespace LIGGGHTS;
@@ -88,12 +89,14 @@ void ConcordemModel::fail(const char *format, ...)
   va_start(arguments, format);
   vsnprintf(text + begun, sizeof(text) - begun, format, arguments);
   va_end(arguments);
-  error->all(FLERR, text);
+  int me;
+  MPI_Comm_rank(world, &me);
+  error->all(FLERR, concordem_message("ERROR", text, me == 0, screen, logfile).c_str());
 }
 
 void ConcordemModel::fail_with_message()
 {
-  error->one(FLERR, text_);
+  error->one(FLERR, concordem_message("ERROR", text_, true, screen, logfile).c_str());
 }
 
 int ConcordemModel::add_history(IContactHistorySetup *setup, bool hosts_names)

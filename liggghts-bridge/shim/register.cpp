@@ -84,6 +84,7 @@ void Modify::add_compute(int narg, char **arg, char *suffix)
   if (!compute_map->count("concordem/bond/local")) {
     check_version(lmp);
     (*compute_map)["concordem/bond/local"] = &new_compute<ComputeConcordemBondLocal>;
+    (*compute_map)["concordem/broken/local"] = &new_compute<ComputeConcordemBrokenLocal>;
     (*compute_map)["concordem/stress/atom"] = &new_compute<ComputeConcordemStressAtom>;
     (*compute_map)["concordem/couple"] = &new_compute<ComputeConcordemCouple>;
   }

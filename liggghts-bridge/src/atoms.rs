@@ -68,6 +68,8 @@ pub struct Atoms<'a> {
     pub radius: &'a [f64],
     /// Mass, kg.
     pub mass: &'a [f64],
+    /// Mass that resists a contact, kg: that of the rigid body of the atom; very large if the atom is frozen.
+    pub effective_mass: &'a [f64],
     /// Force on owned atoms, N; the network adds to it.
     pub force: &'a mut [f64],
     /// Torque on owned atoms, N·m; the network adds to it.

@@ -30,6 +30,15 @@ pub enum Creation {
     List(String),
 }
 
+/// Units of the host.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Units {
+    /// The units of the laws; a value may have any unit.
+    Si,
+    /// Units in which force is mass times acceleration without a factor: `lj`, `cgs`, `micro`, `nano`. Values have no units.
+    Consistent,
+}
+
 /// Parsed arguments of the fix.
 #[derive(Debug, Clone)]
 pub struct Options {
@@ -37,6 +46,10 @@ pub struct Options {
     pub law: Option<LawName>,
     /// Law of unbonded contacts between atoms of the group.
     pub contact: ContactLawName,
+    /// Whether the script names it, possibly `none`.
+    pub contact_given: bool,
+    /// Whether contacts follow the exclusions of the host; `None` if the script does not say.
+    pub follows_exclusions: Option<bool>,
     /// Kinematics.
     pub mode: MotionMeasure,
     /// How bonds are created.
@@ -93,6 +106,7 @@ fn toml_value(word: &str) -> toml::Value {
 #[derive(Default)]
 struct Arguments {
     contact: Option<ContactLawName>,
+    follows_exclusions: Option<bool>,
     mode: Option<MotionMeasure>,
     creation: Option<Creation>,
     at: Option<i64>,
@@ -182,6 +196,11 @@ impl Arguments {
                 self.contact = Some(ContactLawName::of_key(word).ok_or_else(unknown)?);
                 Ok(())
             }
+            "exclude" => words.fill(
+                &mut self.follows_exclusions,
+                "follow (no contacts of pairs that the host excludes) or ignore",
+                |word| ["ignore", "follow"].iter().position(|known| *known == word).map(|k| k == 1),
+            ),
             "kinematics" => words.fill(&mut self.mode, "finite, first-order, yade, or yade-ratcheting", named),
             "bond" => {
                 words.once(self.creation.is_some())?;
@@ -214,6 +233,17 @@ impl Arguments {
         }
     }
 
+    /// Refuse what needs SI units.
+    fn refuse_units(&self) -> Result<(), OptionError> {
+        if self.heat_file.is_some() {
+            return Err(OptionError::HeatUnits);
+        }
+        match self.tables.iter().chain(self.by_bond_type.values()).find_map(with_unit) {
+            Some((key, value)) => Err(OptionError::Unit { place: String::new(), key, value }),
+            None => Ok(()),
+        }
+    }
+
     /// Read an inline material parameter.
     fn read_parameter(&mut self, mut words: OptionWords<'_, '_>) -> Result<(), OptionError> {
         let word = words.value("the parameter's value")?;
@@ -241,7 +271,7 @@ impl Options {
     ///
     /// # Errors
     /// Invalid or contradictory arguments, or a file that cannot be read.
-    pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
+    pub fn parse(words: &[String], types: usize, units: Units) -> Result<Self, OptionError> {
         let name = words.first().map(String::as_str).unwrap_or_default();
         let law = match name {
             "none" => None,
@@ -252,6 +282,9 @@ impl Options {
             ),
         };
         let mut arguments = Arguments::read(words.get(1..).unwrap_or_default())?;
+        if units == Units::Consistent {
+            arguments.refuse_units()?;
+        }
         let contact = arguments.contact.unwrap_or_default();
         if law.is_none() {
             if contact == ContactLawName::NONE {
@@ -272,7 +305,7 @@ impl Options {
                 if let Some(key) = arguments.first_parameter {
                     return Err(OptionError::InlineAndFile { key });
                 }
-                read_materials(&path, types)?
+                read_materials(&path, types, units)?
             }
             None => (
                 vec![inline_material(law, contact, arguments.tables, arguments.by_bond_type.is_empty())?; types],
@@ -306,6 +339,8 @@ impl Options {
             deformable: arguments.deformable,
             law,
             contact,
+            contact_given: arguments.contact.is_some(),
+            follows_exclusions: arguments.follows_exclusions,
             mode: arguments.mode.unwrap_or_default(),
             creation: arguments.creation.ok_or(OptionError::NoBonds)?,
             at: arguments.at,
@@ -361,11 +396,28 @@ fn check_deformable(law: Option<LawName>, contact: ContactLawName, materials: &[
     Ok(())
 }
 
-fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interface>), OptionError> {
+/// The first value with a unit, and its key.
+fn with_unit(table: &toml::Table) -> Option<(String, String)> {
+    table.iter().find_map(|(key, value)| match value {
+        toml::Value::String(text) if text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
+            Some((key.clone(), text.clone()))
+        }
+        toml::Value::Table(inner) => with_unit(inner),
+        toml::Value::Array(all) => all.iter().filter_map(toml::Value::as_table).find_map(with_unit),
+        _ => None,
+    })
+}
+
+fn read_materials(path: &str, types: usize, units: Units) -> Result<(Vec<Material>, Vec<Interface>), OptionError> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| OptionError::File { path: path.to_owned(), message: error.to_string() })?;
     let parameters = |message: String| OptionError::Parameters { place: path.to_owned(), message };
     let file: MaterialsFile = toml::from_str(&text).map_err(|error| parameters(error.to_string()))?;
+    if units == Units::Consistent
+        && let Some((key, value)) = toml::from_str(&text).ok().and_then(|table| with_unit(&table))
+    {
+        return Err(OptionError::Unit { place: format!("{path}: "), key, value });
+    }
     if file.material.len() != types {
         return Err(parameters(format!(
             "{} [[material]] tables for {types} atom types; give one table per atom type, in order",

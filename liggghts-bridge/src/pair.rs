@@ -48,6 +48,8 @@ pub struct PairForce {
     pub i: i32,
     /// Index of the second atom.
     pub j: i32,
+    /// Place of `j` in the list of `i`.
+    pub place: i64,
     /// Force on `i`, N.
     pub force: [f64; 3],
     /// Torque on `i`, N·m.
@@ -340,6 +342,7 @@ impl<L: HostLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
                 record.push(PairForce {
                     i: i as i32,
                     j: j as i32,
+                    place: jj as i64,
                     force: response.force.into(),
                     torque: torque_i.into(),
                     between: (-between).into(),

@@ -19,7 +19,7 @@ use std::path::Path;
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::Vec3;
-use concordem_liggghts::options::Options;
+use concordem_liggghts::options::{Options, Units};
 use concordem_liggghts::records::HISTORY;
 use concordem_solver::heat::{Curves, HeatModel, Supply, ThermalMaterial, expansion, network};
 use concordem_solver::state::contacts::{ContactFlags, Pair};
@@ -341,7 +341,7 @@ fn a_clamped_bar_pushes_and_broken_bonds_insulate() {
 /// The material of [`LINEAR`] and [`GLASS`] with expansion, in ConcorDEM's solver, at the start of the host's run.
 fn own(atoms: &[Atom], hot: usize, dt: f64) -> (State, Solver) {
     let words: Vec<String> = format!("{LINEAR} bond none").split_whitespace().map(str::to_owned).collect();
-    let options = Options::parse(&words, 1).unwrap();
+    let options = Options::parse(&words, 1, Units::Si).unwrap();
     let (mut block, rows) = laws::block(LawName::LinearBond, &options.materials, &[]).unwrap();
     let mut particles = Particles::default();
     for atom in atoms {

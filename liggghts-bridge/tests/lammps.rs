@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use concordem_contact::math::Vec3;
-use concordem_liggghts::options::Options;
+use concordem_liggghts::options::{Options, Units};
 use concordem_solver::laws::contact_block;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver};
@@ -352,7 +352,7 @@ fn contacts_of_the_pair_style_equal_those_of_our_solver() {
 
         // The same with our solver.
         let words = ["none", "contact", law, "materials", file.to_str().unwrap()].map(str::to_owned);
-        let options = Options::parse(&words, 2).unwrap();
+        let options = Options::parse(&words, 2, Units::Si).unwrap();
         let (block, rows) = contact_block(options.contact, &options.materials, &options.interfaces).unwrap().unwrap();
         let mut particles = Particles::default();
         for atom in &atoms {
@@ -400,7 +400,7 @@ fn our_fix_beside_a_style_of_lammps_equals_each_alone() {
         + "special_bonds lj 0 1 1 coul 1 1 1\ngroup ours type 1\nfix motion all nve/sphere\n";
     let granular = "pair_style granular\npair_coeff * * hertz/material 5e8 0.5 0.2 tangential mindlin NULL 1.0 0.4 damping \
                     coeff_restitution\nneigh_modify exclude group ours ours\nspecial_bonds lj/coul 1 1 1\n";
-    let contacts = "fix ours ours concordem/bond none contact hertz_mindlin young 1e9 poisson 0.2 friction_coefficient 0.4 \
+    let contacts = "fix ours ours concordem/bond none contact hertz_mindlin exclude ignore young 1e9 poisson 0.2 friction_coefficient 0.4 \
                     restitution 0.7\n";
     let harmonic = "bond_style harmonic\nbond_coeff 1 1e5 0.0098\n";
     let zero = "bond_style zero\nbond_coeff *\n";

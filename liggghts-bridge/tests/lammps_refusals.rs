@@ -42,7 +42,7 @@ fn errors_name_the_remedy() {
             format!("{head}compute c all concordem/bond/local nothing\nbond_style zero\nbond_coeff *\nrun 0\n"),
             "there is no fix",
         ),
-        (format!("{}fix b all concordem/bond {BEAM} bond none\n", with("units si", "units lj")), "use `units si`"),
+        (format!("{}fix b all concordem/bond {BEAM} bond none\n", with("units si", "units real")), "use `units si`"),
         (format!("{head}pair_style concordem/glue\n"), "Unrecognized pair style 'concordem/glue'"),
         (format!("{head}pair_style concordem/hertz_mindlin\npair_coeff * * young 1e7\nrun 0\n"), "missing field"),
         (

@@ -54,7 +54,7 @@ fn a_fix_without_bonds_warns() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         let head = write_row(host, folder, &[]);
-        let fix = |bonds: &str| format!("fix links all concordem/bond {LINEAR} bond {bonds}\n");
+        let fix = |bonds: &str| format!("fix links all concordem/bond {LINEAR} bond {bonds} contact none\n");
         let again =
             |bonds: &str| format!("{}fix motion all nve/sphere\n{}run 1\nrun 1\n", restart_head(host), fix(bonds));
         for processors in PROCESSORS {

@@ -64,7 +64,7 @@ fn liggghts_walls_are_reproduced() {
     }
 }
 
-/// `compute pair/gran/local` and `wall/gran/local`: forces and torques per contact.
+/// `compute pair/gran/local` and `wall/gran/local`: forces, torques, and histories per contact.
 #[test]
 fn rows_of_local_computes_equal_those_of_liggghts() {
     let folder = tempfile::tempdir().unwrap();
@@ -72,16 +72,19 @@ fn rows_of_local_computes_equal_those_of_liggghts() {
     floor(folder.path());
     let rows = |prefix: &str, beside: &str, processors: usize| {
         let model = format!("model {prefix}hertz tangential history {beside}");
+        // Shear, and the rolling spring.
+        let histories = if beside.is_empty() { 3 } else { 6 };
+        let more: String = (10..=10 + histories).map(|column| format!(" c_pairs[{column}]")).collect();
         let pair = format!(
             "fix r1 all property/global coefficientRollingFriction peratomtypepair 2 0.5 0.3 0.3 0.4\n\
              fix r2 all property/global cohesionEnergyDensity peratomtypepair 2 2e5 1e5 1e5 3e5\npair_style gran {model}\npair_coeff * *\nfix mesh all mesh/surface file floor.stl type 1\n\
              fix floor all wall/gran {model} mesh n_meshes 1 meshes mesh\n\
-             compute pairs all pair/gran/local id force torque delta\ncompute walls all wall/gran/local id force torque\n\
+             compute pairs all pair/gran/local id force torque history delta\ncompute walls all wall/gran/local id force torque\n\
              dump pairs all local 100 pairs.dump c_pairs[1] c_pairs[2] c_pairs[4] c_pairs[5] c_pairs[6] c_pairs[7] c_pairs[8] \
-             c_pairs[9] c_pairs[10]\ndump_modify pairs format \"{}\"\n\
+             c_pairs[9]{more}\ndump_modify pairs format \"{}\"\n\
              dump walls all local 100 walls.dump c_walls[3] c_walls[3] c_walls[4] c_walls[5] c_walls[6] c_walls[7] c_walls[8] c_walls[9]\n\
              dump_modify walls format \"{}\"",
-            "%.17g ".repeat(9),
+            "%.17g ".repeat(9 + histories),
             "%.17g ".repeat(8),
         );
         result(folder.path(), &pair, processors, 1);
@@ -101,7 +104,8 @@ fn rows_of_local_computes_equal_those_of_liggghts() {
             assert_eq!(ours.len(), native.len());
             for ((step, ours), (_, native)) in ours.iter().zip(native) {
                 assert_eq!(ours.len(), native.len(), "step {step}");
-                for columns in [2..5, 5..8, 8..ours.first().map_or(8, Vec::len)] {
+                let columns = ours.first().map_or(8, Vec::len);
+                for columns in [2..5, 5..8, 8..8.max(columns - 1), 8.max(columns - 1)..columns] {
                     let size =
                         native.iter().flat_map(|row| &row[columns.clone()]).fold(0.0f64, |most, x| most.max(x.abs()));
                     for (a, b) in ours.iter().zip(native) {

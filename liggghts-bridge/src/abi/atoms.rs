@@ -32,6 +32,8 @@ pub struct AtomArrays {
     angular_velocity: *const f64,
     radius: *const f64,
     mass: *const f64,
+    /// Mass that resists a contact, kg; null: that of the atom.
+    effective_mass: *const f64,
     force: *mut f64,
     torque: *mut f64,
     memory: *mut f64,
@@ -65,6 +67,10 @@ impl AtomArrays {
                 angular_velocity: slice(self.angular_velocity, 3 * count),
                 radius: slice(self.radius, count),
                 mass: slice(self.mass, count),
+                effective_mass: slice(
+                    if self.effective_mass.is_null() { self.mass } else { self.effective_mass },
+                    count,
+                ),
                 force: slice_mut(self.force, 3 * owned),
                 torque: slice_mut(self.torque, 3 * owned),
                 memory: slice_mut(self.memory, self.memory_width as usize * count),

@@ -10,6 +10,7 @@ use super::network::{BondLists, Facts, PairLists};
 use super::pair::{PairArrays, PairModel, PairProperties};
 use crate::bond_list::BondOfList;
 use crate::heat_network::HeatEntry;
+use crate::network::Rules;
 use crate::pair::{PairForce, SingleContact, SingleResponse, WallContact};
 
 #[test]
@@ -23,6 +24,7 @@ fn c_header_is_current() {
         "src/abi/results.rs",
         "src/abi/pair.rs",
         "src/network/mod.rs",
+        "src/network/exclude.rs",
         "src/bond_list.rs",
         "src/heat_network.rs",
         "src/law_names.rs",
@@ -48,12 +50,14 @@ fn c_header_is_current() {
             ("LONGEST", "CONCORDEM_LONGEST"),
             ("TOTALS", "CONCORDEM_TOTALS"),
             ("ROW", "CONCORDEM_ROW"),
+            ("BREAK", "CONCORDEM_BREAK"),
         ],
         layouts: &[
             Message::type_layout(),
             AtomArrays::type_layout(),
             Facts::type_layout(),
             PairLists::type_layout(),
+            Rules::type_layout(),
             BondLists::type_layout(),
             BondOfList::type_layout(),
             HeatEntry::type_layout(),

@@ -12,8 +12,8 @@ use super::guarded_with_line;
 use crate::atoms::{Atoms, Tags};
 use crate::bond_list::BondOfList;
 use crate::law_names;
-use crate::network::{BondsOfAtom, NeighborLists, Network};
-use crate::options::{Creation, Options};
+use crate::network::{BondsOfAtom, Exclusions, NeighborLists, Network, Rules};
+use crate::options::{Creation, Options, Units};
 
 /// Settings and sizes that the shim needs.
 #[repr(C)]
@@ -38,6 +38,10 @@ pub struct Facts {
     heat_network: i32,
     /// Length of the name of the data file to continue with, bytes; 0: none.
     state_length: i32,
+    /// Whether the script names a contact law, possibly `none`.
+    contact_given: i32,
+    /// Whether contacts follow the exclusions of the host: 1 yes, 0 no, −1 if the script does not say.
+    follows_exclusions: i32,
     /// Name of the contact law, padded with zeros.
     contacts: [c_char; 32],
     /// Step at which bonds are created; negative: the first step.
@@ -50,12 +54,14 @@ pub struct Facts {
     reference_temperature: f64,
 }
 
-/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
+/// Create a network from the `count` script arguments after the style name. `si`: whether the host has SI units. Returns null and a message if
+/// the arguments are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_new(
     words: *const *const c_char,
     count: i32,
     types: i32,
+    si: i32,
     facts: *mut Facts,
     message: *const Message,
 ) -> *mut Network {
@@ -69,7 +75,8 @@ pub unsafe extern "C" fn concordem_network_new(
             .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
             .collect();
         guarded(message, || {
-            let options = Options::parse(&words, types as usize).map_err(|error| error.to_string())?;
+            let units = if si != 0 { Units::Si } else { Units::Consistent };
+            let options = Options::parse(&words, types as usize, units).map_err(|error| error.to_string())?;
             let network = Network::new(options).map_err(|error| error.to_string())?;
             let options = network.options();
             let (creation, factor) = match &options.creation {
@@ -87,6 +94,8 @@ pub unsafe extern "C" fn concordem_network_new(
                 heat_groups: network.heat_groups().len() as i32,
                 heat_network: i32::from(options.heat.as_ref().is_some_and(|heat| heat.network.is_some())),
                 state_length: options.state.as_ref().map_or(0, |name| name.len() as i32),
+                contact_given: i32::from(options.contact_given),
+                follows_exclusions: options.follows_exclusions.map_or(-1, i32::from),
                 contacts: law_names::padded(options.contact.key()),
                 at: options.at.unwrap_or(-1),
                 factor,
@@ -280,6 +289,74 @@ pub unsafe extern "C" fn concordem_network_queued_atoms(network: *const Network,
 pub unsafe extern "C" fn concordem_network_generation(network: *const Network) -> i64 {
     // SAFETY: valid pointers from the shim.
     unsafe { (*network).generation() }
+}
+
+/// Set what the next rebuild takes out of the unbonded contacts: rules for each of `count` atoms (0: no rules), and `pair_count` pairs of ids.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_exclude(
+    network: *mut Network,
+    rules: *const Rules,
+    count: i64,
+    pairs: *const [i64; 2],
+    pair_count: i64,
+) {
+    // SAFETY: these lengths.
+    unsafe {
+        let (rules, pairs) = (slice(rules, count as usize), slice(pairs, pair_count as usize));
+        (*network).exclude(Exclusions { rules: rules.to_vec(), pairs: pairs.to_vec() });
+    }
+}
+
+/// By how much radii may have grown since the last rebuild at most, m.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_grown(network: *const Network) -> f64 {
+    // SAFETY: a valid pointer from the shim.
+    unsafe { (*network).grown() }
+}
+
+/// Number of owned atoms that existed at the last rebuild.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_known(network: *const Network, atoms: *const AtomArrays) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).known(&(*atoms).view()) as i64 }
+}
+
+/// Number of atoms that owned atoms are bonded to or touch, and that are neither owned nor ghosts. Writes their ids in ascending order to
+/// `ids` unless it is null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_absent(
+    network: *const Network,
+    atoms: *const AtomArrays,
+    ids: *mut i64,
+) -> i64 {
+    // SAFETY: `ids` has the size that an earlier call returned.
+    unsafe {
+        let absent = (*network).absent(&(*atoms).view());
+        if !ids.is_null() {
+            slice_mut(ids, absent.len()).copy_from_slice(&absent);
+        }
+        absent.len() as i64
+    }
+}
+
+/// Drop the bonds and contacts of `count` atoms that no longer exist at the next rebuild. `ids`: ascending. Returns the number of bonds
+/// between them and an owned atom.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_forget(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    ids: *const i64,
+    count: i64,
+) -> i64 {
+    // SAFETY: `count` ids.
+    unsafe { (*network).forget(&(*atoms).view(), slice(ids, count as usize)) as i64 }
+}
+
+/// A time step for which the bonds and contacts of this processor are stable, s: the largest one if `dt` is larger than a quick estimate.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_stable_step(network: *const Network, dt: f64) -> f64 {
+    // SAFETY: a valid pointer from the shim.
+    unsafe { (*network).stable_step(dt) }
 }
 
 /// Neighbor lists of a pair style: `list` holds the indices of the `atoms` atoms that have one.

@@ -15,11 +15,13 @@ pub const SUMS: usize = 15;
 pub const LONGEST: usize = 11;
 /// Number of reals in [`concordem_network_totals`].
 pub const TOTALS: usize = 12;
+/// Number of reals per row of [`concordem_network_take_breaks`].
+pub const BREAK: usize = 11;
 /// Number of reals per row of [`concordem_network_rows`].
 pub const ROW: usize = 16;
 
 // cbindgen needs literal numbers.
-const _: () = assert!(TOTALS == network::TOTALS && ROW == Network::ROW);
+const _: () = assert!(TOTALS == network::TOTALS && ROW == Network::ROW && BREAK == network::BREAK);
 
 /// Add the virial (J; xx, yy, zz, xy, xz, yz) to `total`, and the share of each of `count` atoms to `per_atom` unless it is null.
 #[unsafe(no_mangle)]
@@ -163,6 +165,24 @@ pub unsafe extern "C" fn concordem_network_rows(network: *const Network, count: 
     unsafe {
         let rows = (*network).rows().into_boxed_slice();
         *count = (rows.len() / ROW) as i64;
+        Box::into_raw(rows).cast()
+    }
+}
+
+/// Keep rows for [`concordem_network_take_breaks`] from now on.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_keep_breaks(network: *mut Network) {
+    // SAFETY: a valid pointer from the shim.
+    unsafe { (*network).keep_breaks() }
+}
+
+/// Rows of the bonds that broke since the last call, [`BREAK`] reals each. Free them with [`concordem_records_delete`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_take_breaks(network: *mut Network, count: *mut i64) -> *mut f64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe {
+        let rows = (*network).take_breaks().into_boxed_slice();
+        *count = (rows.len() / BREAK) as i64;
         Box::into_raw(rows).cast()
     }
 }

@@ -58,8 +58,8 @@ pub enum NetworkError {
     /// The other end of a bond is not among the ghosts.
     #[error(
         "bond of atoms {tag} and {partner}: atom {partner} is neither an owned atom nor a ghost on the processor that owns atom \
-         {tag}. If it is farther away than the ghost cutoff ({cutoff} m), raise the cutoff with the fix's `reach LENGTH`. If it was \
-         deleted or left the simulation box, prevent that: bonded atoms must stay"
+         {tag}. If it is farther away than the ghost cutoff ({cutoff} m), raise the cutoff with the fix's `reach LENGTH`. If it is \
+         in another group now, put it back: both atoms of a bond belong to the group of the fix"
     )]
     OutOfSight {
         /// The atom on this processor.
@@ -185,6 +185,23 @@ pub enum NetworkError {
         b: Tag,
         /// The file of `heat_network`.
         path: String,
+    },
+    /// Another command changed the type of an atom in the run.
+    #[error(
+        "the type of atom {tag} changed between two rebuilds of the neighbor lists, when its copies on other processors keep the old one; \
+         change types between runs (`set`), or with a fix that rebuilds the lists"
+    )]
+    OtherAtomType {
+        /// The atom.
+        tag: Tag,
+    },
+    /// The radius of an atom changed, on which conductances depend.
+    #[error(
+        "the radius of atom {tag} changed in the run, but areas that conduct heat do not follow; remove that fix, or `heat`"
+    )]
+    HeatOfOtherRadius {
+        /// The atom.
+        tag: Tag,
     },
     /// The host's arrays have changed since the last rebuild.
     #[error(

@@ -115,12 +115,12 @@ impl Arriving {
         self.order.binary_search_by_key(&(Kind::Bond, tags), |&at| self.head(at).key).is_ok()
     }
 
-    /// Keep the bonds for whose atoms `keep` holds, and all contacts.
-    pub(super) fn retain_bonds(&mut self, keep: impl Fn([Tag; 2]) -> bool) {
+    /// Keep the bonds and contacts for whose kind and atoms `keep` holds.
+    pub(super) fn retain(&mut self, keep: impl Fn(Kind, [Tag; 2]) -> bool) {
         let mut order = std::mem::take(&mut self.order);
         order.retain(|&at| {
             let (kind, tags) = self.head(at).key;
-            kind != Kind::Bond || keep(tags)
+            keep(kind, tags)
         });
         self.order = order;
     }
@@ -175,6 +175,11 @@ impl Network {
         self.incoming.reals.extend(reals);
         self.incoming.of_atom.insert(tag, [start, start + reals.len()]);
         Ok(())
+    }
+
+    /// Records that arrived with an atom.
+    pub(super) fn incoming_of(&self, tag: Tag) -> Option<&[f64]> {
+        self.incoming.of(tag)
     }
 
     /// Make room for this many reals of a restart file: a vector that grows leaves holes as large as itself in the memory of the process.

@@ -213,7 +213,7 @@ impl Network {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::Options;
+    use crate::options::{Options, Units};
 
     /// Networks of as many processors, which share a file.
     fn shared(text: &str, processors: usize) -> Result<Vec<Network>, String> {
@@ -229,7 +229,7 @@ mod tests {
         );
         let words: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
         let mut all: Vec<Network> =
-            (0..processors).map(|_| Network::new(Options::parse(&words, 1).unwrap()).unwrap()).collect();
+            (0..processors).map(|_| Network::new(Options::parse(&words, 1, Units::Si).unwrap()).unwrap()).collect();
         let mut piece = [HeatEntry::default(); 3];
         loop {
             let count = all[0].read_heat_network(&mut piece).map_err(|error| error.to_string())?;

@@ -123,7 +123,7 @@ impl Network {
             !is_owned || is_listed(before.tags_of(pair))
         });
         let stays = |tags: [Tag; 2]| !tags.into_iter().any(owns) || is_listed(tags);
-        arriving.retain_bonds(stays);
+        arriving.retain(|kind, tags| kind != Kind::Bond || stays(tags));
         fresh.retain(|bond| stays(bond.tags));
         let is_new = |l: &[Tag; 3]| {
             let tags = [l[0], l[1]];

@@ -125,6 +125,11 @@ impl Network {
         atoms.memory[i * self.layout.width + self.layout.place] as u64
     }
 
+    /// Number of owned atoms that existed at the last rebuild.
+    pub fn known(&self, atoms: &Atoms<'_>) -> usize {
+        atoms.memory.chunks(self.layout.width).take(atoms.owned).filter(|memory| memory[ID] != 0.0).count()
+    }
+
     /// Compare the ids of owned atoms with those of the last rebuild, and store them. Bonds are known by ids, so they would join other
     /// atoms after a renumbering.
     ///
@@ -156,8 +161,12 @@ impl Network {
         }
     }
 
-    /// Read positions, motion, and virials of all particles from the host's arrays. `still`: nothing moves (setup of a run).
-    pub(super) fn read_atoms(&mut self, atoms: &Atoms<'_>, still: bool) {
+    /// Read sizes, positions, motion, and virials of all particles from the host's arrays. `still`: nothing moves (setup of a run).
+    ///
+    /// # Errors
+    /// The type of an atom has changed since the last rebuild.
+    pub(super) fn read_atoms(&mut self, atoms: &Atoms<'_>, still: bool) -> Result<(), NetworkError> {
+        self.read_sizes(atoms)?;
         let Layout { others, orientation: oriented, virials, width, .. } = self.layout;
         self.read_temperatures(atoms);
         let particles = &mut self.state.particles;
@@ -199,6 +208,46 @@ impl Network {
                 reaction: virial(i, others + 6),
             }));
         }
+        Ok(())
+    }
+
+    /// Read radii and masses, which a host may change at any step.
+    ///
+    /// # Errors
+    /// The type of an atom has changed since the last rebuild. Ghosts get types at rebuilds only.
+    fn read_sizes(&mut self, atoms: &Atoms<'_>) -> Result<(), NetworkError> {
+        let particles = &mut self.state.particles;
+        let mut growth = 0.0f64;
+        let mut changes = Vec::new();
+        for (p, &i) in self.atom.iter().enumerate() {
+            let i = i as usize;
+            let (radius, mass) = (atoms.radius[i], atoms.effective_mass[i]);
+            if radius != particles.radius[p] || mass != particles.mass[p] {
+                let change = radius - particles.radius[p];
+                growth = growth.max(change);
+                if change != 0.0 {
+                    changes.push((p, change));
+                }
+                particles.radius[p] = radius;
+                particles.mass[p] = mass;
+                particles.inertia[p] = inertia(mass, radius);
+            }
+            if i32::from(particles.material[p]) + 1 != atoms.kind[i] {
+                return Err(NetworkError::OtherAtomType { tag: self.tags[p] });
+            }
+        }
+        if growth > 0.0 {
+            self.grown += growth;
+            if let Some(solver) = &mut self.solver {
+                solver.spheres_grew(growth);
+            }
+        }
+        self.resize_contacts(&changes)
+    }
+
+    /// By how much radii may have grown since the last rebuild at most, m.
+    pub fn grown(&self) -> f64 {
+        self.grown
     }
 
     /// Read the temperatures of all particles.
@@ -281,6 +330,11 @@ impl Network {
         }
         Ok(())
     }
+}
+
+/// Moment of inertia of a solid sphere, kg·m².
+pub(super) fn inertia(mass: f64, radius: f64) -> f64 {
+    0.4 * mass * (radius * radius)
 }
 
 /// The orientation stored as x, y, z, w.

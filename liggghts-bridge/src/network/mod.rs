@@ -12,19 +12,25 @@
 //! | `lists` | bonds of the host's lists; pairs of the host's neighbor lists that belong to the network |
 //! | `memory` | data stored per atom in the host's arrays |
 //! | `exchange` | records of bonds and contacts for migration and restart |
+//! | `exclude` | pairs that the host takes out of the contacts |
 //! | `heat` | heat conduction along bonds, and their expansion |
 //! | `heat_network` | the file of `heat_network`, of which each processor keeps a share |
+//! | `lost` | bonds of atoms that no longer exist |
 //! | `rebuild` | the state after migration |
+//! | `resize` | contacts of atoms whose radii change |
 //! | `results` | counts, energies, virial, stress |
 
 mod create;
 mod error;
 mod exchange;
+mod exclude;
 mod heat;
 mod heat_network;
 mod lists;
+mod lost;
 mod memory;
 mod rebuild;
+mod resize;
 mod results;
 
 use concordem_contact::kinematics::deformable::{Deformable, Update};
@@ -35,16 +41,18 @@ use concordem_solver::laws;
 use concordem_solver::record::ContactForces;
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::{Contacts, Pair};
-use concordem_solver::{Model, PairCoefficients, Solver};
+use concordem_solver::{Excluded, Model, PairCoefficients, Solver};
 
 use create::{Fresh, UserList};
 pub use error::NetworkError;
 use exchange::{Adjacency, Incoming, Pieces};
+pub use exclude::{Exclusions, Rules};
 use heat::Thermal;
 pub use heat_network::Asked;
 pub use lists::{BondsOfAtom, NeighborLists};
 use memory::Layout;
-pub use results::{Sums, TOTALS};
+use results::row_of_break;
+pub use results::{BREAK, Sums, TOTALS};
 
 use crate::atoms::{Atoms, Tag};
 use crate::options::Options;
@@ -91,11 +99,21 @@ pub struct Network {
     particle_of: Vec<u32>,
     /// Increases whenever the bonds or the numbers of atoms change.
     generation: i64,
+    /// By how much radii may have grown since the last rebuild, m.
+    grown: f64,
+    /// What the host takes out of the unbonded contacts.
+    exclusions: Exclusions,
+    /// The same for the present particles.
+    without_contacts: Excluded,
+    /// Ids of atoms that no longer exist, ascending; the next rebuild drops their bonds.
+    gone: Vec<Tag>,
     /// Contacts of each particle, computed on demand.
     adjacency: Option<Adjacency>,
     /// Forces of all contacts at the step `recorded_at`.
     recorded: ContactForces,
     recorded_at: Option<i64>,
+    /// Rows of [`Self::take_breaks`] since the last call; `None` unless something asks for them.
+    breaks: Option<Vec<f64>>,
     /// Broken bonds that this processor counted.
     broken: f64,
     dissipated: EnergySplit,
@@ -166,9 +184,14 @@ impl Network {
             added: Vec::new(),
             particle_of: Vec::new(),
             generation: 0,
+            grown: 0.0,
+            exclusions: Exclusions::default(),
+            without_contacts: Excluded::default(),
+            gone: Vec::new(),
             adjacency: None,
             recorded: ContactForces::default(),
             recorded_at: None,
+            breaks: None,
             broken: 0.0,
             dissipated: EnergySplit::default(),
             stored: EnergySplit::default(),
@@ -204,7 +227,7 @@ impl Network {
         if self.solver.is_none() {
             return Ok(());
         }
-        self.read_atoms(atoms, setup);
+        self.read_atoms(atoms, setup)?;
         self.expand();
         let Some(solver) = &mut self.solver else { return Ok(()) };
         self.state.clock.dt = atoms.dt;
@@ -234,7 +257,11 @@ impl Network {
         for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
             let Pair { a, b } = bond_event.pair;
             self.broken += f64::from(u8::from(self.owned[a as usize]));
-            self.broken_now.push(ascending([self.tags[a as usize], self.tags[b as usize]]));
+            let tags = ascending([self.tags[a as usize], self.tags[b as usize]]);
+            self.broken_now.push(tags);
+            if let Some(breaks) = self.breaks.as_mut().filter(|_| self.owned[a as usize]) {
+                breaks.extend(row_of_break(tags, atoms.step, bond_event));
+            }
         }
         if !self.broken_now.is_empty() {
             self.generation += 1;

@@ -13,6 +13,7 @@ use concordem_solver::state::{Cell, Particles, Sphere, State};
 use super::create::Fresh;
 use super::exchange::Arriving;
 use super::lists::BondsOfAtom;
+use super::memory::inertia;
 use super::{Network, NetworkError, blocks, particle_of};
 use crate::atoms::{Atoms, LARGEST_TAG, Tag, vector};
 use crate::records::{HISTORY, Kind};
@@ -25,6 +26,8 @@ pub(super) const ABSENT: u32 = u32::MAX;
 struct Placed {
     /// The longest length, m.
     longest: f64,
+    /// Their pairs.
+    bonded: Vec<Pair>,
     /// With heat conduction: ids and reference length (m) at the reference temperature of each bond.
     lengths: Vec<([Tag; 2], f64)>,
     /// With heat conduction: particles, and the vector between their centers.
@@ -57,6 +60,7 @@ impl Network {
         lists: Option<&[BondsOfAtom<'_>]>,
     ) -> Result<(), NetworkError> {
         self.check_ids(atoms)?;
+        self.grown = 0.0;
         let mut arriving = self.arriving()?;
         let mut fresh = self.take_fresh(&arriving)?;
         for block in self.state.bonds.iter_mut().chain(&mut self.state.contacts) {
@@ -65,6 +69,7 @@ impl Network {
             block.contacts_mut().retain_where(&|flags| flags.bits & remembers != 0 && !flags.has(ContactFlags::BROKEN));
         }
         let before = Before { tags: std::mem::take(&mut self.tags), by_tag: std::mem::take(&mut self.by_tag) };
+        self.drop_gone(&before, &mut arriving);
         self.place_particles(atoms)?;
         self.place_heat(atoms)?;
         let number = before.renumbering(&self.tags, &self.by_tag);
@@ -100,7 +105,10 @@ impl Network {
             }
         }
         self.state.clock.dt = atoms.dt;
-        self.solver = Some(Solver::for_subdomain(self.model.clone(), &mut self.state, self.owned.clone())?);
+        let (owned, excluded) = (self.owned.clone(), self.excluded());
+        self.drop_contacts(&excluded, &new.bonded);
+        self.without_contacts = excluded.clone();
+        self.solver = Some(Solver::for_subdomain(self.model.clone(), &mut self.state, owned, excluded)?);
         self.place_thermal_bonds(thermal, &new.lengths, &new.pairs)
     }
 
@@ -275,7 +283,7 @@ impl Network {
         [cutoff, mean_radius]: [f64; 2],
         edge: &[f64; 3],
     ) -> Result<Placed, NetworkError> {
-        let mut placed = Placed::default();
+        let (mut placed, has_contacts) = (Placed::default(), self.state.contacts.is_some());
         self.state.bonds[0].contacts_mut().reserve(fresh.len());
         for bond in fresh {
             let [a, b] = match Self::fate(&self.owned, self.ends_of(bond.tags)) {
@@ -312,6 +320,9 @@ impl Network {
             let bits = ownership(ContactFlags::BONDED | ContactFlags::ACTIVE, self.owned[a]);
             let flags = ContactFlags { row, bits, image, padding: 0 };
             placed.longest = placed.longest.max(length_of(flags, &reference, &previous));
+            if has_contacts {
+                placed.bonded.push(pair);
+            }
             block.push_with_history(pair, flags, reference, previous, &[0.0; HISTORY]);
         }
         Ok(placed)
@@ -354,9 +365,9 @@ impl Network {
         particles.reserve(self.atom.len());
         for &i in &self.atom {
             let i = i as usize;
-            let (radius, mass) = (atoms.radius[i], atoms.mass[i]);
+            let (radius, mass) = (atoms.radius[i], atoms.effective_mass[i]);
             let sphere = Sphere { position: vector(atoms.position, i), radius };
-            particles.push(sphere, (atoms.kind[i] - 1) as u16, mass, 0.4 * mass * (radius * radius));
+            particles.push(sphere, (atoms.kind[i] - 1) as u16, mass, inertia(mass, radius));
         }
         self.state.cell = (atoms.edge != [0.0; 3]).then(|| {
             // The other axes have no periodic images, so any edge longer than the extent of the atoms works.

@@ -4,9 +4,12 @@ use concordem_contact::law::EnergySplit;
 use concordem_contact::math::Vec3;
 use concordem_operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
 use concordem_operator::{ContactSet, LoadSet, Region, Truncation, couple_stress};
+use concordem_solver::forces::BondEvent;
 use concordem_solver::heat::{HeatLedger, HeatState};
+use concordem_solver::integrate::Damping;
 use concordem_solver::record::ContactForces;
 use concordem_solver::state::contacts::{ContactFlags, Pair};
+use concordem_solver::time_step::{self, TimeStepBounds};
 
 use super::{Network, NetworkError, blocks};
 use crate::atoms::Tag;
@@ -31,6 +34,18 @@ pub struct Sums {
     pub longest: f64,
     /// Heat content relative to the reference temperature, heat from sources, and heat through the boundary so far, J.
     pub heat: [f64; 3],
+}
+
+/// Reals of a row of [`Network::take_breaks`].
+pub const BREAK: usize = 11;
+
+/// A bond that broke: the lower id, the other one, step, contact point (m), fractions of normal, shear, bending, and twist in the energy that it
+/// stored, and dissipated energy (J).
+pub(super) fn row_of_break([a, b]: [Tag; 2], step: i64, event: &BondEvent) -> [f64; BREAK] {
+    let sum: f64 = event.stored.iter().sum();
+    let [normal, shear, bending, twist] = event.stored.map(|part| if sum > 0.0 { part / sum } else { 0.0 });
+    let [x, y, z] = event.position.into();
+    [a as f64, b as f64, step as f64, x, y, z, normal, shear, bending, twist, event.energy]
 }
 
 /// Number of reals in [`Network::totals`].
@@ -145,6 +160,16 @@ impl Network {
         &self.broken_now
     }
 
+    /// Keep rows for [`Self::take_breaks`] from now on.
+    pub fn keep_breaks(&mut self) {
+        self.breaks.get_or_insert_default();
+    }
+
+    /// Rows of the bonds that broke since the last call and that this processor counts, [`BREAK`] reals each, in the order of the steps.
+    pub fn take_breaks(&mut self) -> Vec<f64> {
+        self.breaks.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
     /// Virial `−Σ l⊗f^A` (J) of the recorded contacts: xx, yy, zz, xy, xz, yz, branch vector first. Each atom gets half of a contact,
     /// so the sum over processors is complete. The halves of owned atoms are also added to `per_atom` (six reals per atom of the
     /// host), unless it is empty.
@@ -169,6 +194,13 @@ impl Network {
             }
         }
         total
+    }
+
+    /// A time step (s) for which the bonds and contacts of this processor are stable: the largest one, unless a quick estimate, which is
+    /// smaller, exceeds `dt` (s).
+    pub fn stable_step(&self, dt: f64) -> f64 {
+        let suffices = |quick: &TimeStepBounds| quick.limit(&Damping::None) >= dt;
+        time_step::bounds_unless(&self.state, self.model.deformable.as_ref(), suffices).0.limit(&Damping::None)
     }
 
     fn recorded_at(&self, step: i64) -> Result<&ContactForces, NetworkError> {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::atoms::{LARGEST_TAG, Tags};
 use crate::bond_list::BondOfList;
+use crate::options::Units;
 
 /// Arrays of a host with `owned` atoms and ghosts.
 struct Arrays {
@@ -56,6 +57,7 @@ impl Arrays {
             angular_velocity: &self.velocity,
             radius: &self.radius,
             mass: &self.radius,
+            effective_mass: &self.radius,
             force: &mut self.force,
             torque: &mut self.torque,
             memory: &mut self.memory,
@@ -74,7 +76,7 @@ fn empty() -> Network {
 
 fn of(words: &str) -> Network {
     let words: Vec<String> = words.split_whitespace().map(str::to_owned).collect();
-    Network::new(Options::parse(&words, 1).unwrap()).unwrap()
+    Network::new(Options::parse(&words, 1, Units::Si).unwrap()).unwrap()
 }
 
 fn rebuild(network: &mut Network, arrays: &mut Arrays) -> Result<(), NetworkError> {
@@ -281,7 +283,7 @@ fn a_bond_without_parameters_is_refused() {
     std::fs::write(file.path(), tables.concat()).unwrap();
     let text = format!("linear_bond materials {} bond distance 1.2", file.path().display());
     let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-    let mut network = Network::new(Options::parse(&words, 2).unwrap()).unwrap();
+    let mut network = Network::new(Options::parse(&words, 2, Units::Si).unwrap()).unwrap();
     let mut arrays = Arrays::new(&network, &[0, 1, 2], &[], |k| 1 + k as Tag, false);
     rebuild(&mut network, &mut arrays).unwrap();
     network.make_near().unwrap();

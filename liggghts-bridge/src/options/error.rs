@@ -92,6 +92,22 @@ pub enum OptionError {
          materials file"
     )]
     NoElasticity,
+    /// A value with a unit where the host has other units.
+    #[error(
+        "{place}`{key} = {value}`: the script does not use `units si`, so values have no units; give a number in the units of the \
+         script"
+    )]
+    Unit {
+        /// The file, with a colon; empty for the script.
+        place: String,
+        /// The key.
+        key: String,
+        /// The value.
+        value: String,
+    },
+    /// Heat conduction in other units.
+    #[error("`heat` needs `units si`, because its constants have SI units")]
+    HeatUnits,
     /// A file that cannot be read.
     #[error("cannot read {path}: {message}")]
     File {

@@ -4,7 +4,7 @@ use super::*;
 
 fn parse(text: &str) -> Result<Options, String> {
     let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-    Options::parse(&words, 2).map_err(|error| error.to_string())
+    Options::parse(&words, 2, Units::Si).map_err(|error| error.to_string())
 }
 
 #[test]

@@ -219,7 +219,7 @@ pub fn head_for(host: Host, data: &str, boundary: &str, skin: f64, dt: f64) -> S
         Host::Liggghts => head(data, boundary, skin, dt),
         Host::Lammps => format!(
             "units si\natom_style bpm/sphere\natom_modify sort 0 0\nboundary {boundary}\nnewton off\n\
-             comm_modify vel yes\nread_data {data}\nneighbor {skin:e} bin\nneigh_modify every 1 delay 0\n\
+             comm_modify vel yes\nspecial_bonds lj 0 1 1 coul 0 1 1\nread_data {data}\nneighbor {skin:e} bin\nneigh_modify every 1 delay 0\n\
              timestep {dt:e}\n"
         ),
     }

@@ -55,4 +55,6 @@ pub use forces::{record, walls};
 pub use model::{Model, Scheme};
 pub use pair_coefficients::PairCoefficients;
 pub use report::StepReport;
-pub use solver::{DeviceError, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};
+pub use solver::{
+    DeviceError, Excluded, Exclusion, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps,
+};

@@ -17,7 +17,7 @@ use concordem_solver::integrate::{Damping, KickSums};
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
 use concordem_solver::state::{Cell, Clump, Constraint, Deformation, Particles, Sphere, State, Wall, WallShape};
-use concordem_solver::{Model, PairCoefficients, Solver, SolverError, StepReport, time_step};
+use concordem_solver::{Excluded, Model, PairCoefficients, Solver, SolverError, StepReport, time_step};
 
 /// Spheres of radius ½, mass 2, and moment of inertia 0.2.
 fn spheres(places: &[[f64; 3]]) -> Particles {
@@ -185,7 +185,7 @@ fn tiles_do_not_matter() {
         Solver::new(Model::default(), &mut state).unwrap().step(&mut state).unwrap();
         let mut solver = if whole {
             let owned = vec![true; state.particles.len()];
-            Solver::for_subdomain(Model::default(), &mut state, owned).unwrap()
+            Solver::for_subdomain(Model::default(), &mut state, owned, Excluded::default()).unwrap()
         } else {
             Solver::new(Model::default(), &mut state).unwrap()
         };

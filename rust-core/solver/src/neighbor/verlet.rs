@@ -12,13 +12,16 @@ use concordem_contact::math::{Mat3, Vec3};
 /// displacements (F = 1 without a cell). A pair that was not listed had `|d⁰| > c + s` with its cutoff distance c and
 /// the skin s, and now has `|d| = |F d⁰ + u_b − u_a| ≥ σ (c + s) − 2 U`, with the smallest stretch σ of F and U the
 /// largest `|u_i − ū|` for any constant ū. The list misses no pair as long as `2U + (1 − σ) c < σ s` for the pair's c;
-/// the worst case is the largest c for σ < 1, and c = 0 otherwise.
+/// the worst case is the largest c for σ < 1, and c = 0 otherwise. Radii that have grown by g since the rebuild take 2g
+/// from the skin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerletList {
     /// Extra distance of the search, m: the reaches of a pair add up to its cutoff distance plus this.
     pub skin: f64,
     /// Largest cutoff distance of any pair, without the skin, m.
     pub largest_cutoff: f64,
+    /// Largest growth of a radius since the rebuild, m.
+    pub growth: f64,
     /// Positions at the rebuild, m.
     pub positions: Vec<Vec3>,
     /// Cell matrix at the rebuild, m.
@@ -28,7 +31,7 @@ pub struct VerletList {
 impl VerletList {
     /// Store the present positions and cell; `skin` and `largest_cutoff` in m.
     pub fn new(positions: &[Vec3], cell: Option<&Cell>, skin: f64, largest_cutoff: f64) -> Self {
-        Self { skin, largest_cutoff, positions: positions.to_vec(), cell_matrix: cell.map(|c| c.matrix) }
+        Self { skin, largest_cutoff, growth: 0.0, positions: positions.to_vec(), cell_matrix: cell.map(|c| c.matrix) }
     }
 
     /// Largest component of the displacement of any particle since the rebuild, m; NaN if a position is not finite.
@@ -56,7 +59,7 @@ impl VerletList {
             _ => return true,
         };
         let stretch = map.as_ref().map_or(1.0, smallest_stretch);
-        let allowance = stretch * self.skin - (1.0 - stretch).max(0.0) * self.largest_cutoff;
+        let allowance = stretch * self.skin - (1.0 - stretch).max(0.0) * self.largest_cutoff - 2.0 * self.growth;
         if map.is_none() && 2.0 * 3.0_f64.sqrt() * self.largest_component(positions) < allowance {
             return false;
         }

@@ -3,6 +3,7 @@
 mod conduct;
 mod device;
 mod evaluate;
+mod excluded;
 mod iterate;
 mod rebuild;
 mod stages;
@@ -26,6 +27,7 @@ use crate::state::{Cell, Particles, State};
 use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
 pub use device::{DeviceError, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};
+pub use excluded::{Excluded, Exclusion};
 pub use stages::StageTimes;
 use stages::Stopwatch;
 
@@ -74,6 +76,8 @@ pub struct Solver {
     tile: usize,
     /// Whether each particle belongs to this subdomain, see [`Self::for_subdomain`]; empty: all do.
     owned: Vec<bool>,
+    /// Pairs without unbonded contacts.
+    excluded: Excluded,
 }
 
 impl Solver {
@@ -82,7 +86,7 @@ impl Solver {
     /// # Errors
     /// A law that does not support deformable particles if the model has them; input that the neighbor search rejects.
     pub fn new(model: Model, state: &mut State) -> Result<Self, SolverError> {
-        Self::with_tiles(model, state, TILE, Vec::new())
+        Self::with_tiles(model, state, TILE, Vec::new(), Excluded::default())
     }
 
     /// A solver for one subdomain of a distributed computation, whose host integrates the motion
@@ -92,24 +96,37 @@ impl Solver {
     /// contact of an owned particle. A contact between particles of two subdomains is evaluated in both, with the same
     /// bits. The subdomain that owns A counts its energies; the other one flags it
     /// [`ContactFlags::NOT_OWNED`](crate::state::contacts::ContactFlags::NOT_OWNED). The solver sets that flag on the
-    /// contacts it begins, the host sets it on bonds. Net forces are complete only for owned particles.
+    /// contacts it begins, the host sets it on bonds. Net forces are complete only for owned particles. The pairs of
+    /// `excluded` get no unbonded contacts.
     ///
     /// Forces are summed in the order of the pairs, in a single tile. If all subdomains number the particles in the
     /// same global order, the decomposition does not change a bit of the net forces.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn for_subdomain(model: Model, state: &mut State, owned: Vec<bool>) -> Result<Self, SolverError> {
+    pub fn for_subdomain(
+        model: Model,
+        state: &mut State,
+        owned: Vec<bool>,
+        excluded: Excluded,
+    ) -> Result<Self, SolverError> {
         let tile = state.particles.len().max(1);
-        Self::with_tiles(model, state, tile, owned)
+        Self::with_tiles(model, state, tile, owned, excluded)
     }
 
-    fn with_tiles(model: Model, state: &mut State, tile: usize, owned: Vec<bool>) -> Result<Self, SolverError> {
+    fn with_tiles(
+        model: Model,
+        state: &mut State,
+        tile: usize,
+        owned: Vec<bool>,
+        excluded: Excluded,
+    ) -> Result<Self, SolverError> {
         let n = state.particles.len();
         let mut solver = Self {
             model,
             tile,
             owned,
+            excluded,
             bond_maps: Vec::new(),
             contact_map: TileMap::default(),
             verlet: None,
@@ -187,6 +204,13 @@ impl Solver {
             + (48 + size_of::<Wrench>() + size_of::<Pose>()) * self.force.len()
             + self.pass.bytes()
             + self.heat.as_ref().map_or(0, HeatPass::bytes)
+    }
+
+    /// Radii (m) of the state have grown by up to `growth` since the last call; the candidates are renewed in time.
+    pub fn spheres_grew(&mut self, growth: f64) {
+        if let Some(verlet) = &mut self.verlet {
+            verlet.growth += growth;
+        }
     }
 
     /// From the next kick on, deform the cell with this velocity gradient (1/s), and all particles with it except for

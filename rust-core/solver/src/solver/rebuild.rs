@@ -73,7 +73,8 @@ impl Solver {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let bonded_otherwise = bonds.iter().any(|block| has(block.contacts(), &(pair, image)));
             let row = self.model.contact_rows.get(particles.material[a], particles.material[b]);
-            let Some(row) = row.filter(|_| !bonded_otherwise && !has(block, &(pair, image))) else { continue };
+            let stays_free = bonded_otherwise || self.excluded.has(pair) || has(block, &(pair, image));
+            let Some(row) = row.filter(|_| !stays_free) else { continue };
             let (bits, reference, previous) = match reference {
                 Some(reference) => (ContactFlags::KEPT_REFERENCE, reference, previous),
                 None if in_one_clump(particles, a, b) => continue,
@@ -164,6 +165,7 @@ impl Solver {
             if let Some(reference) = reference
                 && present.binary_search(&(pair, image)).is_err()
                 && let Some(row) = row_of(pair)
+                && !self.excluded.has(pair)
             {
                 let bits = ContactFlags::KEPT_REFERENCE | self.ownership(pair);
                 block.push(pair, ContactFlags { row, bits, image, padding: 0 }, reference, previous);
@@ -179,7 +181,7 @@ impl Solver {
             let key = (pair, candidate.image);
             let same_clump = in_one_clump(particles, a, b);
             let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
-            if same_clump || foreign || excluded.contains(&key) || present.contains(&key) {
+            if same_clump || foreign || self.excluded.has(pair) || excluded.contains(&key) || present.contains(&key) {
                 continue;
             }
             let Some(row) = row_of(pair) else { continue };

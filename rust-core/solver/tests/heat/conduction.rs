@@ -8,7 +8,7 @@ use concordem_solver::heat::supply::{Factors, STEFAN_BOLTZMANN};
 use concordem_solver::heat::{Exchange, HeatModel, Held, Source, Spread, SurfaceExchange, ThermalMaterial};
 use concordem_solver::state::columns::{ColumnStore, WriteColumns};
 use concordem_solver::state::{Particles, Sphere, State};
-use concordem_solver::{Model, PairCoefficients, Solver};
+use concordem_solver::{Excluded, Model, PairCoefficients, Solver};
 
 use super::{PLAIN, cubes, lattice, model, run, scattered, stable_step, temperatures, unit_cube};
 
@@ -463,7 +463,8 @@ fn what_is_not_supported_is_refused() {
     let message = solver.find_forces(&mut state, true).unwrap_err().to_string();
     assert!(message.contains("heat.motion = true"), "{message}");
     let with_heat = || Model { heat: Some(heat.clone()), ..Model::default() };
-    let message = Solver::for_subdomain(with_heat(), &mut state, vec![true; 3]).err().unwrap().to_string();
+    let message =
+        Solver::for_subdomain(with_heat(), &mut state, vec![true; 3], Excluded::default()).err().unwrap().to_string();
     assert!(message.contains("subdomains"), "{message}");
     state.heat = None;
     let message = Solver::new(with_heat(), &mut state).err().unwrap().to_string();

@@ -310,7 +310,7 @@ fn subdomains_find_the_forces_of_the_whole() {
         state.bonds = vec![Box::new(kept)];
         state.contacts = Some(Box::new(ContactBlock::new(vec![friction])));
         state.clock.dt = dt;
-        let solver = Solver::for_subdomain(model.clone(), &mut state, owned).unwrap();
+        let solver = Solver::for_subdomain(model.clone(), &mut state, owned, Excluded::default()).unwrap();
         (state, solver)
     };
     let n = 216;
