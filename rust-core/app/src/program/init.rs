@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Console, Facts, Failure};
-use crate::output::OutputError;
-use crate::output::sealed::write_text;
+use super::{Console, Facts, Failure, shell};
+use crate::output::sealed::{write_new_text, write_text};
 use concordem_scenario::schema::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
 /// Arguments of `concordem init`.
@@ -58,9 +57,10 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
         if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == SWEPT).filter(|_| !beside.exists()) {
             write(&beside, scenario, false)?;
         }
-        console.tell(&format!("wrote {0} and {1}; next: concordem sweep {0}", path.display(), beside.display()));
+        let (file, beside) = (path.display(), beside.display());
+        console.tell(&format!("wrote {file} and {beside}; next: concordem sweep {}", shell::argument(&path)));
     } else {
-        console.tell(&format!("wrote {0}; next: concordem check {0}", path.display()));
+        console.tell(&format!("wrote {}; next: concordem check {}", path.display(), shell::argument(&path)));
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state, conclude};
 use super::settings::Settings;
 use super::watch::Live;
-use super::{Console, Failure, Work};
+use super::{Console, Failure, Work, shell};
 use crate::output::checkpoint::Checkpoint;
 use crate::output::sealed::target;
 use crate::output::{ResultFile, Resumed, RunFiles};
@@ -144,7 +144,8 @@ fn finished(
              run {2} --from {0} --output NEW.h5",
             path.display(),
             listed(&changed),
-            given.map_or("SCENARIO.toml", |given| &given.source.name),
+            given.map_or_else(|| "SCENARIO.toml".into(), |given| shell::argument(Path::new(&*given.source.name))),
+            shell::argument(path),
         )));
     }
     if scenario.output.csv && !csv_path(path).exists() {

@@ -10,6 +10,7 @@ use super::restart::Origin;
 use super::settings::Settings;
 use super::watch::Live;
 use super::{Console, Facts, Failure, Work};
+use super::shell;
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::sealed::target;
@@ -120,7 +121,7 @@ pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>)
         }
         Outcome::Interrupted { path, step } => Err(Failure::Interrupted(format!(
             "interrupted at step {step}; continue with: concordem resume {}",
-            path.display()
+            shell::argument(&path)
         ))),
     }
 }

@@ -1,10 +1,12 @@
 //! Export for OVITO and LAMMPS: a data file with the first snapshot and its bonds, a dump with the particles of all snapshots, and a local
 //! dump with the bonds of all snapshots; a script of OVITO that shows them. Ids count from 1. A periodic cell is the box of LAMMPS.
 
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
+use super::script::{filled, literal};
 use super::bonds::AllLines;
 use super::{Exported, beside, free, name_of, particles_of};
 use crate::output::error::OutputError;
@@ -44,7 +46,7 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
         let mut text = head("ENTRIES", lines.step, lines.ids.len(), surroundings.region(lines.cell));
         let fields: Vec<&StoredField> = lines.fields.iter().filter(|field| field.column.components == 1).collect();
         let names: Vec<&str> = fields.iter().map(|field| &field.name[..]).collect();
-        columns = names.iter().map(|name| format!("{name:?}")).collect();
+        columns = names.iter().map(|name| literal(OsStr::new(name))).collect();
         let _ = writeln!(text, "ITEM: ENTRIES batom1 batom2 {}", names.join(" "));
         for (row, [a, b]) in lines.ids.iter().enumerate() {
             let _ = write!(text, "{} {}", a + 1, b + 1);
@@ -66,14 +68,15 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
     } else {
         std::fs::remove_file(&bonds).map_err(|error| OutputError::io(&bonds, "remove", error))?;
     }
-    let text = SCRIPT
-        .replace("PERIODIC", if frame.cell.is_some() { "True" } else { "False" })
-        .replace("DATA", &name_of(&files[0]))
-        .replace("PARTICLES", &name_of(&files[1]))
-        .replace("BONDS", &if any { name_of(&bonds) } else { String::new() })
-        .replace("COLUMNS", &columns.join(", "))
-        .replace("STEM", &name_of(stem));
-    sealed::write_text(&script, &text)?;
+    let values = [
+        ("PERIODIC", if frame.cell.is_some() { "True" } else { "False" }.to_owned()),
+        ("DATA", literal(name_of(&files[0]))),
+        ("PARTICLES", literal(name_of(&files[1]))),
+        ("BONDS", literal(if any { name_of(&bonds) } else { OsStr::new("") })),
+        ("COLUMNS", columns.join(", ")),
+        ("SCENE", literal(name_of(&beside(stem, ".ovito")))),
+    ];
+    sealed::write_text(&script, &filled(SCRIPT, &values))?;
     files.push(script);
     Ok(Exported { files, snapshots: frames.len(), only_final_bonds: any && lines.are_final() })
 }
