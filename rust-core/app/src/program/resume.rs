@@ -7,7 +7,7 @@ use super::device::DeviceArguments;
 use super::drive::{Run, build_with, csv_path, result_path, write_csv};
 use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
-use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state, conclude};
+use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state, check_inputs, conclude};
 use super::settings::Settings;
 use super::watch::Live;
 use super::{Console, Failure, Work, shell};
@@ -59,6 +59,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
     let changes = given.as_ref().map(|given| check(&first, given, Continuation::SameResult)).transpose()?;
     let changes = changes.unwrap_or_default();
     let scenario = given.filter(|_| !changes.is_empty()).unwrap_or(first);
+    check_inputs(&files.header().provenance, &scenario, &path)?;
     let device = arguments.device.open(&scenario)?;
     let origin = entry(CONTINUES).filter(|_| checkpoint.is_none()).map(|from| (from, entry(CONTINUED_HASH)));
     let edited = entry(CHANGED_LATER).is_some() || !changes.is_empty();
