@@ -10,14 +10,14 @@ use super::drive::{Outcome, Run, build_with, check_result_name, csv_path, result
 use super::meter::Meter;
 use super::restart::Origin;
 use super::settings::Settings;
+use super::shell;
 use super::watch::Live;
 use super::{Console, Facts, Failure, Work};
-use super::shell;
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::sealed::target;
 use crate::output::{OperatorTable, OutputError, ResultFile, RunFiles, RunHeader, SeriesColumn};
-use crate::report::{SPECIMEN_LENGTH, summary};
+use crate::report::{Coverage, SPECIMEN_LENGTH, summary};
 use concordem_scenario::assembly::Sharpness;
 use concordem_scenario::files::open_regular;
 use concordem_scenario::sampling::{SampledQuantity, ScheduledOperator};
@@ -94,6 +94,10 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
         let initial_positions = assembly.state.particles.position.clone();
         if let Some(origin) = origin {
             header.provenance.extend(origin.provenance());
+            let coverage = origin.add_records(&mut header)?;
+            if coverage != Coverage::Whole && !arguments.work.quiet {
+                console.tell(&format!("note: {coverage}"));
+            }
             origin.apply(&mut assembly, &scenario)?;
         }
         let live = Live::begin(arguments.watch, &scenario.title, &initial_positions, &assembly.state, console)?;
@@ -157,10 +161,6 @@ pub(super) fn check_initial_state(
 
 /// Name of the provenance entry with the hash of the state before the first step.
 pub(super) const INITIAL_HASH: &str = "initial_state_hash";
-/// Name of the provenance entry with the scenario's file.
-pub(super) const SCENARIO_FILE: &str = "scenario_file";
-
-fn header(
 /// Beginning of the names of provenance entries with the hashes of the files that a scenario names; the key follows.
 const INPUT: &str = "input_";
 
@@ -197,6 +197,10 @@ pub(super) fn check_inputs(provenance: &[(String, String)], scenario: &Scenario,
     Ok(())
 }
 
+/// Name of the provenance entry with the scenario's file.
+pub(super) const SCENARIO_FILE: &str = "scenario_file";
+
+fn header(
     scenario: &Scenario,
     state: &State,
     operators: &[ScheduledOperator],
@@ -220,6 +224,7 @@ pub(super) fn check_inputs(provenance: &[(String, String)], scenario: &Scenario,
             .map(|column| SeriesColumn::new(column.name, column.unit, column.description.trim()))
             .collect(),
         operators: operators.iter().map(operator_table).collect(),
+        earlier: BTreeMap::new(),
     })
 }
 

@@ -38,6 +38,7 @@ use folder::{
     check_own, cleared, finished_run_id, list_numbered, lock, new_folder, new_run_id, numbered, remove, remove_folder,
     remove_unfinished, sweep_leftovers, usable,
 };
+pub(super) use header::EARLIER;
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
 pub use look::{Follower, News, Unfinished, look};
