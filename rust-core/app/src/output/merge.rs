@@ -266,6 +266,7 @@ impl<'a> BondWriter<'a> {
 
     fn finish(self) -> Result<(), OutputError> {
         let (path, steps) = (self.path, &self.steps);
+        self.fields.finish()?;
         let dataset = hdf::write_array(steps, "time", &self.time, 1, path)?;
         hdf::describe(&dataset, "s", "Times of the snapshots.", path)?;
         let dataset = hdf::write_array(steps, "step", &self.step, 1, path)?;

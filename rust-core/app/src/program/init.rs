@@ -70,16 +70,7 @@ fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
     let named = template.name != SWEEP.name && path.with_file_name(SCHEMA).exists();
     let head = if named { format!("#:schema ./{SCHEMA}\n") } else { String::new() };
     let text = head + template.text;
-    let failed = |error| Failure::File { path: path.to_owned(), action: "write", error };
-    if force {
-        return Ok(write_text(path, &text)?);
-    }
-    let mut file =
-        std::fs::OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() }.into(),
-            _ => failed(error),
-        })?;
-    std::io::Write::write_all(&mut file, text.as_bytes()).map_err(failed)
+    Ok(if force { write_text(path, &text) } else { write_new_text(path, &text) }?)
 }
 
 /// Path to write: the given file, or the name of the template in the given folder.

@@ -142,7 +142,7 @@ fn finished(
     if !changed.is_empty() {
         return Err(Failure::Usage(format!(
             "{0} is finished, and the scenario has changed since ({1}). To continue from its end with a new result: concordem \
-             run {2} --from {0} --output NEW.h5",
+             run {2} --from {3} --output NEW.h5",
             path.display(),
             listed(&changed),
             given.map_or_else(|| "SCENARIO.toml".into(), |given| shell::argument(Path::new(&*given.source.name))),

@@ -3,17 +3,16 @@
 
 use std::ffi::OsStr;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
-use super::script::{filled, literal};
 use super::bonds::AllLines;
+use super::script::{filled, literal};
 use super::{Exported, beside, free, name_of, particles_of};
 use crate::output::error::OutputError;
 use crate::output::frames::{Frame, Frames};
 use crate::output::result::ResultFile;
 use crate::output::run_files::StoredField;
-use crate::output::sealed;
+use crate::output::sealed::{self, TextFile};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnData;
 
@@ -30,13 +29,13 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
     let frames = particles_of(result)?;
     let lines = AllLines::of(result)?;
     let surroundings = Surroundings::of(result, &frames)?;
-    let mut file = Sink::create(&dump)?;
+    let mut file = TextFile::create(&dump)?;
     for k in 0..frames.len() {
         let frame = frames.read(k)?;
         file.put(&particles_dump(&frame, surroundings.region(frame.cell)))?;
     }
     file.finish()?;
-    let mut file = Sink::create(&bonds)?;
+    let mut file = TextFile::create(&bonds)?;
     let mut first: Vec<[u32; 2]> = Vec::new();
     let mut columns: Vec<String> = Vec::new();
     let any = lines.for_each(result, &mut |lines| {
@@ -57,16 +56,16 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
         }
         file.put(&text)
     })?;
-    file.finish()?;
-    let mut file = Sink::create(&data)?;
+    if any {
+        file.finish()?;
+    }
+    let mut file = TextFile::create(&data)?;
     let frame = frames.read(0)?;
     file.put(&data_file(&frame, &first, density(result), surroundings.region(frame.cell)))?;
     file.finish()?;
     let mut files = vec![data, dump];
     if any {
         files.push(bonds.clone());
-    } else {
-        std::fs::remove_file(&bonds).map_err(|error| OutputError::io(&bonds, "remove", error))?;
     }
     let values = [
         ("PERIODIC", if frame.cell.is_some() { "True" } else { "False" }.to_owned()),
@@ -79,27 +78,6 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
     sealed::write_text(&script, &filled(SCRIPT, &values))?;
     files.push(script);
     Ok(Exported { files, snapshots: frames.len(), only_final_bonds: any && lines.are_final() })
-}
-
-/// A text file that is written in parts.
-struct Sink<'a> {
-    path: &'a Path,
-    file: std::io::BufWriter<std::fs::File>,
-}
-
-impl<'a> Sink<'a> {
-    fn create(path: &'a Path) -> Result<Self, OutputError> {
-        let file = std::fs::File::create(path).map_err(|error| OutputError::io(path, "create", error))?;
-        Ok(Self { path, file: std::io::BufWriter::new(file) })
-    }
-
-    fn put(&mut self, text: &str) -> Result<(), OutputError> {
-        self.file.write_all(text.as_bytes()).map_err(|error| OutputError::io(self.path, "write", error))
-    }
-
-    fn finish(mut self) -> Result<(), OutputError> {
-        self.file.flush().map_err(|error| OutputError::io(self.path, "write", error))
-    }
 }
 
 /// Lowest and highest coordinate along x, y, z.
