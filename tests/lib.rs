@@ -4,6 +4,7 @@
 //! reader of gold files.
 
 pub mod commands;
+pub mod datasets;
 pub mod deformable;
 pub mod gold;
 pub mod random;

@@ -1,6 +1,7 @@
 //! Faults outside the physics: changed scenarios, damaged files, paths that must not be written to, impossible sizes, kills
-//! before the first checkpoint.
+//! before the first checkpoint, calls of the system that fail.
 
+mod calls;
 mod files;
 mod restart;
 mod sizes;

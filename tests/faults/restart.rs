@@ -147,14 +147,21 @@ fn resume_applies_an_edited_scenario() {
 
 /// Creates the files of a run that was killed before its first checkpoint.
 fn begun(scenario: &std::path::Path, result: &std::path::Path, source: &str) {
+    let provenance = vec![("scenario_file".to_owned(), scenario.display().to_string())];
+    begun_with(result, source, provenance);
+}
+
+/// The same, with the entries of its provenance.
+fn begun_with(result: &std::path::Path, source: &str, provenance: Vec<(String, String)>) {
     use concordem::output::{RunFiles, RunHeader, SeriesColumn};
     use concordem::sampling::Record;
     let series = Record::COLUMNS.iter().map(|c| SeriesColumn::new(c.name, c.unit, c.description)).collect();
     let header = RunHeader {
         scenario: source.to_owned(),
-        provenance: vec![("scenario_file".to_owned(), scenario.display().to_string())],
+        provenance,
         series,
         operators: Vec::new(),
+        earlier: std::collections::BTreeMap::new(),
     };
     drop(RunFiles::create(result, header, false).expect("the files of a run"));
 }
@@ -207,4 +214,129 @@ fn a_cell_takes_the_new_velocity_gradient() {
     let size = work.iter().fold(0.0_f64, |size, w| size.max(w.abs()));
     // The residual of the ledger is of third order in the step; 1e-6 of the work is far above that.
     assert!(residual.iter().all(|r| r.abs() < 1e-6 * size), "{residual:?} of {size}");
+}
+
+/// A file that the scenario names and that is not in the state: the motion of slaves. Changed, it would give half of one run and half of
+/// another.
+#[test]
+fn resume_refuses_changed_files() {
+    let folder = TempDir::new().expect("a folder");
+    let source = r#"
+version = 1
+[packing]
+kind = "spheres"
+spheres = [[0, 0, 0, "1 mm"], ["2 mm", 0, 0, "1 mm"]]
+[[material]]
+name = "m"
+density = 2500
+linear_bond = { normal_stiffness = 1e5, shear_stiffness = 1e4 }
+[bonds]
+law = "linear_bond"
+interaction_ratio = 1.01
+[contacts]
+law = "none"
+[[set]]
+name = "end"
+selection = { kind = "ids", ids = [0] }
+[[prescribe]]
+set = "end"
+velocity = [0, 0, 0]
+angular_velocity = [0, 0, 0]
+[[slave]]
+set = "end"
+path = "motion.npy"
+[integration]
+time_step = 1e-6
+[stop]
+steps = 20
+"#;
+    let motion = |speed: f64| {
+        let mut head = "{'descr': '<f8', 'fortran_order': False, 'shape': (21, 1, 6), }".to_owned();
+        head += &" ".repeat(117 - head.len());
+        head.push('\n');
+        let mut bytes = b"\x93NUMPY\x01\x00v\x00".to_vec();
+        bytes.extend(head.bytes());
+        (0..21 * 6).for_each(|k| bytes.extend((if k % 6 == 0 { speed } else { 0.0 }).to_le_bytes()));
+        std::fs::write(folder.path().join("motion.npy"), bytes).expect("a file");
+    };
+    motion(0.1);
+    let scenario = write(folder.path(), "run.toml", source);
+    let result = folder.path().join("run.h5");
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let (whole, header) = (hash(&result), ResultFile::open(&result).expect("a result").provenance().expect("entries"));
+    assert!(header.iter().any(|(name, _)| name == "input_slave[0].path"), "{header:?}");
+    std::fs::remove_file(&result).expect("the result");
+    begun_with(&result, source, header);
+    motion(0.2);
+    let given = concordem(["resume", "-q", text(&result)]);
+    assert_eq!(given.code, exit::USAGE, "{}", given.err);
+    for words in ["motion.npy", "slave[0].path", "has changed since the start", "--force"] {
+        assert!(given.err.contains(words), "{words}: {}", given.err);
+    }
+    motion(0.1);
+    let given = concordem(["resume", "-q", text(&result)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert_eq!(hash(&result), whole);
+}
+
+/// Figures of a test that goes through several results are those of one run: of a specimen that softens, extended before and after its peak.
+#[test]
+fn figures_of_an_extended_run_cover_the_whole_test() {
+    let folder = TempDir::new().expect("a folder");
+    let source = BLOCK
+        .replace("shear_stiffness = 2e5 }", "shear_stiffness = 2e5, normal_strength = 0.2, shear_strength = 1 }")
+        .replace("\"1 1/s\"", "\"4 1/s\"")
+        .replace("sample_interval = 10", "sample_interval = 1");
+    let run = |name: &str, steps: usize, from: Option<&str>| {
+        let text_of = source.replace("steps = 100", &format!("steps = {steps}"));
+        let scenario = write(folder.path(), &format!("{name}.toml"), &text_of);
+        let mut arguments = vec!["run".to_owned(), text(&scenario).to_owned()];
+        arguments.extend(
+            from.into_iter().flat_map(|from| ["--from".to_owned(), folder.path().join(from).display().to_string()]),
+        );
+        let given = concordem(arguments);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        given.err
+    };
+    let figures = |name: &str| {
+        let result = ResultFile::open(&folder.path().join(name)).expect("a result");
+        let found = concordem::report::summary(&result).expect("a summary");
+        let page = concordem::report::page(&[result], &concordem::report::ReferenceFigures::default()).expect("a page");
+        let found: Vec<_> = found.into_iter().map(|property| (property.symbol, property.value)).collect();
+        (found, page)
+    };
+    run("whole", 2000, None);
+    let (whole, _) = figures("whole.h5");
+    let symbols: Vec<&str> = whole.iter().map(|(symbol, _)| &symbol[..]).collect();
+    assert_eq!(symbols, ["E", "f_t", "G_F"], "{whole:?}");
+    let peak = {
+        let stress = ResultFile::open(&folder.path().join("whole.h5"))
+            .and_then(|result| result.samples("stress"))
+            .expect("stress");
+        (0..stress.len()).max_by(|&a, &b| stress[a].total_cmp(&stress[b])).expect("a peak")
+    };
+    assert!((60..1900).contains(&peak), "{peak}");
+    for cut in [peak - 40, peak + 40] {
+        run("first", cut, None);
+        run("second", cut + 20, Some("first.h5"));
+        run("third", 2000, Some("second.h5"));
+        let (found, page) = figures("third.h5");
+        assert_eq!(found, whole, "cut at step {cut}");
+        assert!(!page.contains("Records of"));
+        for name in ["first.h5", "second.h5", "third.h5"] {
+            std::fs::remove_file(folder.path().join(name)).expect("a result");
+        }
+    }
+    // A checkpoint has no records; a result that begins with one says so, and gives no strength.
+    run("first", peak + 40, None);
+    let state = concordem::output::checkpoint::read(&folder.path().join("first.h5")).expect("a state");
+    let bare = folder.path().join("bare.h5");
+    concordem::output::checkpoint::write(&bare, &state.columns, &state.provenance).expect("a checkpoint");
+    let said = run("fourth", 2000, Some("bare.h5"));
+    assert!(said.contains("from the restart on, since a checkpoint has none"), "{said}");
+    let (found, page) = figures("fourth.h5");
+    assert!(found.len() == 1 && found[0].0 == "records", "{found:?}");
+    assert!(
+        page.contains("Records of <code>fourth.h5</code>: from the restart on") && !page.contains("tensile strength")
+    );
 }

@@ -308,6 +308,7 @@ fn run_header() -> RunHeader {
         provenance: Vec::new(),
         series: Record::COLUMNS.iter().map(|c| SeriesColumn::new(c.name, c.unit, c.description)).collect(),
         operators: Vec::new(),
+        earlier: [("strain".to_owned(), vec![0.0, 1e-3])].into(),
     }
 }
 

@@ -8,6 +8,7 @@ mod device;
 mod elastic;
 mod export;
 mod heat_network;
+mod hostile;
 mod interruption;
 mod matrix;
 mod measure;

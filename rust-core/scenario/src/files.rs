@@ -61,6 +61,48 @@ pub fn target(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::new(ErrorKind::InvalidInput, "its symbolic links have no end"))
 }
 
+/// Beginning of the names of files and folders that are not complete yet.
+pub const UNFINISHED: &str = ".unfinished-";
+
+/// A file in `folder` that gets its name when it is complete. It is locked before it has content, so that others can tell what a killed
+/// process has left: what has content, and is free. On network file systems without locks, such leftovers stay.
+///
+/// # Errors
+/// The file cannot be created.
+pub fn new_unfinished(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED);
+    // The crate creates private files by default; results get the usual permissions.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let unfinished = builder.tempfile_in(folder)?;
+    let _ = unfinished.as_file().try_lock();
+    Ok(unfinished)
+}
+
+/// Gives a complete file its name, replaces what had it, and brings it to the disk. The content must be there already.
+///
+/// # Errors
+/// The file cannot be renamed.
+pub fn put_in_place(unfinished: tempfile::NamedTempFile, path: &Path) -> io::Result<()> {
+    let (file, place) = unfinished.into_parts();
+    fs::rename(&place, path)?;
+    // Nothing has the name of the unfinished file now.
+    let _ = place.keep();
+    // Closing the file would not release the lock while a child process that another thread just forked has a copy of the
+    // descriptor, and readers that lock the file, as HDF5 does by default, would fail.
+    let _ = file.unlock();
+    Ok(())
+}
+
+/// Brings the names of a folder to the disk: of files renamed and removed in it.
+///
+/// # Errors
+/// The folder cannot be opened or synchronized.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    File::open(folder)?.sync_all()
+}
+
 fn not_regular() -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, "it is not a regular file (a folder, a device, or a pipe)")
 }

@@ -64,6 +64,18 @@ pub enum OutputError {
         /// Error of the operating system.
         message: String,
     },
+    /// What was written is not what the file holds.
+    #[error(
+        "{} was not kept: {problem}, read back, is not what was written. The disk or the file system lost it; repeat the command, or \
+         continue a run with `concordem resume`.",
+        path.display()
+    )]
+    NotAsWritten {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        problem: String,
+    },
     /// Another error of the operating system.
     #[error("{}: cannot {action}: {source}.", path.display())]
     Io {

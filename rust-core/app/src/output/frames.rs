@@ -144,7 +144,7 @@ fn counts(group: &Group, name: &str, path: &Path) -> Result<Vec<u64>, OutputErro
 }
 
 /// Rows of a dataset.
-fn part<T: H5Type>(
+pub(super) fn part<T: H5Type>(
     dataset: &Dataset,
     first: u64,
     rows: usize,
@@ -168,7 +168,7 @@ fn part<T: H5Type>(
 }
 
 /// Rows of a dataset of any type.
-fn column(dataset: &Dataset, first: u64, rows: usize, path: &Path) -> Result<StoredColumn, OutputError> {
+pub(super) fn column(dataset: &Dataset, first: u64, rows: usize, path: &Path) -> Result<StoredColumn, OutputError> {
     let components = dataset.shape().get(1).copied().unwrap_or(1);
     let data = match dataset.dtype().and_then(|kind| kind.to_descriptor()).at(path)? {
         TypeDescriptor::Float(FloatSize::U8) => ColumnData::F64(part(dataset, first, rows, components, path)?),

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenUnicode};
+use hdf5::types::{FixedAscii, FloatSize, IntSize, TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, Group, H5Type, Location};
 use ndarray::{ArrayView1, ArrayView2, s};
 
@@ -125,8 +125,40 @@ pub(crate) fn attribute_names(at: &Location, path: &Path) -> Result<Vec<String>,
 
 /// Writes text as a dataset.
 pub(crate) fn write_text(group: &Group, name: &str, text: &str, path: &Path) -> Result<(), OutputError> {
-    let text = text_of(text, path)?;
-    group.new_dataset::<VarLenUnicode>().create(name).and_then(|dataset| dataset.write_scalar(&text)).at(path)
+    let stored = text_of(text, path)?;
+    let dataset = group.new_dataset::<VarLenUnicode>().create(name).at(path)?;
+    dataset.write_scalar(&stored).at(path)?;
+    complete(&dataset, blake3::Hasher::new().update(text.as_bytes()), path)
+}
+
+/// Attribute of every dataset: hash of its values, row by row, or of its text.
+const HASH: &str = "blake3";
+
+/// Completes a dataset whose values have the hash in `hasher`: stores the hash, and brings all values to the file.
+///
+/// The library keeps the last values back until the dataset is closed. Closing it is dropping it, which reports no errors: what cannot
+/// be written then is lost. So nothing may be left for that moment.
+pub(super) fn complete(dataset: &Dataset, hasher: &blake3::Hasher, path: &Path) -> Result<(), OutputError> {
+    let hash = FixedAscii::<64>::from_ascii(hasher.finalize().to_hex().as_bytes()).unwrap_or_default();
+    write_attribute(dataset, HASH, &hash, path)?;
+    dataset.flush().at(path)
+}
+
+/// The hash that [`complete`] stored with a dataset.
+pub(super) fn stored_hash(dataset: &Dataset, path: &Path) -> Result<String, OutputError> {
+    let hash: FixedAscii<64> = dataset.attr(HASH).and_then(|attribute| attribute.read_scalar()).at(path)?;
+    Ok(hash.as_str().to_owned())
+}
+
+/// Adds values to the hash of a dataset, on all threads if there are many.
+pub(super) fn add_to_hash<T: bytemuck::NoUninit>(hasher: &mut blake3::Hasher, values: &[T]) {
+    const MANY: usize = 1 << 18;
+    let bytes: &[u8] = bytemuck::cast_slice(values);
+    if bytes.len() < MANY {
+        hasher.update(bytes)
+    } else {
+        hasher.update_rayon(bytes)
+    };
 }
 
 /// Reads a text dataset.
@@ -153,6 +185,9 @@ pub(crate) fn write_array<T: H5Type + bytemuck::NoUninit>(
     if !is_zero(data) {
         dataset.write_raw(data).at(path)?;
     }
+    let mut hasher = blake3::Hasher::new();
+    add_to_hash(&mut hasher, data);
+    complete(&dataset, &hasher, path)?;
     Ok(dataset)
 }
 
@@ -184,7 +219,9 @@ fn write_rows(group: &Group, name: &str, rows: &RowsOfReals<'_>, path: &Path) ->
     };
     // HDF5 allocates the whole dataset at the first write, and then does not fill what is not written.
     let mut written = false;
+    let mut hasher = blake3::Hasher::new();
     for (first, piece) in rows.pieces() {
+        add_to_hash(&mut hasher, &piece);
         if !written && is_zero(&piece) {
             continue;
         }
@@ -197,6 +234,7 @@ fn write_rows(group: &Group, name: &str, rows: &RowsOfReals<'_>, path: &Path) ->
         written = true;
         write(first, &piece)?;
     }
+    complete(&dataset, &hasher, path)?;
     Ok(dataset)
 }
 

@@ -9,7 +9,7 @@ use super::checkpoint;
 use super::error::{At, OutputError};
 use super::hdf::{self, GroupSink, kind};
 use super::run_files::{
-    OperatorTable, POSITION, RunHeader, SnapshotBatch, StoredField, batches_of, bond_batches_of, stage,
+    EARLIER, OperatorTable, POSITION, RunHeader, SnapshotBatch, StoredField, batches_of, bond_batches_of, stage,
 };
 use super::sealed;
 use super::stream::FieldStream;
@@ -103,6 +103,21 @@ impl Merge<'_> {
             let dataset = hdf::write_array(&group, &series.name, &values, 1, self.path)?;
             hdf::write_attribute(&dataset, "order", &(k as u64), self.path)?;
             hdf::describe(&dataset, &series.unit, &series.description, self.path)?;
+        }
+        self.write_earlier(file)
+    }
+
+    /// Writes the series of the run that this one continues.
+    fn write_earlier(&self, file: &Group) -> Result<(), OutputError> {
+        if self.header.earlier.is_empty() {
+            return Ok(());
+        }
+        let group = file.create_group(EARLIER).at(self.path)?;
+        for (name, values) in &self.header.earlier {
+            let dataset = hdf::write_array(&group, name, values, 1, self.path)?;
+            let series = self.header.series.iter().find(|series| series.name == *name);
+            let (unit, description) = series.map_or(("1", ""), |series| (&series.unit, &series.description));
+            hdf::describe(&dataset, unit, description, self.path)?;
         }
         Ok(())
     }
@@ -251,6 +266,7 @@ impl<'a> BondWriter<'a> {
 
     fn finish(self) -> Result<(), OutputError> {
         let (path, steps) = (self.path, &self.steps);
+        self.fields.finish()?;
         let dataset = hdf::write_array(steps, "time", &self.time, 1, path)?;
         hdf::describe(&dataset, "s", "Times of the snapshots.", path)?;
         let dataset = hdf::write_array(steps, "step", &self.step, 1, path)?;

@@ -16,6 +16,7 @@ mod frames;
 pub mod hash;
 mod hdf;
 mod merge;
+mod read_back;
 pub mod result;
 pub mod run_files;
 pub mod sealed;

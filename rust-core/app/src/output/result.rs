@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::{At, OutputError};
 use super::hdf::{self, kind};
-use super::run_files::SeriesColumn;
+use super::run_files::{EARLIER, SeriesColumn};
 use super::{merge, sealed};
 use concordem_contact::math::Vec3;
 use concordem_solver::fracture::Event;
@@ -72,6 +72,19 @@ impl ResultFile {
             });
         }
         hdf::read_array(&self.file.group("samples").at(&self.path)?, name, &self.path)
+    }
+
+    /// The samples of one series from the start of the test: also those of the runs that this one continues.
+    pub fn history(&self, name: &str) -> Result<Vec<f64>, OutputError> {
+        let later = self.samples(name)?;
+        if !self.file.link_exists(EARLIER) {
+            return Ok(later);
+        }
+        let group = self.group(EARLIER)?;
+        let mut values: Vec<f64> =
+            if group.link_exists(name) { hdf::read_array(&group, name, &self.path)? } else { Vec::new() };
+        values.extend(later);
+        Ok(values)
     }
 
     /// Names of the sampled operators; their columns are in the table `samples/NAME`.

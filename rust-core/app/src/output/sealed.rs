@@ -1,7 +1,7 @@
 //! Writes files completely or not at all, and verifies them before reading.
 //!
-//! A file is written under another name in the same folder, closed, sealed, synchronized to the disk, and only then
-//! renamed. The seal is described in [`concordem_scenario::assembly::seal`]. A file whose seal does not match is refused
+//! A file is written under another name in the same folder, closed, read back ([`super::read_back`]), sealed, synchronized to the
+//! disk, and only then renamed. The seal is described in [`concordem_scenario::assembly::seal`]. A file whose seal does not match is refused
 //! before the HDF5 library reads it: damaged files can crash that library.
 //!
 //! Only regular files are replaced. If the path is a symbolic link, the link stays and its target is replaced.
@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use super::error::{At, OutputError};
 use super::hdf::options;
+use super::read_back;
 use concordem_scenario::assembly::hdf5_groups;
 use concordem_scenario::assembly::seal::{self, SealError};
 use concordem_scenario::files;
@@ -46,11 +47,13 @@ pub(crate) fn write(
     let early = early.map_err(|error| OutputError::io(path, "write", error))?;
     // Errors of the library must name the final file, not the temporary one.
     let content = options().create(unfinished.path()).at(path)?;
-    let filled = fill(&content).and_then(|()| content.flush().at(path));
+    let filled =
+        fill(&content).and_then(|()| content.flush().at(path)).and_then(|()| read_back::datasets(&content, path));
     let closed = content.close().at(path);
-    filled?;
+    let datasets = filled?;
     closed?;
     early.end().map_err(|error| OutputError::io(path, "write", error))?;
+    read_back::check(unfinished.path(), &datasets, path)?;
     seal::append(unfinished.path()).map_err(|error| OutputError::io(path, "write", error))?;
     put_in_place(unfinished, path)
 }
@@ -85,46 +88,82 @@ impl EarlySync {
 }
 
 /// Writes a text file completely or not at all.
-pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
-    let path = &target(path)?;
-    let mut unfinished = new_unfinished(path, &folder_of(path))?;
-    unfinished
-        .write_all(text.as_bytes())
-        .and_then(|()| unfinished.as_file().sync_all())
-        .map_err(|error| OutputError::io(path, "write", error))?;
-    put_in_place(unfinished, path)
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    let mut file = TextFile::create(path)?;
+    file.put(text)?;
+    file.finish()
+}
+
+/// Writes a text file completely or not at all, unless it exists.
+pub(crate) fn write_new_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    if path.exists() {
+        return Err(OutputError::Exists { path: path.to_owned() });
+    }
+    let mut file = TextFile::create(path)?;
+    file.put(text)?;
+    let unfinished = file.complete()?;
+    let file = unfinished.persist_noclobber(path).map_err(|error| match error.error.kind() {
+        io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() },
+        _ => OutputError::io(path, "rename to", error.error),
+    })?;
+    let _ = file.unlock();
+    sync_folder(&folder_of(path))
+}
+
+/// A text file that is written in parts, completely or not at all.
+pub(crate) struct TextFile {
+    path: PathBuf,
+    unfinished: io::BufWriter<tempfile::NamedTempFile>,
+}
+
+impl TextFile {
+    pub(crate) fn create(path: &Path) -> Result<Self, OutputError> {
+        let path = target(path)?;
+        let unfinished = io::BufWriter::new(new_unfinished(&path, &folder_of(&path))?);
+        Ok(Self { path, unfinished })
+    }
+
+    /// Appends text.
+    pub(crate) fn put(&mut self, text: &str) -> Result<(), OutputError> {
+        self.unfinished.write_all(text.as_bytes()).map_err(|error| OutputError::io(&self.path, "write", error))
+    }
+
+    /// Puts the file in its place; without this call nothing is kept.
+    pub(crate) fn finish(self) -> Result<(), OutputError> {
+        let path = self.path.clone();
+        put_in_place(self.complete()?, &path)
+    }
+
+    /// The file, whose content is on the disk.
+    fn complete(self) -> Result<tempfile::NamedTempFile, OutputError> {
+        let failed = |error| OutputError::io(&self.path, "write", error);
+        let unfinished = self.unfinished.into_inner().map_err(|error| failed(error.into_error()))?;
+        unfinished.as_file().sync_all().map_err(failed)?;
+        Ok(unfinished)
+    }
 }
 
 fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(super::run_files::UNFINISHED);
-    // The crate creates private files by default; results get the usual permissions.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let unfinished = builder.tempfile_in(scratch).map_err(|error| match error.kind() {
+    // What killed processes have left.
+    super::run_files::sweep_leftovers(scratch);
+    files::new_unfinished(scratch).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound if !scratch.is_dir() => OutputError::NoFolder { path: scratch.to_owned() },
         io::ErrorKind::NotFound => OutputError::NotWritable { path: scratch.to_owned(), source: error },
         _ => OutputError::io(path, "create", error),
-    })?;
-    // Other processes remove unfinished files that are not locked. On network file systems without locks, these files
-    // are not removed.
-    let _ = unfinished.as_file().try_lock();
-    Ok(unfinished)
+    })
 }
 
 fn put_in_place(unfinished: tempfile::NamedTempFile, path: &Path) -> Result<(), OutputError> {
-    let file = unfinished.persist(path).map_err(|error| OutputError::io(path, "rename to", error.error))?;
-    // Closing the file would not release the lock while a child process that another thread just forked has a copy of the
-    // descriptor, and readers that lock the file, as HDF5 does by default, would fail.
-    let _ = file.unlock();
+    files::put_in_place(unfinished, path).map_err(|error| OutputError::io(path, "rename to", error))?;
     sync_folder(&folder_of(path))
 }
 
 /// Synchronizes renamed and removed files of a folder to disk.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), OutputError> {
-    File::open(folder)
-        .and_then(|folder| folder.sync_all())
-        .map_err(|error| OutputError::io(folder, "synchronize", error))
+    files::sync_folder(folder).map_err(|error| OutputError::io(folder, "synchronize", error))
 }
 
 /// Checks that a file is complete and unchanged.

@@ -62,12 +62,18 @@ impl<'a> FieldStream<'a> {
         }
         Ok(offsets)
     }
+
+    /// Completes the datasets.
+    pub fn finish(&self) -> Result<(), OutputError> {
+        self.fields.iter().try_for_each(|(_, appended)| appended.finish(self.path))
+    }
 }
 
-/// A growing dataset, and the bytes and the offset of the part appended last.
+/// A growing dataset, the hash of its values, and the bytes and the offset of the part appended last.
 pub(super) struct Appended {
     pub dataset: Dataset,
     pub rows: usize,
+    hasher: blake3::Hasher,
     last: Option<(Vec<u8>, i64)>,
 }
 
@@ -85,7 +91,7 @@ impl Appended {
         } else {
             builder.chunk([chunk, components]).shape((0.., components)).create(name)
         };
-        Ok(Self { dataset: dataset.at(path)?, rows: 0, last: None })
+        Ok(Self { dataset: dataset.at(path)?, rows: 0, hasher: blake3::Hasher::new(), last: None })
     }
 
     fn of_kind(group: &Group, field: &StoredField, chunk: usize, path: &Path) -> Result<Self, OutputError> {
@@ -154,7 +160,13 @@ impl Appended {
                 self.dataset.write_slice(view, s![start..end, ..]).at(path)?;
             }
         }
+        hdf::add_to_hash(&mut self.hasher, data);
         self.rows = end;
         Ok(())
+    }
+
+    /// Completes the dataset.
+    pub fn finish(&self, path: &Path) -> Result<(), OutputError> {
+        hdf::complete(&self.dataset, &self.hasher, path)
     }
 }

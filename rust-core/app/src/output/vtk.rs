@@ -121,6 +121,8 @@ impl<'a> VtkWriter<'a> {
     /// Writes cells and steps.
     pub fn finish(self) -> Result<(), OutputError> {
         let (path, group) = (self.path, &self.group);
+        self.points.finish(path)?;
+        self.fields.finish()?;
         let each = self.cells.points() as i64;
         let mut parts: Vec<i64> = Vec::new();
         for step in &self.steps {

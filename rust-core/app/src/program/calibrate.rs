@@ -15,8 +15,8 @@ use crate::calibration::cohesive_beam::{
 use crate::calibration::elastic::ElasticCalibrationError;
 use crate::output::OutputError;
 use concordem_contact::law::{BendingTerm, Section};
-use concordem_scenario::schema::Scenario;
 use concordem_scenario::schema::quantity::{Density, Quantity, Stress};
+use concordem_scenario::schema::{Scenario, large};
 
 pub use elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
 
@@ -119,12 +119,12 @@ fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failu
 
 /// Text of the scenario with new values in the tables of its first material, with comments and order preserved.
 fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> Option<String> {
-    let mut document: toml_edit::DocumentMut = scenario.source.text.parse().ok()?;
+    let mut document: toml_edit::DocumentMut = large::protect(&scenario.source.text).parse().ok()?;
     for (law, key, new) in keys {
         let table = document.get_mut("material")?.get_mut(0)?.get_mut(law)?;
         replace(table.get_mut(key)?, new.clone())?;
     }
-    Some(document.to_string())
+    Some(large::restore(&document.to_string()))
 }
 
 /// Replaces a value and keeps its comments.

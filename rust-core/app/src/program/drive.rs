@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::Failure;
 use super::check::{count, seconds};
 use super::meter::Meter;
 use super::tables::{BondRows, Tables, bond_damage};
 use super::watch::Live;
+use super::{Failure, shell};
 use crate::output::{BondSnapshot, OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
 use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{Assembly, PackingCache, Sharpness, assemble_cached};
@@ -541,7 +541,7 @@ pub(super) fn scenario_instead(path: &Path) -> Result<(), Failure> {
     let remedy = if result.is_file() {
         format!("its result is {}", result.display())
     } else {
-        format!("run it first: concordem run {}", path.display())
+        format!("run it first: concordem run {}", shell::argument(path))
     };
     Err(Failure::NotText(format!("{} is a scenario, not a result; {remedy}", path.display())))
 }

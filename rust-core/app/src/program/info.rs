@@ -75,7 +75,11 @@ pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Resu
             facts.add(&format!("last {}", series.name), format!("{last}{unit}"));
         }
         if series.name == "stress" {
-            let peak = values.iter().copied().fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });
+            let peak = result
+                .history(&series.name)?
+                .iter()
+                .copied()
+                .fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });
             facts.add("peak stress", format!("{peak:.6e} Pa"));
         }
     }

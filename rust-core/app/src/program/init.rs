@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Console, Facts, Failure};
-use crate::output::OutputError;
-use crate::output::sealed::write_text;
+use super::{Console, Facts, Failure, shell};
+use crate::output::sealed::{write_new_text, write_text};
 use concordem_scenario::schema::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
 
 /// Arguments of `concordem init`.
@@ -59,9 +58,10 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
         if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == SWEPT).filter(|_| !beside.exists()) {
             write(&beside, scenario, false)?;
         }
-        console.tell(&format!("wrote {0} and {1}; next: concordem sweep {0}", path.display(), beside.display()));
+        let (file, beside) = (path.display(), beside.display());
+        console.tell(&format!("wrote {file} and {beside}; next: concordem sweep {}", shell::argument(&path)));
     } else {
-        console.tell(&format!("wrote {0}; next: concordem check {0}", path.display()));
+        console.tell(&format!("wrote {}; next: concordem check {}", path.display(), shell::argument(&path)));
     }
     Ok(())
 }
@@ -71,16 +71,7 @@ fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
     let named = template.name != SWEEP.name && path.with_file_name(SCHEMA).exists();
     let head = if named { format!("#:schema ./{SCHEMA}\n") } else { String::new() };
     let text = head + template.text;
-    let failed = |error| Failure::File { path: path.to_owned(), action: "write", error };
-    if force {
-        return Ok(write_text(path, &text)?);
-    }
-    let mut file =
-        std::fs::OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() }.into(),
-            _ => failed(error),
-        })?;
-    std::io::Write::write_all(&mut file, text.as_bytes()).map_err(failed)
+    Ok(if force { write_text(path, &text) } else { write_new_text(path, &text) }?)
 }
 
 /// Path to write: the given file, or the name of the template in the given folder.

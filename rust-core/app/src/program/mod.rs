@@ -24,6 +24,7 @@ mod resume;
 mod run;
 mod schema;
 mod settings;
+mod shell;
 mod sweep;
 mod tables;
 mod watch;

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::Failure;
-use crate::output::OutputError;
 use crate::output::checkpoint::{self, Checkpoint};
+use crate::output::{OutputError, ResultFile, RunHeader};
+use crate::report::Coverage;
 use concordem_scenario::assembly::Assembly;
 use concordem_scenario::assembly::restart::{Change, Continuation, RestartError, apply, check};
 use concordem_scenario::schema::Scenario;
@@ -21,7 +22,12 @@ pub(super) struct Origin {
     file: PathBuf,
     checkpoint: Checkpoint,
     changes: Vec<Change>,
+    /// Whether the loading goes on: its kind, its axis, and what strain and stress refer to are those of before.
+    same_test: bool,
 }
+
+/// Keys of a loading that say what strain and stress mean.
+const MEANING: [&str; 8] = ["", ".axis", ".about", ".across", ".area", ".gauge_length", ".span", ".inner_span"];
 
 impl Origin {
     /// Reads a result or a checkpoint, and compares its scenario with that of the new run.
@@ -29,7 +35,39 @@ impl Origin {
         let checkpoint = checkpoint::read(file)?;
         let before = Scenario::parse(&file.display().to_string(), &checkpoint.provenance)?;
         let changes = check(&before, scenario, Continuation::NewResult)?;
-        Ok(Self { file: std::path::absolute(file).unwrap_or_else(|_| file.to_owned()), checkpoint, changes })
+        let other = |change: &Change| change.key.strip_prefix("loading").is_some_and(|key| MEANING.contains(&key));
+        let same_test = !changes.iter().any(other);
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+        Ok(Self { file, checkpoint, changes, same_test })
+    }
+
+    /// Adds the records of the continued run to the description of the new one, so that its result covers the whole test. The last
+    /// record is left out: the new run begins with one at the same step.
+    ///
+    /// # Errors
+    /// The records cannot be read.
+    pub(super) fn add_records(&self, header: &mut RunHeader) -> Result<Coverage, Failure> {
+        let coverage = if self.same_test { self.copy_records(header)? } else { Coverage::OtherLoading };
+        header.provenance.push((Coverage::ENTRY.to_owned(), coverage.to_string()));
+        Ok(coverage)
+    }
+
+    fn copy_records(&self, header: &mut RunHeader) -> Result<Coverage, Failure> {
+        let result = match ResultFile::open(&self.file) {
+            Ok(result) => result,
+            // A checkpoint has no records.
+            Err(OutputError::Kind { .. }) => return Ok(Coverage::Unknown),
+            Err(error) => return Err(error.into()),
+        };
+        let coverage = Coverage::of(&result.provenance()?);
+        if coverage != Coverage::Unknown {
+            for series in result.series() {
+                let mut values = result.history(&series.name)?;
+                values.pop();
+                header.earlier.insert(series.name.clone(), values);
+            }
+        }
+        Ok(coverage)
     }
 
     /// Entries of the provenance.

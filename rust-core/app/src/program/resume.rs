@@ -7,10 +7,10 @@ use super::device::DeviceArguments;
 use super::drive::{Run, build_with, csv_path, result_path, write_csv};
 use super::meter::Meter;
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
-use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state, conclude};
+use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state, check_inputs, conclude};
 use super::settings::Settings;
 use super::watch::Live;
-use super::{Console, Failure, Work};
+use super::{Console, Failure, Work, shell};
 use crate::output::checkpoint::Checkpoint;
 use crate::output::sealed::target;
 use crate::output::{ResultFile, Resumed, RunFiles};
@@ -59,6 +59,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
     let changes = given.as_ref().map(|given| check(&first, given, Continuation::SameResult)).transpose()?;
     let changes = changes.unwrap_or_default();
     let scenario = given.filter(|_| !changes.is_empty()).unwrap_or(first);
+    check_inputs(&files.header().provenance, &scenario, &path)?;
     let device = arguments.device.open(&scenario)?;
     let origin = entry(CONTINUES).filter(|_| checkpoint.is_none()).map(|from| (from, entry(CONTINUED_HASH)));
     let edited = entry(CHANGED_LATER).is_some() || !changes.is_empty();
@@ -141,10 +142,11 @@ fn finished(
     if !changed.is_empty() {
         return Err(Failure::Usage(format!(
             "{0} is finished, and the scenario has changed since ({1}). To continue from its end with a new result: concordem \
-             run {2} --from {0} --output NEW.h5",
+             run {2} --from {3} --output NEW.h5",
             path.display(),
             listed(&changed),
-            given.map_or("SCENARIO.toml", |given| &given.source.name),
+            given.map_or_else(|| "SCENARIO.toml".into(), |given| shell::argument(Path::new(&*given.source.name))),
+            shell::argument(path),
         )));
     }
     if scenario.output.csv && !csv_path(path).exists() {

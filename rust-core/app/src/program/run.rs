@@ -1,5 +1,7 @@
 //! `concordem run`: run a scenario from the start.
 
+use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -8,14 +10,16 @@ use super::drive::{Outcome, Run, build_with, check_result_name, csv_path, result
 use super::meter::Meter;
 use super::restart::Origin;
 use super::settings::Settings;
+use super::shell;
 use super::watch::Live;
 use super::{Console, Facts, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::sealed::target;
 use crate::output::{OperatorTable, OutputError, ResultFile, RunFiles, RunHeader, SeriesColumn};
-use crate::report::{SPECIMEN_LENGTH, summary};
+use crate::report::{Coverage, SPECIMEN_LENGTH, summary};
 use concordem_scenario::assembly::Sharpness;
+use concordem_scenario::files::open_regular;
 use concordem_scenario::sampling::{SampledQuantity, ScheduledOperator};
 use concordem_scenario::schedule::{Record, Simulation};
 use concordem_scenario::schema::Scenario;
@@ -86,9 +90,14 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
             header.provenance.push((SPECIMEN_LENGTH.to_owned(), format!("{length:e}")));
         }
         header.provenance.extend(arguments.settings.entries(&Settings::default()));
+        header.provenance.extend(inputs(&scenario)?.into_iter().map(|(name, _, hash)| (name, hash)));
         let initial_positions = assembly.state.particles.position.clone();
         if let Some(origin) = origin {
             header.provenance.extend(origin.provenance());
+            let coverage = origin.add_records(&mut header)?;
+            if coverage != Coverage::Whole && !arguments.work.quiet {
+                console.tell(&format!("note: {coverage}"));
+            }
             origin.apply(&mut assembly, &scenario)?;
         }
         let live = Live::begin(arguments.watch, &scenario.title, &initial_positions, &assembly.state, console)?;
@@ -120,7 +129,7 @@ pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>)
         }
         Outcome::Interrupted { path, step } => Err(Failure::Interrupted(format!(
             "interrupted at step {step}; continue with: concordem resume {}",
-            path.display()
+            shell::argument(&path)
         ))),
     }
 }
@@ -152,6 +161,42 @@ pub(super) fn check_initial_state(
 
 /// Name of the provenance entry with the hash of the state before the first step.
 pub(super) const INITIAL_HASH: &str = "initial_state_hash";
+/// Beginning of the names of provenance entries with the hashes of the files that a scenario names; the key follows.
+const INPUT: &str = "input_";
+
+/// Hash of each file that the scenario names.
+fn inputs(scenario: &Scenario) -> Result<Vec<(String, PathBuf, String)>, Failure> {
+    let folder = scenario.directory();
+    let entry = |(key, file): (String, &str)| {
+        let path = folder.join(file);
+        let bytes = open_regular(&path).and_then(|mut file| {
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes).map(|_| bytes)
+        });
+        let bytes = bytes.map_err(|error| Failure::File { path: path.clone(), action: "read", error })?;
+        Ok((format!("{INPUT}{key}"), path, blake3::hash(&bytes).to_hex().to_string()))
+    };
+    scenario.files().into_iter().map(entry).collect()
+}
+
+/// Fails if a file that the scenario names differs from that at the start of its run, whose `provenance` has the hashes. The state
+/// does not show all of them: a motion that is read while the run goes on is not in it.
+pub(super) fn check_inputs(provenance: &[(String, String)], scenario: &Scenario, result: &Path) -> Result<(), Failure> {
+    for (name, path, now) in inputs(scenario)? {
+        let then = provenance.iter().find(|(other, _)| *other == name).map(|(_, hash)| hash);
+        if then.is_some_and(|then| *then != now) {
+            return Err(Failure::Usage(format!(
+                "{} cannot be resumed: {} ({}) has changed since the start of the run. Bring the file back as it was, or run the \
+                 scenario again with --force.",
+                result.display(),
+                path.display(),
+                &name[INPUT.len()..]
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Name of the provenance entry with the scenario's file.
 pub(super) const SCENARIO_FILE: &str = "scenario_file";
 
@@ -179,6 +224,7 @@ fn header(
             .map(|column| SeriesColumn::new(column.name, column.unit, column.description.trim()))
             .collect(),
         operators: operators.iter().map(operator_table).collect(),
+        earlier: BTreeMap::new(),
     })
 }
 

@@ -46,7 +46,7 @@ pub(super) fn section(runs: &[Run], reference: &ReferenceFigures) -> String {
                 name: run.name.clone(),
                 color: run.color,
                 style: Style::Line,
-                points: run.strain.iter().zip(&run.stress).map(|(e, s)| (e * 1e3, s * 1e-6)).collect(),
+                points: run.history.strain.iter().zip(&run.history.stress).map(|(e, s)| (e * 1e3, s * 1e-6)).collect(),
                 in_legend: true,
                 marks_peak: true,
             })

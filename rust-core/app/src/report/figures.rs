@@ -15,7 +15,7 @@ pub struct CurveFigures {
     /// Tension or compression.
     pub sense: Sense,
     /// Young's modulus E, Pa: slope of a straight line fitted to the beginning of the curve (least squares, with
-    /// intercept), from the first sample to the last one before the stress first exceeds [`FITTED_SHARE`] of its peak.
+    /// intercept), from the first sample to the last one before the stress first exceeds [`FITTED_SHARE`] of its peak in this sense.
     /// `None` with fewer than three samples.
     pub modulus: Option<f64>,
     /// The same, using the strain of the middle half of the specimen, if measured.
@@ -46,8 +46,18 @@ impl CurveFigures {
         if peak_stress == 0.0 {
             return None;
         }
-        let limit = FITTED_SHARE * peak_stress.abs();
-        let straight = samples.iter().take_while(|(_, stress)| stress.abs() <= limit).count();
+        // A specimen that is pulled beyond its peak and then pressed is straight up to a share of the first peak, which is the smaller one.
+        // A sense counts where strain and stress agree: a specimen that springs back as it breaks has no other peak.
+        let of_sense = |sign: f64| {
+            let agree = samples.iter().filter(|(strain, stress)| strain * sign > 0.0 && stress * sign > 0.0);
+            agree.fold(0.0_f64, |most, (_, stress)| most.max(stress.abs()))
+        };
+        let peaks = [of_sense(1.0), of_sense(-1.0)];
+        let is_straight = |&(strain, stress): &(f64, f64)| {
+            let own = if strain * stress > 0.0 { peaks[usize::from(stress < 0.0)] } else { peak_stress.abs() };
+            stress.abs() <= FITTED_SHARE * own
+        };
+        let straight = samples.iter().take_while(|sample| is_straight(sample)).count();
         Some(Self {
             sense: if peak_stress > 0.0 { Sense::Tension } else { Sense::Compression },
             modulus: slope(&samples[..straight]),
@@ -271,6 +281,28 @@ mod tests {
         assert_eq!(mirrored.sense, Sense::Compression);
         assert_eq!(mirrored.modulus, figures.modulus);
         assert_eq!(mirrored.peak_stress, -figures.peak_stress);
+    }
+
+    /// Pulled beyond the peak and then pressed: E is that of the first loading, whose peak is a tenth of the other.
+    #[test]
+    fn the_modulus_is_that_of_the_first_loading() {
+        let pulled = (0..=40).map(|k| f64::from(k) * 1e-5);
+        let pulled: Vec<(f64, f64)> =
+            pulled.map(|e| (e, if e <= 1.5e-4 { 20e9 * e } else { 3e6 - 10e9 * (e - 1.5e-4) })).collect();
+        let pressed = (1..=240).map(|k| 4e-4 - f64::from(k) * 1e-5);
+        let whole = pulled.iter().copied().chain(pressed.map(|e| (e, 0.5e6 + 15e9 * (e - 4e-4))));
+        let (strain, stress): (Vec<f64>, Vec<f64>) = whole.unzip();
+        let figures = CurveFigures::of(&strain, &stress).unwrap();
+        assert_eq!((figures.sense, figures.fitted), (Sense::Compression, 5));
+        assert!((figures.modulus.unwrap() / 20e9 - 1.0).abs() < 1e-14, "{figures:?}");
+        let mirror = |values: &[f64]| values.iter().map(|x| -x).collect::<Vec<f64>>();
+        let mirrored = CurveFigures::of(&mirror(&strain), &mirror(&stress)).unwrap();
+        assert_eq!((mirrored.sense, mirrored.modulus, mirrored.fitted), (Sense::Tension, figures.modulus, 5));
+        // A specimen that breaks and springs back while it is still stretched has one peak only.
+        let (strain, stress): (Vec<f64>, Vec<f64>) =
+            pulled.iter().map(|(e, s)| (*e, if *e < 1.55e-4 { *s } else { -0.1e6 })).unzip();
+        let broken = CurveFigures::of(&strain, &stress).unwrap();
+        assert_eq!((broken.sense, broken.fitted), (Sense::Tension, 5));
     }
 
     #[test]

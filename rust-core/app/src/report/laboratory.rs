@@ -184,7 +184,7 @@ pub(super) fn section(runs: &[Run]) -> String {
     let mut html = String::new();
     for run in runs {
         for (symbol, name, unit, value) in
-            run.test.map_or_else(Vec::new, |test| test.rows(&run.strain, &run.stress, run.length))
+            run.test.map_or_else(Vec::new, |test| test.rows(&run.history.strain, &run.history.stress, run.length))
         {
             let _ = writeln!(
                 html,

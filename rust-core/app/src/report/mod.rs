@@ -4,6 +4,7 @@
 //! balance, and the provenance of the numbers. It needs no other file and no network.
 
 mod chart;
+mod coverage;
 mod cracks;
 mod curves;
 mod energy;
@@ -29,6 +30,7 @@ use std::path::Path;
 use crate::output::{OutputError, ResultFile, sealed};
 use crate::provenance::PROGRAM;
 use concordem_scenario::schema::Scenario;
+pub(crate) use coverage::Coverage;
 pub(crate) use cracks::base64;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
@@ -48,8 +50,11 @@ struct Run<'a> {
     file: &'a ResultFile,
     name: String,
     title: String,
+    /// Of all records of this result.
     strain: Vec<f64>,
-    stress: Vec<f64>,
+    /// The curve from the start of the test on, also through the runs before.
+    history: History,
+    coverage: Coverage,
     figures: Option<CurveFigures>,
     /// Standard test of the scenario; `None` for other loadings and unreadable scenarios.
     test: Option<Test>,
@@ -58,6 +63,12 @@ struct Run<'a> {
     /// Length that strains refer to, m, if the result has it.
     length: Option<f64>,
     color: &'static str,
+}
+
+/// A curve of strain and stress, Pa.
+struct History {
+    strain: Vec<f64>,
+    stress: Vec<f64>,
 }
 
 /// Writes the page about `inputs` to `out`, replacing an existing file.
@@ -97,7 +108,9 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
 impl<'a> Run<'a> {
     fn new(file: &'a ResultFile, k: usize) -> Result<Self, OutputError> {
         let strain = file.samples("strain")?;
-        let stress = file.samples("stress")?;
+        let history = History { strain: file.history("strain")?, stress: file.history("stress")? };
+        let provenance = file.provenance()?;
+        let coverage = Coverage::of(&provenance);
         let name = file.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let scenario = Scenario::parse("scenario", &file.scenario()?).ok();
         let test = scenario.as_ref().and_then(Test::of);
@@ -107,15 +120,16 @@ impl<'a> Run<'a> {
             .and_then(|scenario| Some(scenario.get("title")?.as_str()?.to_owned()))
             .unwrap_or_default();
         let figures = if file.has_series("gauge_strain") {
-            CurveFigures::with_gauge(&strain, &file.samples("gauge_strain")?, &stress)
+            CurveFigures::with_gauge(&history.strain, &file.history("gauge_strain")?, &history.stress)
         } else {
-            CurveFigures::of(&strain, &stress)
+            CurveFigures::of(&history.strain, &history.stress)
         };
-        let provenance = file.provenance()?;
+        // The peak may lie before the first record.
+        let (figures, test) = if coverage == Coverage::Unknown { (None, None) } else { (figures, test) };
         let length =
             provenance.iter().find(|(name, _)| name == SPECIMEN_LENGTH).and_then(|(_, value)| value.parse().ok());
         let color = RUN_COLORS[k % RUN_COLORS.len()];
-        Ok(Self { file, name, title, figures, test, meaning, length, strain, stress, color })
+        Ok(Self { file, name, title, figures, test, meaning, length, strain, history, coverage, color })
     }
 
     /// The slope at the beginning of the curve, Pa, where it is a modulus.
@@ -142,9 +156,11 @@ fn page_title(runs: &[Run]) -> String {
 
 fn heading(runs: &[Run]) -> String {
     let files: Vec<String> = runs.iter().map(|run| format!("<code>{}</code>", escape(&run.name))).collect();
+    let note = |run: &Run| Some(format!("<p>Records of {}: {}.</p>\n", escape(&run.name), run.coverage.note()?));
     format!(
-        "<h1>{}</h1>\n<p class=\"quiet\">Results {}, computed by {PROGRAM}. Tension is positive.</p>\n",
+        "<h1>{}</h1>\n<p class=\"quiet\">Results {}, computed by {PROGRAM}. Tension is positive.</p>\n{}",
         escape(&page_title(runs)),
         files.join(", "),
+        runs.iter().filter_map(note).collect::<String>(),
     )
 }

@@ -154,9 +154,9 @@ impl Family {
         let mut families: Vec<Self> = Vec::new();
         for run in runs {
             let Some(Test::Flexure(beam)) = run.test else { continue };
-            let strength = run.stress.iter().copied().fold(0.0, f64::max);
+            let strength = run.history.stress.iter().copied().fold(0.0, f64::max);
             // What still rises has no strength yet.
-            if strength <= 0.0 || run.stress.last().is_some_and(|last| *last >= strength) {
+            if strength <= 0.0 || run.history.stress.last().is_some_and(|last| *last >= strength) {
                 continue;
             }
             let Some(recipe) = recipe(run, &beam) else { continue };

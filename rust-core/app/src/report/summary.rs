@@ -46,16 +46,19 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
         // A specimen that a membrane or walls enclose has neither E nor f_t or f_c.
         let (symbol, name) = run.meaning.largest(figures.sense == Sense::Tension);
         let name = if free { String::new() } else { format!(", {name}") };
-        let end = run.stress.last().copied().unwrap_or(0.0) / figures.peak_stress;
+        let end = run.history.stress.last().copied().unwrap_or(0.0) / figures.peak_stress;
         // A stress that is still the largest at the end is no strength.
         let note = if end > STILL_RISING { "; the stress still rises at the end of the run" } else { "" };
         let strain = number(figures.peak_strain * 1e3);
         add(symbol, format!("{} MPa at a strain of {strain} ‰{name}{note}", number(figures.peak_stress.abs() * 1e-6)));
     }
     if let Some(test) = run.test {
-        for (symbol, name, unit, value) in test.rows(&run.strain, &run.stress, run.length) {
+        for (symbol, name, unit, value) in test.rows(&run.history.strain, &run.history.stress, run.length) {
             add(symbol, format!("{} {unit}, {name}", number(value)));
         }
+    }
+    if let Some(note) = run.coverage.note() {
+        add("records", note);
     }
     Ok(properties)
 }

@@ -1,5 +1,6 @@
 //! Pages about synthetic results.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::cracks::{base64, share_of_scale};
@@ -50,6 +51,7 @@ fn synthetic_run(path: &Path, peak_stress: f64, peak_strain: f64, scenario: Stri
         provenance: vec![("threads".into(), "2".into()), ("time_step".into(), "2.4787e-7 s".into())],
         series: NAMES.map(|name| SeriesColumn::new(name, "1", "")).to_vec(),
         operators: vec![],
+        earlier: BTreeMap::new(),
     };
     let mut files = RunFiles::create(path, header, false).unwrap();
     let modulus = 27e9 * peak_stress.signum();
@@ -212,7 +214,13 @@ fn a_result_without_a_specimen_is_not_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.h5");
     let series = ["strain", "stress"].map(|name| SeriesColumn::new(name, "1", "")).to_vec();
-    let header = RunHeader { scenario: "not even TOML =".into(), provenance: vec![], series, operators: vec![] };
+    let header = RunHeader {
+        scenario: "not even TOML =".into(),
+        provenance: vec![],
+        series,
+        operators: vec![],
+        earlier: BTreeMap::new(),
+    };
     RunFiles::create(&path, header, false).unwrap().finish(&Nothing, &Nothing).unwrap();
     let empty = page(&[ResultFile::open(&path).unwrap()], &ReferenceFigures::none(None, None)).unwrap();
     assert!(empty.contains("No bond reached the damage") && !empty.contains("Energy balance"));

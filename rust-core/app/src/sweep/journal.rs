@@ -66,8 +66,12 @@ impl Journal {
         let head = format!("{MAGIC} {fingerprint}");
         let mut lines = text.split('\n');
         let mut known = BTreeMap::new();
-        if bytes.is_empty() {
-            writeln!(file, "{head}").and_then(|()| file.sync_all()).map_err(failed("write"))?;
+        if !text.contains('\n') && head.starts_with(&*text) {
+            // New, or cut off while its first line was written.
+            file.set_len(0).map_err(failed("write"))?;
+            file.write_all(format!("{head}\n").as_bytes()).and_then(|()| file.sync_all()).map_err(failed("write"))?;
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            concordem_scenario::files::sync_folder(folder).map_err(failed("write"))?;
         } else if lines.next() != Some(&head) {
             return Err(JournalError::Other { path: path.to_owned() });
         } else {
@@ -86,7 +90,7 @@ impl Journal {
     /// The operating system reports an error.
     pub fn add(&mut self, point: usize, outcome: &Outcome) -> io::Result<()> {
         let line = content(point, outcome);
-        writeln!(self.file, "{line} {}", mark(&line)).and_then(|()| self.file.sync_data())
+        self.file.write_all(format!("{line} {}\n", mark(&line)).as_bytes()).and_then(|()| self.file.sync_data())
     }
 }
 
@@ -152,5 +156,13 @@ mod tests {
             assert!(Journal::open(&path, "f").unwrap().1.contains_key(&9), "cut at {length}");
         }
         assert!(matches!(Journal::open(&path, "g"), Err(JournalError::Other { .. })));
+        // The first line is written again if it was cut off.
+        for length in 0..MAGIC.len() + 2 {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            let (mut journal, known) = Journal::open(&path, "f").unwrap();
+            assert!(known.is_empty(), "cut at {length}");
+            journal.add(9, &outcome).unwrap();
+            assert!(Journal::open(&path, "f").unwrap().1.contains_key(&9), "cut at {length}");
+        }
     }
 }

@@ -32,7 +32,9 @@ use serde::Deserialize;
 pub use axis::Axis;
 use axis::{WrittenAxis, set};
 use concordem_scenario::checks::read_text;
-use concordem_scenario::schema::{Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Setting, Source};
+use concordem_scenario::schema::{
+    Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Setting, Source, large,
+};
 use point::{MOST_RESULTS, Study};
 use results::{DEFAULT, RunResult};
 pub use schema::schema;
@@ -168,7 +170,7 @@ impl Sweep {
         let first = Scenario::parse(&scenario.display().to_string(), &scenario_text)?;
         let (results, wrong_results) = results_of(&written, &first);
         problems.extend(list(wrong_results));
-        let base: toml::Table = toml::from_str(&scenario_text)
+        let base: toml::Table = toml::from_str(&large::protect(&scenario_text))
             .map_err(|error| wrong(vec![problem(ProblemKind::Syntax, "scenario".into(), error.to_string(), "")]))?;
         let (axes, wrong_axes) = resolve(written.axes, &base);
         problems.extend(list(wrong_axes));
@@ -222,7 +224,7 @@ impl Sweep {
                 let _ = set(&mut table, key, value.clone());
             }
         }
-        Scenario::parse(&self.scenario.display().to_string(), &table.to_string())
+        Scenario::parse(&self.scenario.display().to_string(), &large::restore(&table.to_string()))
     }
 
     /// Checks that every point is a valid scenario, for elastic constants of a bonded periodic cell; collects the files that they read.

@@ -101,14 +101,10 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
     hdf5::silence_errors(true);
     let path = &files::target(path).map_err(|error| error.to_string())?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-    let temporary = tempfile::Builder::new()
-        .prefix(".spheres")
-        .suffix(".h5")
-        .tempfile_in(folder)
-        .map_err(|error| error.to_string())?
-        .into_temp_path();
+    let unfinished = files::new_unfinished(folder).map_err(|error| error.to_string())?;
+    let temporary = unfinished.path();
     let fill = || -> hdf5::Result<()> {
-        let file = options().create(&temporary)?;
+        let file = options().create(temporary)?;
         let kind: hdf5::types::VarLenUnicode = "sphere pack".parse().unwrap_or_default();
         file.new_attr::<hdf5::types::VarLenUnicode>().create(KIND)?.write_scalar(&kind)?;
         let positions: Vec<[f64; 3]> = packing.spheres.iter().map(|s| s.position.into()).collect();
@@ -127,12 +123,29 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
         for dataset in with_unit {
             let unit: hdf5::types::VarLenUnicode = "m".parse().unwrap_or_default();
             dataset.new_attr::<hdf5::types::VarLenUnicode>().create("unit")?.write_scalar(&unit)?;
+            // Dropping a dataset writes what the library still holds back, and reports no errors.
+            dataset.flush()?;
         }
+        file.flush()?;
         file.close()
     };
     fill().map_err(|error| error.to_string())?;
-    seal::append(&temporary).map_err(|error| error.to_string())?;
-    temporary.persist(path).map_err(|error| error.to_string())
+    seal::append(temporary).map_err(|error| error.to_string())?;
+    if !is_same(&read(temporary)?, packing) {
+        return Err("what was written, read back, differs: the disk or the file system lost it".to_owned());
+    }
+    files::put_in_place(unfinished, path).map_err(|error| error.to_string())?;
+    files::sync_folder(folder).map_err(|error| error.to_string())
+}
+
+/// Whether two packings have equal bits.
+fn is_same(one: &Packing, other: &Packing) -> bool {
+    let bits = |packing: &Packing| -> Vec<u64> {
+        let spheres = packing.spheres.iter().flat_map(|s| [s.position.x, s.position.y, s.position.z, s.radius]);
+        let edges = packing.cell.iter().flat_map(|cell| cell.matrix.iter().copied());
+        spheres.chain(edges).map(f64::to_bits).collect()
+    };
+    bits(one) == bits(other)
 }
 
 #[cfg(test)]

@@ -33,6 +33,7 @@ mod document;
 mod error;
 mod fibers;
 mod history;
+pub mod large;
 mod material;
 mod membrane;
 mod motion;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::large::{protect, protect_value, restore};
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, Value};
 
 /// A key with its value, which replaces or adds a key of a scenario.
@@ -54,7 +55,7 @@ impl Setting {
         if key.is_empty() || value.is_empty() {
             return Err("write a key and a value: packing.radius=\"2 mm\"".to_owned());
         }
-        let is_toml = value.parse::<Value>().is_ok();
+        let is_toml = protect_value(value).parse::<Value>().is_ok();
         let value = if is_toml { value.to_owned() } else { Value::from(value).to_string() };
         Ok(Self { key: key.to_owned(), value, given: text.to_owned() })
     }
@@ -82,14 +83,15 @@ impl Setting {
     /// Like [`Self::apply`]; also the settings with keys as problems name them: `material[0].density` for `material.density` and
     /// `material[concrete].density`.
     pub(crate) fn apply_located(text: &str, settings: &[Self]) -> Result<(String, Vec<Self>), String> {
-        let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| error.to_string())?;
+        let mut document: DocumentMut =
+            protect(text).parse().map_err(|error: toml_edit::TomlError| error.to_string())?;
         let mut located = Vec::new();
         for setting in settings {
             let key = setting.put(document.as_table_mut());
             let key = key.map_err(|problem| format!("--set {}: {problem}", setting.given))?;
             located.push(Self { key, ..setting.clone() });
         }
-        Ok((document.to_string(), located))
+        Ok((restore(&document.to_string()), located))
     }
 
     fn steps(&self) -> Vec<Step<'_>> {
@@ -108,7 +110,8 @@ impl Setting {
 
     /// Puts the value into a document; returns the key with the number of every item.
     fn put(&self, root: &mut Table) -> Result<String, String> {
-        let value: Value = self.value.parse().map_err(|error: toml_edit::TomlError| error.message().to_owned())?;
+        let value: Value =
+            protect_value(&self.value).parse().map_err(|error: toml_edit::TomlError| error.message().to_owned())?;
         let steps = self.steps();
         let mut place = Place::Table(root);
         let mut path = String::new();
@@ -316,6 +319,16 @@ mod tests {
             .replace("0, 0, 0, 1", "0, 0, 0, 0.5")
             + "\n[output]\ncsv = true\n\n[stop]\nstrain = 1e-3\n";
         assert_eq!(text, expected);
+    }
+
+    /// Seeds may have 64 bits.
+    #[test]
+    fn large_integers_stay_and_are_set() {
+        let text = "seed = 18446744073709551615\nradius = 1\n";
+        let set = |setting: &str| Setting::apply(text, &[Setting::parse(setting).unwrap()]).unwrap();
+        assert_eq!(set("radius=2"), "seed = 18446744073709551615\nradius = 2\n");
+        assert_eq!(set("seed=9223372036854775808"), "seed = 9223372036854775808\nradius = 1\n");
+        assert_eq!(set("seeds=[9223372036854775808]"), format!("{text}seeds = [9223372036854775808]\n"));
     }
 
     /// A table is replaced as a whole, and so is a list of tables.

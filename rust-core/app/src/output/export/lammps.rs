@@ -1,17 +1,18 @@
 //! Export for OVITO and LAMMPS: a data file with the first snapshot and its bonds, a dump with the particles of all snapshots, and a local
 //! dump with the bonds of all snapshots; a script of OVITO that shows them. Ids count from 1. A periodic cell is the box of LAMMPS.
 
+use std::ffi::OsStr;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
 use super::bonds::AllLines;
+use super::script::{filled, literal};
 use super::{Exported, beside, free, name_of, particles_of};
 use crate::output::error::OutputError;
 use crate::output::frames::{Frame, Frames};
 use crate::output::result::ResultFile;
 use crate::output::run_files::StoredField;
-use crate::output::sealed;
+use crate::output::sealed::{self, TextFile};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnData;
 
@@ -28,13 +29,13 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
     let frames = particles_of(result)?;
     let lines = AllLines::of(result)?;
     let surroundings = Surroundings::of(result, &frames)?;
-    let mut file = Sink::create(&dump)?;
+    let mut file = TextFile::create(&dump)?;
     for k in 0..frames.len() {
         let frame = frames.read(k)?;
         file.put(&particles_dump(&frame, surroundings.region(frame.cell)))?;
     }
     file.finish()?;
-    let mut file = Sink::create(&bonds)?;
+    let mut file = TextFile::create(&bonds)?;
     let mut first: Vec<[u32; 2]> = Vec::new();
     let mut columns: Vec<String> = Vec::new();
     let any = lines.for_each(result, &mut |lines| {
@@ -44,7 +45,7 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
         let mut text = head("ENTRIES", lines.step, lines.ids.len(), surroundings.region(lines.cell));
         let fields: Vec<&StoredField> = lines.fields.iter().filter(|field| field.column.components == 1).collect();
         let names: Vec<&str> = fields.iter().map(|field| &field.name[..]).collect();
-        columns = names.iter().map(|name| format!("{name:?}")).collect();
+        columns = names.iter().map(|name| literal(OsStr::new(name))).collect();
         let _ = writeln!(text, "ITEM: ENTRIES batom1 batom2 {}", names.join(" "));
         for (row, [a, b]) in lines.ids.iter().enumerate() {
             let _ = write!(text, "{} {}", a + 1, b + 1);
@@ -55,48 +56,28 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
         }
         file.put(&text)
     })?;
-    file.finish()?;
-    let mut file = Sink::create(&data)?;
+    if any {
+        file.finish()?;
+    }
+    let mut file = TextFile::create(&data)?;
     let frame = frames.read(0)?;
     file.put(&data_file(&frame, &first, density(result), surroundings.region(frame.cell)))?;
     file.finish()?;
     let mut files = vec![data, dump];
     if any {
         files.push(bonds.clone());
-    } else {
-        std::fs::remove_file(&bonds).map_err(|error| OutputError::io(&bonds, "remove", error))?;
     }
-    let text = SCRIPT
-        .replace("PERIODIC", if frame.cell.is_some() { "True" } else { "False" })
-        .replace("DATA", &name_of(&files[0]))
-        .replace("PARTICLES", &name_of(&files[1]))
-        .replace("BONDS", &if any { name_of(&bonds) } else { String::new() })
-        .replace("COLUMNS", &columns.join(", "))
-        .replace("STEM", &name_of(stem));
-    sealed::write_text(&script, &text)?;
+    let values = [
+        ("PERIODIC", if frame.cell.is_some() { "True" } else { "False" }.to_owned()),
+        ("DATA", literal(name_of(&files[0]))),
+        ("PARTICLES", literal(name_of(&files[1]))),
+        ("BONDS", literal(if any { name_of(&bonds) } else { OsStr::new("") })),
+        ("COLUMNS", columns.join(", ")),
+        ("SCENE", literal(name_of(&beside(stem, ".ovito")))),
+    ];
+    sealed::write_text(&script, &filled(SCRIPT, &values))?;
     files.push(script);
     Ok(Exported { files, snapshots: frames.len(), only_final_bonds: any && lines.are_final() })
-}
-
-/// A text file that is written in parts.
-struct Sink<'a> {
-    path: &'a Path,
-    file: std::io::BufWriter<std::fs::File>,
-}
-
-impl<'a> Sink<'a> {
-    fn create(path: &'a Path) -> Result<Self, OutputError> {
-        let file = std::fs::File::create(path).map_err(|error| OutputError::io(path, "create", error))?;
-        Ok(Self { path, file: std::io::BufWriter::new(file) })
-    }
-
-    fn put(&mut self, text: &str) -> Result<(), OutputError> {
-        self.file.write_all(text.as_bytes()).map_err(|error| OutputError::io(self.path, "write", error))
-    }
-
-    fn finish(mut self) -> Result<(), OutputError> {
-        self.file.flush().map_err(|error| OutputError::io(self.path, "write", error))
-    }
 }
 
 /// Lowest and highest coordinate along x, y, z.

@@ -4,8 +4,10 @@ mod bonds;
 mod cracks;
 mod heat_network;
 mod lammps;
+mod script;
 mod vtk;
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
@@ -35,8 +37,8 @@ fn beside(stem: &Path, ending: &str) -> PathBuf {
 }
 
 /// The name of a file without its folder.
-fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+fn name_of(path: &Path) -> &OsStr {
+    path.file_name().unwrap_or_default()
 }
 
 /// Refuses to overwrite files.

@@ -38,7 +38,7 @@ except NameError:  # ParaView's shell does not set __file__.
 
 view = GetActiveViewOrCreate("RenderView")
 
-particles = OpenDataFile(os.path.join(here, "PARTICLES"))
+particles = OpenDataFile(os.path.join(here, @PARTICLES@))
 UpdatePipeline()
 shown = Show(particles, view)
 shown.SetRepresentationType("Point Gaussian")
@@ -50,8 +50,8 @@ shown.GaussianRadius = 1.0
 shown.Opacity = 0.15
 color(shown, "POINTS", "damage")
 
-if "BONDS":
-    bonds = OpenDataFile(os.path.join(here, "BONDS"))
+if @BONDS@:
+    bonds = OpenDataFile(os.path.join(here, @BONDS@))
     UpdatePipeline()
     lines = Show(bonds, view)
     lines.SetRepresentationType("Wireframe")

@@ -1,8 +1,10 @@
 //! Export for VTK, ParaView, and pyvista: one file with the particles, one with the bonds, and a macro of ParaView.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use super::bonds::AllLines;
+use super::script::{filled, literal};
 use super::{Exported, beside, free, name_of, particles_of};
 use crate::output::error::OutputError;
 use crate::output::result::ResultFile;
@@ -47,10 +49,11 @@ pub fn write(result: &ResultFile, stem: &Path, overwrite: bool) -> Result<Export
     } else {
         std::fs::remove_file(&bonds).map_err(|error| OutputError::io(&bonds, "remove", error))?;
     }
-    let text = MACRO
-        .replace("PARTICLES", &name_of(&particles))
-        .replace("BONDS", &if any { name_of(&bonds) } else { String::new() });
-    sealed::write_text(&script, &text)?;
+    let values = [
+        ("PARTICLES", literal(name_of(&particles))),
+        ("BONDS", literal(if any { name_of(&bonds) } else { OsStr::new("") })),
+    ];
+    sealed::write_text(&script, &filled(MACRO, &values))?;
     files.push(script);
     Ok(Exported { files, snapshots: frames.len(), only_final_bonds: any && lines.are_final() })
 }

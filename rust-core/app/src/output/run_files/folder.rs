@@ -11,6 +11,7 @@ use crate::output::checkpoint::{self, Checkpoint};
 use crate::output::error::OutputError;
 use crate::output::hdf::{self, kind};
 use crate::output::sealed;
+use concordem_scenario::files::UNFINISHED;
 
 /// Working folder of the run whose result is `path`.
 pub fn parts_folder(path: &Path) -> PathBuf {
@@ -53,6 +54,8 @@ pub(super) fn remove_folder(path: &Path) -> Result<(), OutputError> {
 
 /// Removes what remains of the working folder of a finished run.
 pub(super) fn cleared(parts: &Path) -> Result<Resumed, OutputError> {
+    // The process may have ended before the name of the result was on the disk.
+    sealed::sync_folder(&sealed::folder_of(parts))?;
     remove_folder(parts)?;
     Ok(Resumed::Finished)
 }
@@ -163,34 +166,38 @@ pub(super) fn check_own(parts: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Prefix of the names of incomplete files and folders.
-pub(in crate::output) const UNFINISHED: &str = ".unfinished-";
-/// Leftovers must be older than this: another process may not yet have locked a file or folder that it just created.
+/// Leftovers without content must be older than this: another process may not yet have locked a file or folder that it just created.
 const YOUNGEST_LEFTOVER: Duration = Duration::from_secs(60);
 
 /// Removes incomplete files and folders of killed processes from the folder of a result. Running processes hold locks
-/// on theirs.
+/// on theirs, which they take before they write into them.
 ///
 /// Failures are ignored, because leftovers are harmless.
-pub(super) fn sweep_leftovers(folder: &Path) {
+pub(in crate::output) fn sweep_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let path = entry.path();
-        let old = |path: &Path| {
-            let age = fs::symlink_metadata(path).and_then(|data| data.modified()).map(|then| then.elapsed());
-            matches!(age, Ok(Ok(age)) if age >= YOUNGEST_LEFTOVER)
-        };
-        let left = entry.file_name().as_encoded_bytes().starts_with(UNFINISHED.as_bytes());
-        let Some(kind) = entry.file_type().ok().filter(|_| left && old(&path)) else { continue };
-        if kind.is_dir() {
+        if !entry.file_name().as_encoded_bytes().starts_with(UNFINISHED.as_bytes()) {
+            continue;
+        }
+        let Ok(data) = fs::symlink_metadata(&path) else { continue };
+        if data.is_dir() {
             let lock = path.join("lock");
-            if !lock.exists() || is_free(&lock) {
+            let is_written = fs::read_dir(&path)
+                .is_ok_and(|mut all| all.any(|entry| entry.is_ok_and(|entry| entry.file_name() != "lock")));
+            if (is_written || is_old(&data)) && (!lock.exists() || is_free(&lock)) {
                 let _ = fs::remove_dir_all(&path);
             }
-        } else if kind.is_file() && is_free(&path) {
+        } else if data.is_file() && (data.len() > 0 || is_old(&data)) && is_free(&path) {
             let _ = fs::remove_file(&path);
         }
     }
+}
+
+/// Whether a file was changed more than [`YOUNGEST_LEFTOVER`] ago, or as far in the future: the clock was set back.
+fn is_old(data: &fs::Metadata) -> bool {
+    let age = data.modified().map(|then| then.elapsed().unwrap_or_else(|ahead| ahead.duration()));
+    age.is_ok_and(|age| age >= YOUNGEST_LEFTOVER)
 }
 
 /// Whether no running process holds the lock on a file.

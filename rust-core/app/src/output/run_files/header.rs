@@ -1,5 +1,6 @@
 //! Description of a run before its first step, and its file `header.h5`.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::folder::header_path;
@@ -43,8 +44,11 @@ impl OperatorTable {
     }
 }
 
+/// Group of the series of the run that a run continues.
+pub(in crate::output) const EARLIER: &str = "earlier";
+
 /// Description of a run before its first step.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RunHeader {
     /// Text of the scenario file.
     pub scenario: String,
@@ -54,6 +58,8 @@ pub struct RunHeader {
     pub series: Vec<SeriesColumn>,
     /// Operators evaluated at their own intervals.
     pub operators: Vec<OperatorTable>,
+    /// Values of series of the run that this one continues, by name: one test may go through several results.
+    pub earlier: BTreeMap<String, Vec<f64>>,
 }
 
 /// Writes `header.h5` into the folder `parts`.
@@ -87,7 +93,8 @@ pub(super) fn write_header(parts: &Path, header: &RunHeader, run_id: &str) -> Re
                 hdf::write_attribute(&entry, "components", &(*components as u64), path)?;
             }
         }
-        Ok(())
+        let earlier = file.create_group(EARLIER).at(path)?;
+        header.earlier.iter().try_for_each(|(name, values)| hdf::write_array(&earlier, name, values, 1, path).map(drop))
     })
 }
 
@@ -128,5 +135,8 @@ pub(super) fn read_header(parts: &Path) -> Result<(RunHeader, String), OutputErr
             quantities,
         });
     }
-    Ok((RunHeader { scenario, provenance: texts("provenance")?, series, operators }, run_id))
+    let group = file.group(EARLIER).at(path)?;
+    let values = |name: String| Ok((name.clone(), hdf::read_array(&group, &name, path)?));
+    let earlier = group.member_names().at(path)?.into_iter().map(values).collect::<Result<_, OutputError>>()?;
+    Ok((RunHeader { scenario, provenance: texts("provenance")?, series, operators, earlier }, run_id))
 }

@@ -32,12 +32,13 @@ use super::{merge, sealed};
 use concordem_solver::fracture::Event;
 use concordem_solver::state::columns::WriteColumns;
 
-pub(super) use folder::UNFINISHED;
 pub use folder::parts_folder;
+pub(super) use folder::sweep_leftovers;
 use folder::{
     check_own, cleared, finished_run_id, list_numbered, lock, new_folder, new_run_id, numbered, remove, remove_folder,
-    remove_unfinished, sweep_leftovers, usable,
+    remove_unfinished, usable,
 };
+pub(super) use header::EARLIER;
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
 pub use look::{Follower, News, Unfinished, look};

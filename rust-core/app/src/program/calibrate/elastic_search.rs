@@ -10,7 +10,7 @@ use super::{elastic_failure, replace, with_values};
 use crate::calibration::elastic::{ElasticCalibrationError, ElasticFit, fit};
 use concordem_scenario::assembly::{Assembly, AssemblyError, Progress, assemble, deformable, settles};
 use concordem_scenario::schema::quantity::TimeStep;
-use concordem_scenario::schema::{BeamModel, LawName, ProblemKind, Scenario};
+use concordem_scenario::schema::{BeamModel, LawName, ProblemKind, Scenario, large};
 use concordem_solver::Model;
 use concordem_solver::coupling::convergence;
 use concordem_solver::state::State;
@@ -278,9 +278,9 @@ fn edited(
     name: &str,
     edit: impl FnOnce(&mut DocumentMut) -> Option<()>,
 ) -> Result<Scenario, Failure> {
-    let mut document: DocumentMut = scenario.source.text.parse().map_err(|_| uneditable(scenario))?;
+    let mut document: DocumentMut = large::protect(&scenario.source.text).parse().map_err(|_| uneditable(scenario))?;
     edit(&mut document).ok_or_else(|| uneditable(scenario))?;
-    Ok(Scenario::parse(name, &document.to_string())?)
+    Ok(Scenario::parse(name, &large::restore(&document.to_string()))?)
 }
 
 fn uneditable(scenario: &Scenario) -> Failure {

@@ -17,7 +17,7 @@ use crate::program::meter::{Display, Meter};
 use crate::program::restart::apply_changes;
 use crate::program::run::SCENARIO_FILE;
 use crate::program::tables::bond_damage;
-use crate::program::{Console, Failure};
+use crate::program::{Console, Failure, shell};
 use concordem_scenario::assembly::{Assembly, Sharpness};
 use concordem_scenario::schema::Scenario;
 
@@ -43,12 +43,12 @@ pub(in crate::program) fn watch(arguments: &WatchArguments, console: &mut Consol
     };
     let follower = Follower::of(&path)?.filter(Follower::is_running);
     let Some(follower) = follower else {
-        let file = path.display();
+        let (file, argument) = (path.display(), shell::argument(&path));
         return Err(Failure::Usage(if path.is_file() {
-            format!("{file} is finished; show it with: concordem report {file}")
+            format!("{file} is finished; show it with: concordem report {argument}")
         } else {
             format!(
-                "no process runs {file}; `concordem watch` shows a run while it goes on. `concordem info {file}` tells what there is; \
+                "no process runs {file}; `concordem watch` shows a run while it goes on. `concordem info {argument}` tells what there is; \
                  `concordem resume --watch` continues an interrupted run"
             )
         }));
@@ -102,7 +102,7 @@ fn show(mut follower: Follower, port: u16, console: &mut Console<'_>) -> Result<
             console.tell(&if result.is_file() {
                 format!("the run has ended; its result is {}", result.display())
             } else {
-                format!("the run was interrupted; continue with: concordem resume --watch {}", result.display())
+                format!("the run was interrupted; continue with: concordem resume --watch {}", shell::argument(&result))
             });
             break;
         }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -10,6 +10,9 @@ use std::time::Duration;
 const LONGEST_REQUEST: usize = 8192;
 /// Time for a request or an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Largest number of clients that are answered at the same time; further ones are turned away.
+const MOST_CLIENTS: usize = 32;
 
 /// Serves the page until it is dropped.
 pub(in crate::program) struct Server {
@@ -26,14 +29,29 @@ impl Server {
         let state: Arc<Mutex<Arc<str>>> = Arc::new(Mutex::new("{}".into()));
         let ended = Arc::new(AtomicBool::new(false));
         let (shared, end) = (Arc::clone(&state), Arc::clone(&ended));
+        let open = Arc::new(AtomicUsize::new(0));
         std::thread::Builder::new().name("watch".into()).spawn(move || {
             for stream in listener.incoming() {
                 if end.load(Ordering::Relaxed) {
                     return;
                 }
-                if let Ok(stream) = stream {
-                    // A client that goes away concerns only itself.
-                    let _ = answer(stream, address, &shared);
+                let Ok(stream) = stream else { continue };
+                let (shared, open) = (Arc::clone(&shared), Arc::clone(&open));
+                if open.fetch_add(1, Ordering::Relaxed) >= MOST_CLIENTS {
+                    open.fetch_sub(1, Ordering::Relaxed);
+                    continue;
+                }
+                // A client that is slow or goes away concerns only itself.
+                let client = std::thread::Builder::new().name("watch client".into());
+                let begun = client.spawn({
+                    let open = Arc::clone(&open);
+                    move || {
+                        let _ = answer(stream, &shared);
+                        open.fetch_sub(1, Ordering::Relaxed);
+                    }
+                });
+                if begun.is_err() {
+                    open.fetch_sub(1, Ordering::Relaxed);
                 }
             }
         })?;
@@ -58,7 +76,7 @@ impl Drop for Server {
     }
 }
 
-fn answer(mut stream: TcpStream, address: SocketAddr, state: &Mutex<Arc<str>>) -> io::Result<()> {
+fn answer(mut stream: TcpStream, state: &Mutex<Arc<str>>) -> io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let mut request = Vec::new();
@@ -71,7 +89,7 @@ fn answer(mut stream: TcpStream, address: SocketAddr, state: &Mutex<Arc<str>>) -
         request.extend_from_slice(&part[..count]);
     }
     let request = String::from_utf8_lossy(&request);
-    let (status, kind, body): (_, _, Arc<str>) = match (is_local(&request, address), request.split(' ').nth(1)) {
+    let (status, kind, body): (_, _, Arc<str>) = match (is_local(&request), request.split(' ').nth(1)) {
         (false, _) => ("403 Forbidden", "text/plain", "only for this computer\n".into()),
         (true, Some("/")) if request.starts_with("GET ") => ("200 OK", "text/html", include_str!("page.html").into()),
         (true, Some("/state")) if request.starts_with("GET ") => {
@@ -89,15 +107,16 @@ fn answer(mut stream: TcpStream, address: SocketAddr, state: &Mutex<Arc<str>>) -
     stream.write_all(body.as_bytes())
 }
 
-/// Whether a browser asks this server by a name of this computer. Pages of other sites that resolve their name to 127.0.0.1 cannot read
-/// the state.
-fn is_local(request: &str, address: SocketAddr) -> bool {
+/// Whether a browser asks by a name of this computer, at any port: a tunnel (`ssh -L 9000:localhost:PORT`) has another one. Pages of other
+/// sites that resolve their name to 127.0.0.1 cannot read the state.
+fn is_local(request: &str) -> bool {
     let host = request.lines().find_map(|line| {
         let (name, value) = line.split_once(':')?;
         name.eq_ignore_ascii_case("host").then(|| value.trim())
     });
-    let names = [format!("127.0.0.1:{}", address.port()), format!("localhost:{}", address.port())];
-    host.is_some_and(|host| names.iter().any(|name| name == host))
+    let Some(host) = host else { return false };
+    let (name, port) = host.rsplit_once(':').filter(|(name, _)| *name != "[:").unwrap_or((host, "80"));
+    ["127.0.0.1", "localhost", "[::1]"].iter().any(|own| name.eq_ignore_ascii_case(own)) && port.parse::<u16>().is_ok()
 }
 
 #[cfg(test)]
@@ -122,7 +141,21 @@ mod tests {
         server.publish("{\"a\": 1}".into());
         assert!(get(address, "/state", &host).ends_with("{\"a\": 1}"));
         assert!(get(address, "/etc/passwd", &host).starts_with("HTTP/1.1 404"));
-        assert!(get(address, "/state", "evil.example").starts_with("HTTP/1.1 403"));
+        // A tunnel has another port.
+        for host in ["localhost:9000", "LOCALHOST:9000", "127.0.0.1:1", "localhost", "[::1]:9000", "[::1]"] {
+            assert!(get(address, "/state", host).starts_with("HTTP/1.1 200"), "{host}");
+        }
+        let port = address.port();
+        for host in [
+            "evil.example",
+            &format!("evil.example:{port}"),
+            "127.0.0.1.evil.example:80",
+            "localhost.evil.example",
+            "localhost:80.evil.example",
+            "",
+        ] {
+            assert!(get(address, "/state", host).starts_with("HTTP/1.1 403"), "{host}");
+        }
         drop(server);
         // The port is free again, as soon as the thread has ended.
         let start = std::time::Instant::now();
@@ -130,5 +163,15 @@ mod tests {
             assert!(start.elapsed() < PATIENCE, "the port stays open");
             std::thread::sleep(Duration::from_millis(10));
         }
+    }
+    /// Clients that say nothing, or read nothing, keep nobody else waiting.
+    #[test]
+    fn a_slow_client_waits_alone() {
+        let server = Server::start(0).unwrap();
+        let silent: Vec<TcpStream> = (0..4).map(|_| TcpStream::connect(server.address).unwrap()).collect();
+        let begun = std::time::Instant::now();
+        assert!(get(server.address, "/state", "localhost").starts_with("HTTP/1.1 200"));
+        assert!(begun.elapsed() < PATIENCE, "the page waits for others");
+        drop(silent);
     }
 }

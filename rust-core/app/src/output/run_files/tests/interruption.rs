@@ -138,13 +138,28 @@ fn leftovers_of_killed_processes_are_removed() {
     let (dead, alive) = (make(".unfinished-dead"), make(".unfinished-alive"));
     let held = lock(&alive).unwrap();
     age(&alive);
-    let text = folder.path().join(".unfinished-text");
-    fs::write(&text, "half").unwrap();
-    age(&text);
-    let young = folder.path().join(".unfinished-young");
-    fs::write(&young, "now").unwrap();
+    let file = |name: &str, content: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, content).unwrap();
+        path
+    };
+    // What has content was locked before, so whoever wrote it is gone; what is empty may not be locked yet.
+    let (text, young) = (file(".unfinished-text", "half"), file(".unfinished-young", ""));
+    let (written, writing) = (make(".unfinished-written"), make(".unfinished-writing"));
+    let held_too = lock(&writing).unwrap();
+    for folder in [&written, &writing] {
+        fs::write(folder.join("header.h5"), "half").unwrap();
+        File::open(folder).unwrap().set_modified(std::time::SystemTime::now()).unwrap();
+    }
+    // The clock was set back.
+    let future = file(".unfinished-future", "");
+    File::open(&future).unwrap().set_modified(std::time::SystemTime::now() + Duration::from_secs(3600)).unwrap();
     run_toy(&folder.path().join("run.h5"), 0).unwrap();
-    assert!(!dead.exists() && !text.exists(), "leftovers are not removed");
-    assert!(alive.exists() && young.exists(), "files in use are removed");
-    drop(held);
+    for gone in [dead, text, written, future] {
+        assert!(!gone.exists(), "{} is not removed", gone.display());
+    }
+    for used in [&alive, &young, &writing] {
+        assert!(used.exists(), "{}, which is in use, is removed", used.display());
+    }
+    drop((held, held_too));
 }

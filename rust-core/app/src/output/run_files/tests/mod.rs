@@ -117,6 +117,7 @@ fn header() -> RunHeader {
             SeriesColumn::new("a stress", "Pa", "Not in alphabetical order."),
         ],
         operators: vec![],
+        earlier: [("strain".into(), vec![0.0, -0.0, 0.5]), ("a stress".into(), vec![1.0, 2.0, f64::NAN])].into(),
     }
 }
 
