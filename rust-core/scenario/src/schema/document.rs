@@ -1,10 +1,11 @@
 //! The text of a scenario as a tree of values, each with its position in the text.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use serde::de::IntoDeserializer;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, Error as TomlError};
 
 use super::error::{Problem, ProblemKind, Source};
 
@@ -25,16 +26,21 @@ impl<'a> Document<'a> {
         if errors.is_empty() {
             return Ok(document);
         }
-        let mut problems: Vec<Problem> = Vec::new();
-        for error in &errors {
-            let span = error.span().unwrap_or(0..0);
-            let line = source.position(span.start).0;
-            // Report one error per line: the others usually follow from the first.
-            if problems.iter().all(|problem| source.position(problem.span.start).0 != line) {
-                problems.push(syntax_problem(source, line, span, error.message()));
-            }
+        // A file that is no scenario has an error in each of its lines.
+        let lines: Vec<&str> = source.text.split('\n').collect();
+        let mut ends = Vec::with_capacity(lines.len());
+        for line in &lines {
+            ends.push(ends.last().map_or(0, |end| end + 1) + line.len());
         }
-        Err(problems)
+        let mut seen = BTreeSet::new();
+        let problem = |error: &TomlError| {
+            let span = error.span().unwrap_or(0..0);
+            let line = ends.partition_point(|end| *end < span.start);
+            // Report one error per line: the others usually follow from the first.
+            let text = lines.get(line).map_or("", |line| line.trim_end_matches('\r'));
+            seen.insert(line).then(|| syntax_problem(text, span, error.message()))
+        };
+        Err(errors.iter().filter_map(problem).collect())
     }
 
     /// Deserializes the text with serde, which stops at the first problem.
@@ -112,12 +118,16 @@ impl<'a> Document<'a> {
     }
 }
 
-fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &str) -> Problem {
-    let text = source.text.lines().nth(line - 1).unwrap_or("");
+/// The problem of a line with the text `text`.
+fn syntax_problem(text: &str, span: Range<usize>, message: &str) -> Problem {
     let value = text.split_once('=').map(|(_, value)| value.trim());
     let starts_as_number =
         |value: &str| value.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+' || c == '.');
+    let numbers = || text.split_whitespace().map(str::parse::<f64>).filter(Result::is_ok).count();
     let help = match value {
+        None if numbers() > 2 => {
+            "this is a row of numbers: name a file of spheres in a scenario, [packing] with kind = \"file\" and path = \"...\"".to_owned()
+        }
         _ if message.contains("duplicate key") => {
             "keep one of the two; write the tables of a list as [[name]]".to_owned()
         }
@@ -143,5 +153,26 @@ fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &st
         span,
         message: format!("not valid TOML: {message}"),
         help,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A packing given as a scenario has an error in each line; each is found once, with its place. Looking through all lines and all
+    /// problems for each error would take hours.
+    #[test]
+    fn each_line_of_a_file_that_is_no_scenario_has_one_problem() {
+        let count = 20_000;
+        let text: String = (0..count).map(|k| format!("{}.5 0.25 0.125 1e-3\r\n", k % 7)).collect();
+        let source = Source::new("packing.txt", &text);
+        let problems = Document::parse(&source).err().expect("no scenario");
+        assert_eq!(problems.len(), count);
+        for (k, problem) in problems.iter().enumerate().step_by(count / 10) {
+            assert_eq!(source.position(problem.span.start).0, k + 1);
+            assert_eq!(problem.value, Some(format!("{}.5 0.25 0.125 1e-3", k % 7)));
+            assert!(problem.help.contains("a row of numbers"), "{}", problem.help);
+        }
     }
 }
