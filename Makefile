@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz asan miri combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -24,6 +24,7 @@ help:
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
+	@echo "make asan           the fuzz tests of all readers under AddressSanitizer (an hour). make miri: laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
 	@echo "make check          formatting and lints; make format formats"
@@ -161,7 +162,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz combinations mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz asan combinations mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py
 	validation/instructions.py --full
@@ -171,6 +172,23 @@ test-full: test lint-bench test-install test-pages test-viewers new-law test-big
 SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
+
+# Mutated inputs for the readers, with every access to memory checked, those of the HDF5 library excepted. RUSTC_BOOTSTRAP lets the stable
+# compiler do it. Leaks are no errors: a worker that stops leaves what it holds.
+ASAN_INPUTS ?= 20000
+asan:
+	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=address" ASAN_OPTIONS=detect_leaks=0 \
+	  CONCORDEM_FUZZ_INPUTS=$(ASAN_INPUTS) CONCORDEM_FUZZ_SEED=$(SEED) \
+	  $(CARGO) test --profile develop --target x86_64-unknown-linux-gnu --target-dir target/asan -p concordem-tests --test fuzz -- --nocapture
+
+# The unsafe code that needs neither HDF5 nor C++, under the rules of the language. Needs a nightly compiler with Miri:
+# `rustup toolchain install nightly --component miri`; without one, this says so. Pointers of devices are numbers, hence permissive provenance.
+miri:
+	@cargo +nightly miri --version >/dev/null 2>&1 || { echo "make miri needs: rustup toolchain install nightly --component miri" >&2; exit 1; }
+	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" PROPTEST_CASES=2 \
+	  cargo +nightly miri test -p concordem-c-abi -p concordem-contact --lib
+	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" \
+	  cargo +nightly miri test -p concordem-gpu --lib emulated
 
 # Random scenarios; the tests run 100 of them.
 COUNT ?= 2000
