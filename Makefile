@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz combinations faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz asan miri combinations faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -26,6 +26,7 @@ help:
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make host-decks     500 random scripts in LIGGGHTS and LAMMPS, and bodies that migrate on up to 16 processes (hours); DECKS=N, SEED=N"
 	@echo "make faults         each call of the system that writes fails once, in every command (an hour)"
+	@echo "make asan           the fuzz tests of all readers under AddressSanitizer (an hour). make miri: laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
 	@echo "make check          formatting and lints; make format formats"
@@ -163,7 +164,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz combinations faults host-decks mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz asan combinations faults host-decks mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
@@ -177,6 +178,23 @@ fuzz:
 # Each call that writes fails once: thousands of short runs. The tests try a few.
 faults:
 	CONCORDEM_ALL_CALLS=1 $(CARGO) test $(TESTED) --test faults calls -- --nocapture
+
+# Mutated inputs for the readers, with every access to memory checked, those of the HDF5 library excepted. RUSTC_BOOTSTRAP lets the stable
+# compiler do it. Leaks are no errors: a worker that stops leaves what it holds.
+ASAN_INPUTS ?= 20000
+asan:
+	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=address" ASAN_OPTIONS=detect_leaks=0 \
+	  CONCORDEM_FUZZ_INPUTS=$(ASAN_INPUTS) CONCORDEM_FUZZ_SEED=$(SEED) \
+	  $(CARGO) test --profile develop --target x86_64-unknown-linux-gnu --target-dir target/asan -p concordem-tests --test fuzz -- --nocapture
+
+# The unsafe code that needs neither HDF5 nor C++, under the rules of the language. Needs a nightly compiler with Miri:
+# `rustup toolchain install nightly --component miri`; without one, this says so. Pointers of devices are numbers, hence permissive provenance.
+miri:
+	@cargo +nightly miri --version >/dev/null 2>&1 || { echo "make miri needs: rustup toolchain install nightly --component miri" >&2; exit 1; }
+	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" PROPTEST_CASES=2 \
+	  cargo +nightly miri test -p concordem-c-abi -p concordem-contact --lib
+	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" \
+	  cargo +nightly miri test -p concordem-gpu --lib emulated
 
 # Random scenarios; the tests run 100 of them.
 COUNT ?= 2000

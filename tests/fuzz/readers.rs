@@ -106,7 +106,7 @@ const STL: &[&str] = &[
 ];
 
 /// All readers.
-pub const READERS: [Reader; 15] = [
+pub const READERS: [Reader; 16] = [
     reader("scenario", true, false, scenario),
     reader("sweep", true, false, sweep),
     lines("table", TABLE, spheres),
@@ -122,6 +122,7 @@ pub const READERS: [Reader; 15] = [
     reader("segment", false, true, segment),
     reader("journal", true, false, journal),
     reader("state", false, false, state),
+    reader("motion", false, false, motion),
 ];
 
 /// A small scenario with samples.
@@ -170,6 +171,43 @@ logarithmic = { from = 1e4, to = 1e9, count = 16 }
 key = "packing.repeats"
 values = [[3, 2, 3], [2, 2, 2]]
 "#;
+
+/// A sphere that follows a recorded motion.
+const FOLLOWING: &str = r#"
+version = 1
+[packing]
+kind = "spheres"
+spheres = [[0, 0, 0, 1e-3]]
+[[material]]
+name = "stone"
+density = 2500
+[contacts]
+law = "none"
+[integration]
+time_step = 1e-6
+[[set]]
+name = "moved"
+selection = { kind = "ids", ids = [0] }
+[[prescribe]]
+set = "moved"
+velocity = [0, 0, 0]
+angular_velocity = [0, 0, 0]
+[[slave]]
+set = "moved"
+path = "motion.npy"
+[stop]
+steps = 2
+"#;
+
+/// An array in NumPy's format: `steps` rows of one particle with six numbers.
+fn array(steps: usize) -> Vec<u8> {
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({steps}, 1, 6), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
+    bytes.extend_from_slice(header.as_bytes());
+    bytes.extend((0..6 * steps).flat_map(|k| (1e-3 * k as f64).to_le_bytes()));
+    bytes
+}
 
 /// Fingerprint of the sweep that the journal belongs to.
 const FINGERPRINT: &str = "0123456789abcdef";
@@ -260,6 +298,7 @@ impl Samples {
             ("segment", vec![bytes(&parts.join("segment-0000.h5"))]),
             ("journal", vec![bytes(&file("journal"))]),
             ("state", vec![vec![0; 16]]),
+            ("motion", vec![array(3), array(12)]),
         ]);
         Self { folder: folder.to_owned(), inputs, columns, scenario }
     }
@@ -371,6 +410,14 @@ fn header(samples: &Samples, bytes: &[u8]) {
 fn segment(samples: &Samples, bytes: &[u8]) {
     samples.file("run.h5.parts/segment-0000.h5", bytes);
     let _ = RunFiles::resume(&samples.folder.join("run.h5"));
+}
+
+fn motion(samples: &Samples, bytes: &[u8]) {
+    samples.file("motion.npy", bytes);
+    let scenario = Scenario::parse("following.toml", FOLLOWING).expect("a scenario");
+    let Ok(assembly) = assemble(&scenario, &samples.folder, &mut |_, _| ()) else { return };
+    let Ok(mut simulation) = Simulation::new(assembly.state, assembly.model, assembly.schedule) else { return };
+    while simulation.stopped().is_none() && simulation.advance().is_ok() {}
 }
 
 /// Restores a state with one changed column, as in a forged checkpoint; if it is accepted, the run takes two steps.

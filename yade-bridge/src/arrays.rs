@@ -28,10 +28,22 @@ fn contiguous<'py>(object: &Bound<'py, PyAny>, dtype: &str) -> PyResult<Bound<'p
             array.getattr("dtype")?
         )));
     }
-    if dtype == "uint32" && kind == "i" && array.getattr("size")?.extract::<usize>()? > 0 {
-        let least: i64 = array.call_method0("min")?.extract()?;
-        if least < 0 {
+    // NumPy would wrap numbers that do not fit.
+    if wanted == "iu" && array.getattr("size")?.extract::<usize>()? > 0 {
+        let limits = numpy.call_method1("iinfo", (dtype,))?;
+        let number = |object: &Bound<'py, PyAny>, name: &str| object.getattr(name)?.extract::<i128>();
+        let (least, most): (i128, i128) = (
+            array.call_method0("min")?.call_method0("item")?.extract()?,
+            array.call_method0("max")?.call_method0("item")?.extract()?,
+        );
+        if least < 0 && dtype.starts_with('u') {
             return Err(PyValueError::new_err(format!("the smallest index is {least}; indices start at 0")));
+        }
+        if least < number(&limits, "min")? || most > number(&limits, "max")? {
+            let wrong = if most > number(&limits, "max")? { most } else { least };
+            return Err(PyValueError::new_err(format!(
+                "{wrong} is out of range: the numbers of this array are of type {dtype}"
+            )));
         }
     }
     let options = PyDict::new(object.py());

@@ -14,11 +14,11 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::arrays::{Tensors, result, scalars, tensor, tensors, vectors};
-use crate::errors::{OrRaise, caught, detach, of_assembly, of_restart};
+use crate::errors::{OrRaise, caught, detach_here, of_assembly, of_restart};
 use crate::scenario::Scenario;
 use crate::shared::Shared;
 use crate::warnings::warn;
-use crate::work::{guarded, inside, pool};
+use crate::work::{Pool, guarded};
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
@@ -29,7 +29,7 @@ type Any<'py> = PyResult<Bound<'py, PyAny>>;
 #[pyclass(frozen, module = "concordem.coupling")]
 pub struct RepresentativeCells {
     cells: Shared<Vec<RepresentativeCell>>,
-    pool: Option<rayon::ThreadPool>,
+    pool: Pool,
     count: usize,
     scenario: Py<Scenario>,
     /// The cells as they were built: the frame of states from files.
@@ -67,9 +67,9 @@ impl RepresentativeCells {
         let assembly = guarded(py, threads, progress.as_ref(), |progress| assemble(inner, folder, progress))?;
         let assembly = assembly.map_err(|error| of_assembly(inner, error))?;
         warn(py, inner, &assembly.summary.warnings)?;
-        let pool = pool(threads)?;
-        let cells: Vec<_> = detach(py, || {
-            inside(pool.as_ref(), || (0..count).into_par_iter().map(|_| RepresentativeCell::new(&assembly)).collect())
+        let pool = Pool::new(threads)?;
+        let cells: Vec<_> = detach_here(py, || {
+            pool.inside(|| (0..count).into_par_iter().map(|_| RepresentativeCell::new(&assembly)).collect())
         })?;
         let cells = Shared::new(
             all(cells)?,
@@ -92,8 +92,8 @@ impl RepresentativeCells {
             return Err(PyValueError::new_err(message));
         }
         let mut cells = self.cells.lock()?;
-        let pool = self.pool.as_ref();
-        let found = cells.change(py, |cells| inside(pool, || deform(cells, &gradient, steps)))?;
+        let pool = &self.pool;
+        let found = cells.change(py, |cells| pool.inside(|| deform(cells, &gradient, steps)))?;
         all(found).map(drop)
     }
 
@@ -111,9 +111,9 @@ impl RepresentativeCells {
             }
         };
         let mut cells = self.cells.lock()?;
-        let pool = self.pool.as_ref();
+        let pool = &self.pool;
         let found: Vec<_> = cells
-            .change(py, |cells| inside(pool, || cells.par_iter_mut().map(RepresentativeCell::response).collect()))?;
+            .change(py, |cells| pool.inside(|| cells.par_iter_mut().map(RepresentativeCell::response).collect()))?;
         let found: Vec<Response> = all(found)?;
         let damage = if found.iter().all(|response| response.damage.is_some()) {
             Some(tensors(py, found.iter().filter_map(|r| r.damage.map(|links| formulas.tensor(&links))).collect())?)
@@ -137,9 +137,9 @@ impl RepresentativeCells {
     /// 12 with engineering shears.
     fn stiffness<'py>(&self, py: Python<'py>) -> Any<'py> {
         let mut cells = self.cells.lock()?;
-        let pool = self.pool.as_ref();
+        let pool = &self.pool;
         let found: Vec<_> =
-            cells.change(py, |cells| inside(pool, || cells.par_iter().map(RepresentativeCell::stiffness).collect()))?;
+            cells.change(py, |cells| pool.inside(|| cells.par_iter().map(RepresentativeCell::stiffness).collect()))?;
         let mut reals = Vec::with_capacity(36 * self.count);
         for matrix in all(found)? {
             reals.extend_from_slice(matrix.transpose().as_slice());
@@ -188,7 +188,11 @@ impl RepresentativeCells {
     /// Hashes of the complete states.
     fn state_hashes(&self) -> PyResult<Vec<String>> {
         let cells = self.cells.lock()?;
-        cells.iter().map(|cell| concordem::output::hash::state_hash(cell.state()).or_raise()).collect()
+        self.pool
+            .inside(|| cells.iter().map(|cell| concordem::output::hash::state_hash(cell.state())).collect::<Vec<_>>())
+            .into_iter()
+            .map(OrRaise::or_raise)
+            .collect()
     }
 
     /// The complete states, in memory.
@@ -204,9 +208,9 @@ impl RepresentativeCells {
             return Err(PyValueError::new_err(message));
         }
         let mut cells = self.cells.lock()?;
-        let pool = self.pool.as_ref();
+        let pool = &self.pool;
         let found: Vec<_> = cells.change(py, |cells| {
-            inside(pool, || cells.par_iter_mut().zip(states).map(|(cell, state)| cell.restore(state)).collect())
+            pool.inside(|| cells.par_iter_mut().zip(states).map(|(cell, state)| cell.restore(state)).collect())
         })?;
         all(found).map(drop)
     }
@@ -218,7 +222,7 @@ impl RepresentativeCells {
         std::fs::create_dir_all(&folder)
             .map_err(|error| PyOSError::new_err(format!("{}: {error}", folder.display())))?;
         let write = |(k, cell): (usize, &RepresentativeCell)| checkpoint::write(&file(&folder, k), cell.state(), text);
-        let written: Vec<_> = detach(py, || cells.iter().enumerate().map(write).collect())?;
+        let written: Vec<_> = detach_here(py, || self.pool.inside(|| cells.iter().enumerate().map(write).collect()))?;
         written.into_iter().map(OrRaise::or_raise).collect()
     }
 
@@ -237,7 +241,7 @@ impl RepresentativeCells {
         let mut states = Vec::with_capacity(self.count);
         for k in 0..self.count {
             let path = file(&folder, k);
-            let mut stored = detach(py, || checkpoint::read(&path))?.or_raise()?;
+            let mut stored = detach_here(py, || self.pool.inside(|| checkpoint::read(&path)))?.or_raise()?;
             let before =
                 concordem::scenario::Scenario::parse(&path.display().to_string(), &stored.provenance).or_raise()?;
             let changes = caught(|| restart::check(&before, inner, Continuation::NewResult))?.or_raise()?;
@@ -252,15 +256,16 @@ impl RepresentativeCells {
                 return Err(PyValueError::new_err(message));
             }
             let fresh = assembly.state.clone();
-            let applied = caught(|| restart::apply(&mut assembly, &mut stored.columns, inner, &[], false));
+            let (frame, columns) = (&mut *assembly, &mut stored.columns);
+            let applied = caught(|| self.pool.inside(|| restart::apply(frame, columns, inner, &[], false)));
             let state = std::mem::replace(&mut assembly.state, fresh);
             applied?.map_err(|error| of_restart(inner, error))?;
             states.push(Snapshot::of(state));
         }
         let mut cells = self.cells.lock()?;
-        let pool = self.pool.as_ref();
+        let pool = &self.pool;
         let found: Vec<_> = cells.change(py, |cells| {
-            inside(pool, || cells.par_iter_mut().zip(&states).map(|(cell, state)| cell.restore(state)).collect())
+            pool.inside(|| cells.par_iter_mut().zip(&states).map(|(cell, state)| cell.restore(state)).collect())
         })?;
         all(found).map(drop)
     }

@@ -18,7 +18,7 @@ use concordem::state::Cell;
 use concordem_yade::assembly::{
     Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, cell_of, motion_measure,
 };
-use concordem_yade::own_thread;
+use concordem_yade::own_thread::{self, Workers};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -32,7 +32,7 @@ use crate::scenario::{Scenario, table_of};
 use crate::shared::{Access, Shared};
 use crate::state::contact_table;
 use crate::warnings::warn;
-use crate::work::{guarded, inside, pool};
+use crate::work::{Pool, guarded};
 use host::{Engines, Host};
 use motion::{Motion, MotionLayout};
 
@@ -49,7 +49,8 @@ struct Inner {
 #[pyclass(frozen, weakref, module = "concordem._core")]
 pub struct Hosted {
     inner: Shared<Inner>,
-    pool: Option<rayon::ThreadPool>,
+    /// `None`: all processors.
+    workers: Option<Workers>,
 }
 
 /// An entry of a dictionary; an error if it is missing.
@@ -91,18 +92,29 @@ fn cell_from((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell
 impl Hosted {
     /// Compute within a step of the host.
     fn compute<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        match &self.pool {
-            Some(pool) => own_thread::inside(pool, work),
-            None => inside(None, work),
+        match &self.workers {
+            Some(workers) => own_thread::inside(workers, work),
+            None => Pool::All.inside(work),
         }
+    }
+
+    /// Compute apart from the steps of the host.
+    fn inside<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.workers {
+            Some(workers) => workers.install(work),
+            None => Pool::All.inside(work),
+        }
+    }
+
+    fn threads(&self) -> usize {
+        self.workers.as_ref().map_or_else(|| Pool::All.threads(), Workers::threads)
     }
 
     /// Lock for a step of the host, whose waiting threads make room.
     fn read_for_step(&self, py: Python<'_>) -> PyResult<Access<'_, Inner>> {
         // A reader may hold the lock while it makes objects of Python.
         let inner = self.read(py)?;
-        let threads =
-            self.pool.as_ref().map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
+        let threads = self.threads();
         let pause = inner.host.as_ref().and_then(|host| host.pause);
         if let Some(pause) = pause.filter(|_| inner.assembly.wants_host_threads_paused(threads)) {
             // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
@@ -244,9 +256,9 @@ impl Hosted {
     fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<u64> {
         let mut left = steps;
         while left > 0 {
-            let (left, pool) = (&mut left, self.pool.as_ref());
+            let left = &mut left;
             let steps = |Inner { assembly, .. }: &mut Inner| {
-                inside(pool, || {
+                self.inside(|| {
                     let start = Instant::now();
                     while *left > 0 && start.elapsed() < Duration::from_millis(50) {
                         let report = assembly.solver.step_with(&mut assembly.state, false)?;
@@ -313,8 +325,8 @@ impl Hosted {
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<bool> {
         let mut inner = self.read_for_step(py)?;
-        let (cell, pool) = (cell.map(|cell| cell_from(cell, dt)), self.pool.as_ref());
-        let done = inner.change_here(py, |Inner { assembly, host, .. }| {
+        let cell = cell.map(|cell| cell_from(cell, dt));
+        let done = inner.change(py, |Inner { assembly, host, .. }| {
             let host = host.as_ref().ok_or(NO_HOST)?;
             let step = || {
                 host.gather(assembly, dt)?;
@@ -324,7 +336,7 @@ impl Hosted {
             // On this thread, in whose part of the host's forces they go.
             host.add_forces(assembly);
             let Some(motion) = &host.motion else { return Ok(false) };
-            Ok::<_, String>(motion.step(host, &assembly.state.particles.id, dt, pool))
+            Ok::<_, String>(motion.step(host, &assembly.state.particles.id, dt, self.workers.as_ref()))
         })?;
         done.map_err(PyRuntimeError::new_err)
     }
@@ -336,7 +348,7 @@ impl Hosted {
         /// A pause of the run waits so long.
         const LONGEST: Duration = Duration::from_millis(20);
         let mut inner = self.read_for_step(py)?;
-        inner.change_here(py, |Inner { assembly, host, .. }| {
+        inner.change(py, |Inner { assembly, host, .. }| {
             let Some((host, motion)) = host.as_ref().and_then(|host| Some((host, host.motion.as_ref()?))) else {
                 return (0, Some(NO_HOST.to_owned()));
             };
@@ -349,7 +361,7 @@ impl Hosted {
                     return (0, Some(error));
                 }
                 host.add_forces(assembly);
-                motion.step(host, &assembly.state.particles.id, dt, self.pool.as_ref());
+                motion.step(host, &assembly.state.particles.id, dt, self.workers.as_ref());
                 return (1, None);
             }
             let outcome = self.compute(|| motion.several(host, assembly, dt, most, LONGEST));
@@ -403,7 +415,7 @@ impl Hosted {
         let now =
             if present { host.as_ref().map(|host| host.present_positions(assembly)).transpose() } else { Ok(None) };
         let now = now.map_err(PyRuntimeError::new_err)?;
-        let c = inside(self.pool.as_ref(), || assembly.last_forces(now.as_deref()));
+        let c = self.inside(|| assembly.last_forces(now.as_deref()));
         let positions = vectors(py, now.as_deref().unwrap_or(&assembly.state.particles.position))?.into_any();
         let fields = (
             rows::<_, u32>(py, &c.pair, 2)?,
@@ -421,7 +433,7 @@ impl Hosted {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.read(py)?;
-        let found = inside(self.pool.as_ref(), || inner.assembly.particle_results()).or_raise()?;
+        let found = self.inside(|| inner.assembly.particle_results()).or_raise()?;
         Ok((
             scalars(py, &found.damage).into_any(),
             scalars(py, &found.lost).into_any(),
@@ -518,7 +530,7 @@ impl Hosted {
         }
         let before = &state.particles.id;
         clumps::place_members(&mut stored, before).map_err(PyRuntimeError::new_err)?;
-        let solver = caught(|| Solver::new(solver.model().clone(), &mut stored))?.or_raise()?;
+        let solver = caught(|| self.inside(|| Solver::new(solver.model().clone(), &mut stored)))?.or_raise()?;
         inner.change(py, |Inner { assembly, .. }| {
             assembly.state = stored;
             assembly.solver = solver;
@@ -542,7 +554,12 @@ impl Hosted {
             "another thread is using the assembly; wait for it",
             "the assembly failed in the middle of a step, so its state is invalid; build it again",
         );
-        Ok(Self { inner, pool: pool(threads)? })
+        let workers = match threads {
+            Some(0) => return Err(PyValueError::new_err("threads is 0; give at least 1")),
+            threads => threads.map(Workers::new).transpose(),
+        };
+        let workers = workers.map_err(|error| PyRuntimeError::new_err(format!("cannot start the threads: {error}")))?;
+        Ok(Self { inner, workers })
     }
 }
 

@@ -37,6 +37,7 @@ use std::path::PathBuf;
 
 use concordem::program::Console;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// Run the command-line program with these arguments (without the program name); returns its exit code. `code`: file of this module.
 #[pyfunction]
@@ -77,12 +78,21 @@ fn _panic(py: Python<'_>, place: PanicAt, simulation: Option<&Bound<'_, simulati
     }
 }
 
+/// Prepare a process that a fork has just made. Python calls it in the child.
+#[pyfunction]
+fn _after_fork() {
+    concordem_yade::own_thread::after_fork();
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     errors::adopt_panics(module.py())?;
     module.add_function(wrap_pyfunction!(run_program, module)?)?;
     module.add_function(wrap_pyfunction!(_panic, module)?)?;
+    let after = PyDict::new(module.py());
+    after.set_item("after_in_child", wrap_pyfunction!(_after_fork, module)?)?;
+    module.py().import("os")?.call_method("register_at_fork", (), Some(&after))?;
     scenario::register(module)?;
     simulation::register(module)?;
     regions::register(module)?;

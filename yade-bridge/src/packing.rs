@@ -14,7 +14,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Scalars, Tensor, Vectors, result, scalars, tensor, vectors};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, detach};
 use crate::work::guarded;
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
@@ -108,7 +108,7 @@ fn lattice<'py>(py: Python<'py>, kind: &str, radius: f64, repeats: [u32; 3]) -> 
 #[pyo3(signature = (path, unit=None))]
 fn read_packing(py: Python<'_>, path: PathBuf, unit: Option<f64>) -> Any<'_> {
     let reader = BufReader::new(std::fs::File::open(&path)?);
-    packing_of(py, &concordem::packing::import(reader, unit).or_raise()?)
+    packing_of(py, &detach(py, || concordem::packing::import(reader, unit))?.or_raise()?)
 }
 
 /// Write a packing to a text file: positions (n, 3) and radii (n,) in m, edges of the periodic cell (3, 3) as columns.
@@ -136,7 +136,7 @@ fn packing_summary<'py>(
     if packing.spheres.iter().any(|s| s.position.iter().any(|x: &f64| !x.is_finite())) {
         return Err(PyValueError::new_err("some positions are not finite"));
     }
-    let s = PackingSummary::new(&packing, interaction_ratio).or_raise()?;
+    let s = detach(py, || PackingSummary::new(&packing, interaction_ratio))?.or_raise()?;
     let fields = (
         s.count,
         s.packing_fraction,
@@ -177,6 +177,7 @@ fn characterise_file<'py>(
 #[pyfunction]
 #[pyo3(signature = (positions, radii, cell=None, interaction_ratio=None, coordination=None, boundary=2.0, page=None))]
 fn characterise_packing(
+    py: Python<'_>,
     positions: Vectors<'_>,
     radii: Scalars<'_>,
     cell: Option<Tensor>,
@@ -187,8 +188,11 @@ fn characterise_packing(
 ) -> PyResult<String> {
     let packing = of_arrays(&positions, &radii, cell)?;
     let choice = Choice { interaction_ratio, coordination, ..Choice::default() };
-    let body = Body::of_packing("packing".to_owned(), packing, &choice).or_raise()?;
-    written(characterise(&body, boundary).or_raise()?, page)
+    let found = detach(py, || {
+        let body = Body::of_packing("packing".to_owned(), packing, &choice)?;
+        characterise(&body, boundary)
+    })?;
+    written(found.or_raise()?, page)
 }
 
 fn written(found: Characteristics, page: Option<PathBuf>) -> PyResult<String> {
@@ -204,7 +208,7 @@ fn written(found: Characteristics, page: Option<PathBuf>) -> PyResult<String> {
 fn spatial_order<'py>(py: Python<'py>, positions: Vectors<'py>, cell: Option<Tensor>) -> Any<'py> {
     let points: &[Vec3] = positions.get()?;
     let cell = cell.map(|cell| Cell::new(cell.0));
-    Ok(scalars(py, &concordem::neighbor::spatial_order(points, cell.as_ref())).into_any())
+    Ok(scalars(py, &detach(py, || concordem::neighbor::spatial_order(points, cell.as_ref()))?).into_any())
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -21,6 +21,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Scalars, Vectors, rows, scalars, vectors};
 use crate::errors::{Raised, caught};
+use crate::simulation::HISTORIES;
 
 /// Contacts in one call of Python: calls are cheap compared to the work, and the arrays stay in the cache.
 const BLOCK: usize = 4096;
@@ -357,7 +358,6 @@ pub struct Replacement {
 impl Replacement {
     /// Refuses laws that the scenario has no use for, and objects that are no laws.
     pub fn check(&self, py: Python<'_>, scenario: &concordem::scenario::Scenario) -> PyResult<()> {
-        let law = py.import("concordem.laws")?.getattr("Law")?;
         for (name, object, used, help) in [
             ("bond_law", &self.bonds, scenario.bonds.is_some(), "add a [bonds] table, whose law it replaces"),
             (
@@ -368,12 +368,7 @@ impl Replacement {
             ),
         ] {
             let Some(object) = object else { continue };
-            if !object.bind(py).is_instance(&law)? {
-                let kind = object.bind(py).get_type().name()?;
-                let message =
-                    format!("{name} is of type {kind}; derive its class from concordem.laws.Law, and give an instance");
-                return Err(PyTypeError::new_err(message));
-            }
+            is_law(name, object.bind(py))?;
             let softens = |thermal: &concordem::material::ThermalVariation| {
                 thermal.stiffness.is_some() || thermal.strength.is_some()
             };
@@ -398,23 +393,31 @@ impl Replacement {
         Ok(())
     }
 
-    /// Refuses to continue bonds or contacts of a law in Python without it, and others with one.
-    pub fn check_stored(&self, columns: &ColumnStore) -> PyResult<()> {
-        let of_bonds = |name: &str| name.starts_with("bonds/") && name.contains(&format!("_{}/", Scripted::NAME));
-        let bonds = Some(columns.iter().any(|(name, _)| of_bonds(name)));
-        // Unbonded contacts have no name of their law; their histories have a length that no other law has. None without a contact.
-        let length = |name: &str| columns.get(name).map_or(0, |column| column.borrow().len());
-        let contacts = ["contacts", "wall_contacts"].into_iter().find_map(|block| {
-            let count = length(&format!("{block}/pair")) / 2;
-            (count > 0).then(|| length(&format!("{block}/history")) == count * size_of::<ScriptedState>() / 8)
-        });
-        for (what, name, stored, given) in [
-            ("bonds", "bond_law", bonds, self.bonds.is_some()),
-            ("contacts without a bond", "contact_law", contacts, self.contacts.is_some()),
-        ] {
+    /// Names of the histories of the laws, in the order of their places: of bonds, and of contacts.
+    pub fn histories(&self, py: Python<'_>) -> PyResult<[Option<String>; 2]> {
+        let names = |name: &str, law: &Option<Py<PyAny>>| {
+            let Some(law) = law else { return Ok(None) };
+            is_law(name, law.bind(py))?;
+            py.import("concordem.laws")?.getattr("_history")?.call1((law,))?.extract().map(Some)
+        };
+        Ok([names("bond_law", &self.bonds)?, names("contact_law", &self.contacts)?])
+    }
+
+    /// Refuses to continue bonds or contacts of a law in Python without it, or with one that has another history; and others with one.
+    /// `kept`: the columns of the checkpoint besides the state.
+    pub fn check_stored(&self, py: Python<'_>, kept: &ColumnStore) -> PyResult<()> {
+        let text =
+            |name: &str| kept.get(name).map(|column| String::from_utf8_lossy(column.borrow().bytes()).into_owned());
+        let stored = HISTORIES.map(text);
+        let whose = [("bonds", "bond_law"), ("contacts without a bond", "contact_law")];
+        for (((what, name), stored), given) in whose.into_iter().zip(stored).zip(self.histories(py)?) {
             let problem = match (stored, given) {
-                (Some(true), false) => format!("the {what} of the checkpoint have a law in Python; give it as {name}"),
-                (Some(false), true) => format!("the {what} of the checkpoint have no law in Python; omit {name}"),
+                (Some(_), None) => format!("the {what} of the checkpoint have a law in Python; give it as {name}"),
+                (None, Some(_)) => format!("the {what} of the checkpoint have no law in Python; omit {name}"),
+                (Some(stored), Some(given)) if stored != given => format!(
+                    "{name} has the history {given}, but the checkpoint was written with {stored}; give a law with the same names in the \
+                     same order"
+                ),
                 _ => continue,
             };
             return Err(PyValueError::new_err(problem));
@@ -455,6 +458,16 @@ impl Replacement {
         }
         laws
     }
+}
+
+/// Refuses an object that is no law. `name`: of the argument.
+fn is_law(name: &str, object: &Bound<'_, PyAny>) -> PyResult<()> {
+    if object.is_instance(&object.py().import("concordem.laws")?.getattr("Law")?)? {
+        return Ok(());
+    }
+    let kind = object.get_type().name()?;
+    let message = format!("{name} is of type {kind}; derive its class from concordem.laws.Law, and give an instance");
+    Err(PyTypeError::new_err(message))
 }
 
 /// The bonds of a block, with the law of number `law`.

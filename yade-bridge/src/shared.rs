@@ -6,7 +6,6 @@
 use std::ops::Deref;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
-use concordem_yade::own_thread::with_all_processors;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -69,14 +68,9 @@ impl<T> Deref for Access<'_, T> {
 }
 
 impl<T: Send> Access<'_, T> {
-    /// Change the data, without the interpreter's lock. A panic becomes `concordem.InternalError`, and the data are refused from then
-    /// on.
+    /// Change the data, without the interpreter's lock, on this thread. A panic becomes `concordem.InternalError`, and the data are refused
+    /// from then on.
     pub fn change<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> PyResult<R> {
-        self.change_here(py, |data| with_all_processors(|| work(data)))
-    }
-
-    /// As [`Self::change`], but on this thread even if it has a pool of its own.
-    pub fn change_here<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> PyResult<R> {
         let Content { data, fault } = &mut *self.0;
         *fault = true;
         let outcome = detach_here(py, || work(data));

@@ -9,10 +9,8 @@ use std::time::Instant;
 
 use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, Summary, assemble_with, place};
-use concordem::fracture::Event;
-use concordem::output::{checkpoint, hash};
+use concordem::output::{ResultFile, checkpoint, hash};
 use concordem::sampling::Bonds as SampledBonds;
-use concordem::schedule::simulation::OperatorRow;
 use concordem::schedule::{Record, Simulation as Run, StopReason};
 use concordem::state::Load;
 use pyo3::exceptions::PyValueError;
@@ -20,7 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
-use crate::errors::{OrRaise, caught, detach, of_assembly, of_restart};
+use crate::errors::{OrRaise, caught, detach_here, of_assembly, of_restart};
 use crate::meshes::{free_mesh, mesh_number, no_mesh};
 use crate::results::events;
 use crate::scenario::Scenario;
@@ -28,19 +26,20 @@ use crate::scripted::{Replacement, ScriptedLaw};
 use crate::shared::{Access, Shared};
 use crate::state::{Addresses, State};
 use crate::warnings::warn;
-use crate::work::{REPORT, SLICE, close, guarded, inside, pool, reporter};
+use crate::work::{Pool, REPORT, SLICE, close, guarded, reporter};
 
+mod kept;
 mod snapshot;
 
+pub use kept::HISTORIES;
+use kept::{Kept, Records};
 pub use snapshot::SimulationSnapshot;
 
 /// The data that steps change.
 pub struct Inner {
     /// State, solver, and schedule.
     pub run: Run,
-    samples: Vec<Record>,
-    operators: Vec<Vec<OperatorRow>>,
-    events: Vec<Event>,
+    records: Records,
     addresses: Addresses,
     /// Loads of the scenario.
     loads: Vec<Load>,
@@ -50,11 +49,13 @@ pub struct Inner {
 #[pyclass(frozen, weakref, module = "concordem")]
 pub struct Simulation {
     inner: Shared<Inner>,
-    pool: Option<rayon::ThreadPool>,
+    pool: Pool,
     scenario: Py<Scenario>,
     summary: Summary,
     /// Laws in Python, which the blocks of contacts know by number.
     _laws: Vec<Arc<ScriptedLaw>>,
+    /// Names of the histories of those of bonds and of contacts.
+    histories: [Option<String>; 2],
     /// Tells its snapshots from those of others.
     identity: Arc<()>,
 }
@@ -63,17 +64,19 @@ impl Inner {
     /// Advance until the interval ends, `steps` steps are done, or the run ends.
     fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::schedule::simulation::RunError> {
         let start = Instant::now();
+        // Python may have written velocities since the last step; what is prescribed starts from them, as in a checkpoint.
+        self.run.solver.set_targets(None);
         while *steps > 0 {
             if let Some(reason) = self.run.stopped() {
                 return Ok(Some(reason));
             }
             let advance = self.run.advance()?;
             *steps -= 1;
-            self.samples.extend(advance.sample.into_iter().chain(advance.last));
+            self.records.samples.extend(advance.sample.into_iter().chain(advance.last));
             for row in advance.operators {
-                self.operators[row.operator].push(row);
+                self.records.operators[row.operator].push(row);
             }
-            self.events.extend(advance.events);
+            self.records.events.extend(advance.events);
             if start.elapsed() > SLICE {
                 break;
             }
@@ -88,7 +91,7 @@ impl Simulation {
         scenario: &Bound<'_, Scenario>,
         threads: Option<usize>,
         progress: Option<&Bound<'_, PyAny>>,
-        checkpoint: Option<checkpoint::Checkpoint>,
+        checkpoint: Option<(PathBuf, checkpoint::Checkpoint)>,
         laws: &Replacement,
     ) -> PyResult<Self> {
         let py = scenario.py();
@@ -105,26 +108,37 @@ impl Simulation {
         let mut assembly = assembly.map_err(|error| of_assembly(inner, error))?;
         let loads = assembly.state.particles.loads.clone();
         warn(py, inner, &assembly.summary.warnings)?;
-        if let Some(mut checkpoint) = checkpoint {
+        let pool = Pool::new(threads)?;
+        let mut records = Records::none(&assembly.schedule);
+        if let Some((path, mut checkpoint)) = checkpoint {
             let before = concordem::scenario::Scenario::parse("<checkpoint>", &checkpoint.provenance).or_raise()?;
             let changes = caught(|| restart::check(&before, inner, Continuation::NewResult))?.or_raise()?;
             let columns = &mut checkpoint.columns;
             let further = !changes.is_empty();
-            caught(|| restart::apply(&mut assembly, columns, inner, &changes, further))?
+            caught(|| pool.inside(|| restart::apply(&mut assembly, columns, inner, &changes, further)))?
                 .map_err(|error| of_restart(inner, error))?;
+            let operators = !changes.iter().any(|change| change.key.starts_with("sample"));
+            records = match caught(|| ResultFile::open(&path))? {
+                Ok(result) => Records::of_result(&result, &assembly.schedule, operators).or_raise()?,
+                // Not a result.
+                Err(_) => Records::read(&checkpoint.kept, &assembly.schedule, operators).or_raise()?,
+            };
         }
         let Assembly { state, model, schedule, summary } = assembly;
-        let operators = vec![Vec::new(); schedule.operators.len()];
-        let run = detach(py, || Run::new(state, model, schedule))?.or_raise()?;
+        let run = detach_here(py, || pool.inside(|| Run::new(state, model, schedule)))?.or_raise()?;
         let addresses = Addresses::of(&run.state.particles);
-        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses, loads };
+        if run.stopped().is_none() {
+            records.before(run.state.clock.step);
+        }
+        let inner = Inner { run, records, addresses, loads };
         let inner = Shared::new(
             inner,
             "the simulation is running in another thread; access it from its progress function, or wait",
             "the simulation failed in the middle of a step, so its state is invalid; load a checkpoint, or start again",
         );
         let (scenario, identity) = (scenario.clone().unbind(), Arc::new(()));
-        Ok(Self { inner, pool: pool(threads)?, scenario, summary, _laws: scripted, identity })
+        let histories = laws.histories(py)?;
+        Ok(Self { inner, pool, scenario, summary, _laws: scripted, histories, identity })
     }
 
     /// Lock the data; an error if another thread is stepping, or if a step failed.
@@ -139,8 +153,8 @@ impl Simulation {
         let mut last = Instant::now();
         let outcome = loop {
             let mut inner = self.lock()?;
-            let (left_ref, pool) = (&mut left, self.pool.as_ref());
-            let stopped = inner.change(py, move |inner| inside(pool, || inner.advance(left_ref)))?;
+            let (left_ref, pool) = (&mut left, &self.pool);
+            let stopped = inner.change(py, move |inner| pool.inside(|| inner.advance(left_ref)))?;
             if Addresses::of(&inner.run.state.particles) != inner.addresses {
                 // The core guarantees not to move the particle arrays; otherwise views would dangle.
                 eprintln!("internal error of concordem, please report it: the particle arrays have moved");
@@ -148,7 +162,7 @@ impl Simulation {
             }
             let stopped = stopped.or_raise()?;
             let (share, step) = (inner.run.progress(), inner.run.state.clock.step);
-            let sample = inner.samples.last().copied().unwrap_or_default();
+            let sample = inner.records.samples.last().copied().unwrap_or_default();
             drop(inner);
             if let Err(error) = py.check_signals() {
                 break Err(error);
@@ -185,7 +199,8 @@ fn name_of(reason: StopReason) -> &'static str {
 
 #[pymethods]
 impl Simulation {
-    /// Continue from a checkpoint that `save` wrote. `scenario`: continue with this scenario instead of the stored one.
+    /// Continue from a checkpoint that `save` wrote, or from a result; the records so far come with it. `scenario`: continue with this
+    /// scenario instead of the stored one; other tables `[[sample]]` begin new records.
     #[staticmethod]
     /// `bond_law`, `contact_law`: the laws in Python with which the checkpoint was written; see Scenario.simulation.
     #[pyo3(signature = (path, scenario=None, threads=None, bond_law=None, contact_law=None))]
@@ -197,9 +212,10 @@ impl Simulation {
         bond_law: Option<Py<PyAny>>,
         contact_law: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
-        let checkpoint = checkpoint::read(&path).or_raise()?;
+        let pool = Pool::new(threads)?;
+        let checkpoint = detach_here(py, || pool.inside(|| checkpoint::read(&path)))?.or_raise()?;
         let laws = Replacement { bonds: bond_law, contacts: contact_law };
-        laws.check_stored(&checkpoint.columns)?;
+        laws.check_stored(py, &checkpoint.kept)?;
         let scenario = if let Some(scenario) = scenario {
             scenario
         } else {
@@ -207,14 +223,15 @@ impl Simulation {
             let folder = path.parent().map(PathBuf::from).unwrap_or_default();
             Bound::new(py, Scenario::with_warnings(py, inner.or_raise()?, folder)?)?
         };
-        Self::build(&scenario, threads, None, Some(checkpoint), &laws)
+        Self::build(&scenario, threads, None, Some((path, checkpoint)), &laws)
     }
 
-    /// Write the complete state to a checkpoint; returns the state hash.
+    /// Write the complete state and the records so far to a checkpoint; returns the state hash.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<String> {
         let inner = self.lock()?;
         let (state, text) = (&inner.run.state, &self.scenario.get().inner.source.text);
-        detach(py, || checkpoint::write(&path, state, text))?.or_raise()
+        let kept = Kept { records: &inner.records, histories: &self.histories };
+        detach_here(py, || self.pool.inside(|| checkpoint::write_with(&path, state, text, &kept)))?.or_raise()
     }
 
     /// Everything that steps change, in memory, to go back to with `restore`: state, motion and loads set from Python, records so far.
@@ -229,7 +246,7 @@ impl Simulation {
     fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, SimulationSnapshot>) -> PyResult<()> {
         let kept = snapshot.get();
         kept.check(&self.identity)?;
-        self.lock()?.change(py, |inner| kept.restore(inner))?.or_raise()
+        self.lock()?.change(py, |inner| self.pool.inside(|| kept.restore(inner)))?.or_raise()
     }
 
     /// Run until a condition of the scenario's `[stop]` is met; returns its name.
@@ -295,7 +312,7 @@ impl Simulation {
     #[getter]
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock()?;
-        let table_rows: Vec<Vec<f64>> = inner.samples.iter().map(Record::to_row).collect();
+        let table_rows: Vec<Vec<f64>> = inner.records.samples.iter().map(Record::to_row).collect();
         let columns = Record::COLUMNS
             .iter()
             .enumerate()
@@ -316,7 +333,7 @@ impl Simulation {
     fn operator_samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
         let dict = PyDict::new(py);
-        for (operator, entries) in inner.run.schedule.operators.iter().zip(&inner.operators) {
+        for (operator, entries) in inner.run.schedule.operators.iter().zip(&inner.records.operators) {
             let times: Vec<f64> = entries.iter().map(|row| row.time).collect();
             let steps: Vec<u64> = entries.iter().map(|row| row.step).collect();
             let mut columns = vec![
@@ -348,7 +365,7 @@ impl Simulation {
     /// The event log so far, a structured array.
     #[getter]
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        events(py, &self.lock()?.events)
+        events(py, &self.lock()?.records.events)
     }
 
     /// Forces of all contacts at the current positions, for operators. Returns Forces.
@@ -358,11 +375,11 @@ impl Simulation {
     #[pyo3(signature = (border=None))]
     fn forces<'py>(&self, py: Python<'py>, border: Option<Vec<u32>>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
-        let pool = self.pool.as_ref();
+        let pool = &self.pool;
         let count = inner.run.state.particles.len();
         let member = border.map(|rows| members_of(&rows, count)).transpose()?;
         let record = |Inner { run, .. }: &mut Inner| {
-            inside(pool, || match &member {
+            pool.inside(|| match &member {
                 Some(member) => run.solver.record_border(&mut run.state, member),
                 None => run.solver.record(&mut run.state),
             })
@@ -392,9 +409,9 @@ impl Simulation {
     /// Broken bonds keep the direction that they had when they broke, and have lost all strength.
     fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
-        let pool = self.pool.as_ref();
+        let pool = &self.pool;
         let find = |Inner { run, .. }: &mut Inner| {
-            inside(pool, || run.solver.record(&mut run.state).map(|forces| SampledBonds::of(&run.state, &forces)))
+            pool.inside(|| run.solver.record(&mut run.state).map(|forces| SampledBonds::of(&run.state, &forces)))
         };
         let bonds = inner.change(py, find)?.or_raise()?;
         let fields = (
@@ -428,10 +445,7 @@ impl Simulation {
             return Err(PyValueError::new_err("a velocity is not finite"));
         }
         inner.change(py, |Inner { run, .. }| {
-            let targets = run.solver.targets_mut(&run.state.particles);
-            for ((target, v), w) in targets.iter_mut().zip(velocity).zip(angular) {
-                *target = (*v, *w);
-            }
+            run.state.motion = Some(velocity.iter().copied().zip(angular.iter().copied()).collect());
         })
     }
 
@@ -550,7 +564,8 @@ impl Simulation {
 
     /// Hash of the complete state.
     fn state_hash(&self) -> PyResult<String> {
-        hash::state_hash(&self.lock()?.run.state).or_raise()
+        let inner = self.lock()?;
+        self.pool.inside(|| hash::state_hash(&inner.run.state)).or_raise()
     }
 
     fn __repr__(&self) -> PyResult<String> {

@@ -159,7 +159,8 @@ impl State {
         self.particles::<_, u64>(py, |p| &p.tags, false)
     }
 
-    /// A writable view of `positions`, `velocities`, or `angular_velocities`.
+    /// A writable view of `positions`, `velocities`, or `angular_velocities`. Write between steps: what another thread of Python writes during
+    /// one is not defined.
     fn writable<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         match name {
             "positions" => self.particles::<_, f64>(py, |p| &p.position, true),

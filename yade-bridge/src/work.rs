@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use concordem_yade::own_thread::with_all_processors;
+use concordem_yade::own_thread::{Workers, alone, beside, beside_all_processors, with_all_processors};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -20,21 +20,58 @@ pub const REPORT: Duration = Duration::from_millis(200);
 /// Payload that unwinds work which a signal handler or a progress function has stopped.
 struct Stopped;
 
-/// A pool with this number of threads; `None`: the global pool, with all processors.
-pub fn pool(threads: Option<usize>) -> PyResult<Option<rayon::ThreadPool>> {
-    let Some(threads) = threads else { return Ok(None) };
-    if threads == 0 {
-        return Err(PyValueError::new_err("threads is 0; give at least 1"));
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map(Some).map_err(|error| PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}")))
+/// The threads on which work is done. Results do not depend on them.
+pub enum Pool {
+    /// One for each processor.
+    All,
+    /// The caller's thread alone; no other one is started.
+    One,
+    /// This number of threads.
+    Some(usize, Workers),
 }
 
-/// Run `work` inside a pool, so that parallel loops do not enter it individually.
-pub fn inside<T: Send>(pool: Option<&rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
-    match pool {
-        Some(pool) => pool.install(work),
-        None => with_all_processors(|| rayon::scope(|_| work())),
+impl Pool {
+    /// The pool for the argument `threads`.
+    pub fn new(threads: Option<usize>) -> PyResult<Self> {
+        match threads {
+            None => Ok(Self::All),
+            Some(0) => Err(PyValueError::new_err("threads is 0; give at least 1")),
+            Some(1) => Ok(Self::One),
+            Some(threads) => match Workers::new(threads) {
+                Ok(workers) => Ok(Self::Some(threads, workers)),
+                Err(error) => Err(PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}"))),
+            },
+        }
+    }
+
+    /// Run `work` on these threads, so that parallel loops do not enter them individually.
+    pub fn inside<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match self {
+            Self::All => with_all_processors(|| rayon::scope(|_| work())),
+            Self::One => alone(work),
+            Self::Some(_, workers) => workers.install(work),
+        }
+    }
+
+    /// Run `work` on these threads, and meanwhile `here` on the present one.
+    fn beside<T: Send>(&self, work: impl FnOnce() -> T + Send, here: impl FnOnce()) -> PyResult<Option<T>> {
+        Ok(match self {
+            Self::All => beside_all_processors(work, here),
+            // A worker beside this thread, which ends with the work.
+            Self::One => {
+                beside(Workers::new(1).map_err(|e| PyRuntimeError::new_err(e.to_string()))?.pool(), work, here)
+            }
+            Self::Some(_, workers) => beside(workers.pool(), work, here),
+        })
+    }
+
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        match self {
+            Self::All => with_all_processors(rayon::current_num_threads),
+            Self::One => 1,
+            Self::Some(threads, _) => *threads,
+        }
     }
 }
 
@@ -52,7 +89,7 @@ pub fn reporter<'py>(py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> P
     }
 }
 
-/// Run long work without the interpreter's lock, in a thread of its own. Meanwhile this thread checks for signals, which Python handles in its
+/// Run long work without the interpreter's lock, in other threads. Meanwhile this thread checks for signals, which Python handles in its
 /// main thread alone, and calls `progress` with the last stage and fraction that the work has reported. Both may stop the work with an
 /// exception; it ends when it reports again.
 pub fn guarded<T: Send>(
@@ -61,7 +98,7 @@ pub fn guarded<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&mut dyn FnMut(&str, f64)) -> T + Send,
 ) -> PyResult<T> {
-    let pool = pool(threads)?;
+    let pool = Pool::new(threads)?;
     let report = reporter(py, progress)?;
     let (stop, last) = (AtomicBool::new(false), Mutex::new(None::<(String, f64)>));
     // Whether there was something to tell.
@@ -73,26 +110,24 @@ pub fn guarded<T: Send>(
         }
     };
     let mut failure = None;
+    let mut told: Option<Instant> = None;
     let outcome = py.detach(|| {
-        std::thread::scope(|scope| {
-            let (running, ended) = channel::<()>();
-            let worker = scope.spawn(|| {
-                let _running = running;
-                catch_unwind(AssertUnwindSafe(|| {
-                    inside(pool.as_ref(), || {
-                        work(&mut |stage, share| {
-                            if stop.load(Ordering::Relaxed) {
-                                // The work has no other way to stop; none of its data is kept.
-                                resume_unwind(Box::new(Stopped));
-                            }
-                            if let Ok(mut last) = last.lock() {
-                                *last = Some((stage.to_owned(), share));
-                            }
-                        })
-                    })
-                }))
-            });
-            let mut told: Option<Instant> = None;
+        let (running, ended) = channel::<()>();
+        let guarded = || {
+            let _running = running;
+            catch_unwind(AssertUnwindSafe(|| {
+                work(&mut |stage, share| {
+                    if stop.load(Ordering::Relaxed) {
+                        // The work has no other way to stop; none of its data is kept.
+                        resume_unwind(Box::new(Stopped));
+                    }
+                    if let Ok(mut last) = last.lock() {
+                        *last = Some((stage.to_owned(), share));
+                    }
+                })
+            }))
+        };
+        let look = || {
             while ended.recv_timeout(SLICE) == Err(RecvTimeoutError::Timeout) {
                 if failure.is_some() {
                     continue;
@@ -109,9 +144,10 @@ pub fn guarded<T: Send>(
                     stop.store(true, Ordering::Relaxed);
                 }
             }
-            worker.join().unwrap_or_else(Err)
-        })
-    });
+        };
+        pool.beside(guarded, look)
+    })?;
+    let outcome = outcome.unwrap_or_else(|| Err(Box::new("the work did not begin")));
     let ended = if failure.is_none() && outcome.is_ok() { tell(py).map(|_| ()) } else { Ok(()) };
     close(py, report.as_ref())?;
     ended?;

@@ -74,7 +74,8 @@ def test_axes_names_and_style(pyplot, runs):
     axes = result.plot(y="broken", color="k", label="bonds")
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time, s", "broken") and axes.get_legend() is None
     assert simulation.plot("strain", "stored_normal", axes=axes) is axes and len(axes.get_lines()) == 2
-    assert axes.get_lines()[0].get_color() == "k" and axes.get_ylabel() == "stored normal, J"
+    # Labels that axes have stay.
+    assert axes.get_lines()[0].get_color() == "k" and (axes.get_xlabel(), axes.get_ylabel()) == ("time, s", "broken")
     # A scale that a user has chosen stays.
     _, logarithmic = pyplot.subplots()
     logarithmic.set_yscale("log")
@@ -145,3 +146,20 @@ def test_tables_of_pandas(runs):
     events = simulation.events
     frame = pandas.DataFrame({name: list(events[name]) for name in events.dtype.names})
     assert len(frame) == len(events) > 0 and np.array_equal(np.stack(frame["position"]), events["position"])
+
+
+def test_axes_keep_their_labels(pyplot, runs, tmp_path):
+    """A simulation that was just loaded, or has not begun, draws what the axes show."""
+    simulation, _, _ = runs
+    axes = simulation.plot()
+    simulation.save(tmp_path / "state.h5")
+    loaded = concordem.Simulation.load(tmp_path / "state.h5")
+    assert np.array_equal(loaded.samples, simulation.samples)
+    for other in (loaded, simulation.scenario.simulation()):
+        other.plot(axes=axes)
+        assert (axes.get_xlabel(), axes.get_ylabel()) == ("strain", "stress, Pa")
+    axes.set_ylabel("my stress")
+    with pytest.raises(ValueError, match="the axes show 'my stress' over 'strain'"):
+        loaded.plot(axes=axes)
+    loaded.plot("strain", "stress", axes=axes)
+    assert axes.get_ylabel() == "my stress"

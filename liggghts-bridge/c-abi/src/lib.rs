@@ -7,7 +7,7 @@ pub mod header;
 mod slices;
 
 pub use guard::{Message, guarded};
-pub use slices::{slice, slice_mut};
+pub use slices::{Count, length_of, slice, slice_mut};
 
 /// FNV-1a hash of a C header, without the last line, which defines the hash itself.
 ///

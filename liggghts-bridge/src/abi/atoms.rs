@@ -5,7 +5,7 @@
 
 use std::ffi::c_void;
 
-use concordem_c_abi::{slice, slice_mut};
+use concordem_c_abi::{length_of, slice, slice_mut};
 
 use crate::atoms::{Atoms, Tags};
 
@@ -49,7 +49,7 @@ pub struct AtomArrays {
 
 impl AtomArrays {
     pub(super) unsafe fn view<'a>(&self) -> Atoms<'a> {
-        let (owned, count) = (self.owned as usize, self.count as usize);
+        let (owned, count) = (length_of(self.owned), length_of(self.count));
         // SAFETY: lengths of the host's arrays. They include forces on ghosts, which we do not use.
         unsafe {
             Atoms {
@@ -73,7 +73,7 @@ impl AtomArrays {
                 ),
                 force: slice_mut(self.force, 3 * owned),
                 torque: slice_mut(self.torque, 3 * owned),
-                memory: slice_mut(self.memory, self.memory_width as usize * count),
+                memory: slice_mut(self.memory, length_of(self.memory_width) * count),
                 edge: self.edge,
                 low: self.low,
                 high: self.high,

@@ -73,11 +73,7 @@ pub unsafe extern "C" fn concordem_network_read_heat_network(
     message: *const Message,
 ) -> i64 {
     // SAFETY: room for `capacity` entries.
-    unsafe {
-        guarded(message, || {
-            (*network).read_heat_network(slice_mut(entries, capacity as usize)).map(|count| count as i64)
-        })
-    }
+    unsafe { guarded(message, || (*network).read_heat_network(slice_mut(entries, capacity)).map(|count| count as i64)) }
 }
 
 /// Keep `count` atoms and bonds of the file of `heat_network` on this processor.
@@ -88,7 +84,7 @@ pub unsafe extern "C" fn concordem_network_keep_heat_entries(
     count: i64,
 ) {
     // SAFETY: `count` entries.
-    unsafe { (*network).keep_heat_entries(slice(entries, count as usize)) }
+    unsafe { (*network).keep_heat_entries(slice(entries, count)) }
 }
 
 /// All that this processor keeps of the file of `heat_network` is here. Returns 0; or −1 and a message if two lines have the same atom or
@@ -113,7 +109,7 @@ pub unsafe extern "C" fn concordem_network_heat_entries(
 ) {
     // SAFETY: `count` ids, and room for as many entries.
     unsafe {
-        let (ids, entries) = (slice(ids, count as usize), slice_mut(entries, count as usize));
+        let (ids, entries) = (slice(ids, count), slice_mut(entries, count));
         for (to, &ids) in entries.iter_mut().zip(ids) {
             *to = (*network).heat_entry(ids);
         }
@@ -160,7 +156,7 @@ pub unsafe extern "C" fn concordem_network_take_heat_entries(
     count: i64,
 ) {
     // SAFETY: `count` entries.
-    unsafe { (*network).take_heat_entries(slice(entries, count as usize)) }
+    unsafe { (*network).take_heat_entries(slice(entries, count)) }
 }
 
 /// All answers to what `concordem_network_asked_heat_entries` returned are here: use them, or compare them. Returns 0, or −1 and a message.

@@ -5,7 +5,7 @@
 
 use std::ffi::{CStr, c_char, c_void};
 
-use concordem_c_abi::{Message, guarded, slice, slice_mut};
+use concordem_c_abi::{Message, guarded, length_of, slice, slice_mut};
 
 use super::atoms::AtomArrays;
 use super::guarded_with_line;
@@ -70,13 +70,11 @@ pub unsafe extern "C" fn concordem_network_new(
     let mut made = std::ptr::null_mut();
     // SAFETY: `count` zero-terminated strings; `facts` and `message` belong to the shim.
     unsafe {
-        let words: Vec<String> = slice(words, count as usize)
-            .iter()
-            .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
-            .collect();
+        let words: Vec<String> =
+            slice(words, count).iter().map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned()).collect();
         guarded(message, || {
             let units = if si != 0 { Units::Si } else { Units::Consistent };
-            let options = Options::parse(&words, types as usize, units).map_err(|error| error.to_string())?;
+            let options = Options::parse(&words, length_of(types), units).map_err(|error| error.to_string())?;
             let network = Network::new(options).map_err(|error| error.to_string())?;
             let options = network.options();
             let (creation, factor) = match &options.creation {
@@ -160,7 +158,7 @@ impl BondLists {
     unsafe fn view<'a>(&self, atoms: &Atoms<'_>) -> Vec<BondsOfAtom<'a>> {
         // SAFETY: as many lists as owned atoms, with the lengths in `numbers`.
         let of_atom = |i: usize| unsafe {
-            let count = *self.numbers.add(i) as usize;
+            let count = length_of(*self.numbers.add(i));
             // Without bonds, the arrays need not exist.
             let (partners, types) = if count == 0 {
                 (std::ptr::null(), std::ptr::null())
@@ -209,16 +207,14 @@ pub unsafe extern "C" fn concordem_network_read_bond_list(
     message: *const Message,
 ) -> i64 {
     // SAFETY: room for `capacity` bonds.
-    unsafe {
-        guarded(message, || (*network).read_bond_list(slice_mut(bonds, capacity as usize)).map(|count| count as i64))
-    }
+    unsafe { guarded(message, || (*network).read_bond_list(slice_mut(bonds, capacity)).map(|count| count as i64)) }
 }
 
 /// Keep `count` bonds of the user's list on this processor.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_keep_listed(network: *mut Network, bonds: *const BondOfList, count: i64) {
     // SAFETY: `count` bonds.
-    unsafe { (*network).keep_listed(slice(bonds, count as usize)) }
+    unsafe { (*network).keep_listed(slice(bonds, count)) }
 }
 
 /// All bonds of the user's list that this processor keeps are here. Returns 0; or −1 and a message if two lines have the same bond, and sets
@@ -250,7 +246,7 @@ pub unsafe extern "C" fn concordem_network_listed(network: *const Network, bonds
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network, bonds: *const BondOfList, count: i64) {
     // SAFETY: `count` bonds.
-    unsafe { (*network).make_listed(slice(bonds, count as usize)) }
+    unsafe { (*network).make_listed(slice(bonds, count)) }
 }
 
 /// Queue the bonds of the host's lists for the next rebuild.
@@ -389,12 +385,12 @@ pub unsafe extern "C" fn concordem_network_own_pairs(
     // SAFETY: the host's neighbor lists; `capacity` marks; two ids.
     unsafe {
         let l = &*lists;
-        let lists = slice(l.list, l.atoms as usize)
+        let lists = slice(l.list, l.atoms)
             .iter()
-            .map(|&i| (i as usize, slice(*l.neighbors.add(i as usize), *l.numbers.add(i as usize) as usize)))
+            .map(|&i| (i as usize, slice(*l.neighbors.add(i as usize), *l.numbers.add(i as usize))))
             .collect();
         let lists = NeighborLists { lists, index_bits: l.index_bits, weights: l.weights };
-        let marks = if marks.is_null() { &mut [] } else { slice_mut(marks, capacity as usize) };
+        let marks = if marks.is_null() { &mut [] } else { slice_mut(marks, capacity) };
         let (count, pair) = (*network).own_pairs(&(*atoms).view(), &lists, marks);
         slice_mut(first, 2).copy_from_slice(&pair);
         count as i64
@@ -482,14 +478,14 @@ pub unsafe extern "C" fn concordem_network_unpack(
     message: *const Message,
 ) -> i64 {
     // SAFETY: `count` reals.
-    unsafe { guarded(message, || (*network).unpack(tag, slice(buffer, count as usize)).map(|()| 0)) }
+    unsafe { guarded(message, || (*network).unpack(tag, slice(buffer, count)).map(|()| 0)) }
 }
 
 /// Make room for `count` reals of a restart file.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_reserve_restored(network: *mut Network, count: i64) {
     // SAFETY: valid pointers from the shim.
-    unsafe { (*network).reserve_restored(count as usize) }
+    unsafe { (*network).reserve_restored(length_of(count)) }
 }
 
 /// Keep records of a restart file that came with atom `tag`; they may be of any atoms. Returns 0, or −1 and a message.
@@ -502,7 +498,7 @@ pub unsafe extern "C" fn concordem_network_restore(
     message: *const Message,
 ) -> i64 {
     // SAFETY: `count` reals.
-    unsafe { guarded(message, || (*network).restore(tag, slice(buffer, count as usize)).map(|()| 0)) }
+    unsafe { guarded(message, || (*network).restore(tag, slice(buffer, count)).map(|()| 0)) }
 }
 
 /// Keep a record of a data file, `ConcordemFacts::record_reals` reals. Returns 0, or −1 and a message.
@@ -557,7 +553,7 @@ pub unsafe extern "C" fn concordem_network_deliver(
     message: *const Message,
 ) -> i64 {
     // SAFETY: `count` reals.
-    unsafe { guarded(message, || (*network).deliver(slice(buffer, count as usize)).map(|()| 0)) }
+    unsafe { guarded(message, || (*network).deliver(slice(buffer, count)).map(|()| 0)) }
 }
 
 /// Take all records that are kept for the next rebuild, if there are no other processors.

@@ -5,7 +5,7 @@
 
 use std::ffi::c_char;
 
-use concordem_c_abi::{Message, guarded, slice, slice_mut};
+use concordem_c_abi::{Message, guarded, length_of, slice, slice_mut};
 
 use crate::host_laws::HostShear;
 use crate::pair::{
@@ -90,7 +90,7 @@ pub unsafe extern "C" fn concordem_pair_new(
     // SAFETY: `types` or `types`² reals behind each pointer that the model reads.
     unsafe {
         let p = &*properties;
-        let n = p.types as usize;
+        let n = length_of(p.types);
         let shear = match p.shear {
             0 => HostShear::Off,
             1 => HostShear::NoHistory,
@@ -141,7 +141,7 @@ pub unsafe extern "C" fn concordem_pair_history(model: i32, odd: *mut i32, capac
     let Ok(law) = pair::law(model as usize, HostShear::History, &properties) else { return -1 };
     let fields = law.fields();
     // SAFETY: `capacity` integers.
-    let odd = unsafe { slice_mut(odd, capacity as usize) };
+    let odd = unsafe { slice_mut(odd, capacity) };
     for (to, field) in odd.iter_mut().zip(&fields) {
         *to = i32::from(field.1);
     }
@@ -192,7 +192,7 @@ pub unsafe extern "C" fn concordem_pair_compute(
     unsafe {
         let a = &*arrays;
         guarded(message, || {
-            let (owned, count) = (a.owned as usize, a.count as usize);
+            let (owned, count) = (length_of(a.owned), length_of(a.count));
             let pass = Pass {
                 position: slice(a.position, count),
                 velocity: slice(a.velocity, count),
@@ -212,10 +212,10 @@ pub unsafe extern "C" fn concordem_pair_compute(
                 record.0.clear();
             }
             let mut entry = 0;
-            for &i in slice(a.list, a.atoms as usize) {
+            for &i in slice(a.list, a.atoms) {
                 let i = i as usize;
-                let number = *a.numbers.add(i) as usize;
-                let stride = a.stride as usize;
+                let number = length_of(*a.numbers.add(i));
+                let stride = length_of(a.stride);
                 let skip = if a.skip.is_null() { &[] } else { slice(a.skip.add(entry), number) };
                 entry += number;
                 let neighbors = Neighbors {
@@ -249,7 +249,7 @@ pub unsafe extern "C" fn concordem_pair_single(
     // SAFETY: lengths as documented.
     unsafe {
         guarded(message, || {
-            *response = (*law).0.single(&*contact, added, slice_mut(history, width as usize));
+            *response = (*law).0.single(&*contact, added, slice_mut(history, width));
             Ok::<_, String>(0)
         })
     }
@@ -269,7 +269,7 @@ pub unsafe extern "C" fn concordem_pair_wall(
     // SAFETY: lengths as documented.
     unsafe {
         guarded(message, || {
-            *response = (*law).0.wall(&*contact, added, slice_mut(history, width as usize));
+            *response = (*law).0.wall(&*contact, added, slice_mut(history, width));
             Ok::<_, String>(0)
         })
     }

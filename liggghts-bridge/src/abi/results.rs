@@ -3,7 +3,7 @@
 // Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
-use concordem_c_abi::{Message, guarded, slice, slice_mut};
+use concordem_c_abi::{Message, guarded, length_of, slice, slice_mut};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::stress::{ParticleVolume, Partition, axial};
 
@@ -33,7 +33,7 @@ pub unsafe extern "C" fn concordem_network_virial(
 ) {
     // SAFETY: lengths as documented.
     unsafe {
-        let virial = (*network).virial(slice_mut(per_atom, 6 * count as usize));
+        let virial = (*network).virial(slice_mut(per_atom, 6 * length_of(count)));
         for (sum, more) in slice_mut(total, 6).iter_mut().zip(virial) {
             *sum += more;
         }
@@ -58,7 +58,7 @@ pub unsafe extern "C" fn concordem_network_stress(
     // SAFETY: nine reals per atom.
     unsafe {
         guarded(message, || {
-            (*network).stress(step, partition, volume, slice_mut(per_atom, 9 * count as usize)).map(|()| 0)
+            (*network).stress(step, partition, volume, slice_mut(per_atom, 9 * length_of(count))).map(|()| 0)
         })
     }
 }
@@ -191,7 +191,7 @@ pub unsafe extern "C" fn concordem_network_take_breaks(network: *mut Network, co
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_rows_delete(rows: *mut f64, count: i64) {
     if !rows.is_null() {
-        let length = count as usize * ROW;
+        let length = length_of(count) * ROW;
         // SAFETY: allocated by `concordem_network_rows` with this count.
         drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(rows, length)) });
     }
@@ -217,7 +217,7 @@ pub unsafe extern "C" fn concordem_network_records(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_records_delete(reals: *mut f64, count: i64, length: i64) {
     if !reals.is_null() {
-        let all = (count * length) as usize;
+        let all = length_of(count * length);
         // SAFETY: allocated by `concordem_network_records` or `concordem_network_counted_rows` with these numbers.
         drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(reals, all)) });
     }

@@ -3,6 +3,7 @@
 #![allow(unsafe_code)]
 
 use std::marker::PhantomData;
+use std::mem::MaybeUninit;
 
 use bytemuck::Pod;
 
@@ -66,25 +67,27 @@ impl<T> Buffer<T> {
     /// Safety is that of the kernels: they read `T` with the same layout ([`LAYOUT`](crate::arguments::LAYOUT)).
     pub fn put_raw(&mut self, device: &mut dyn Device, values: &[T]) -> Result<(), DeviceError> {
         self.resize(device, values.len())?;
-        let bytes = size_of_val(values);
-        let mut copy = vec![0_u8; bytes];
-        // Safety: both are as long; bytes of padding are copied as they are, into memory that has values.
-        unsafe { std::ptr::copy_nonoverlapping(values.as_ptr().cast::<u8>(), copy.as_mut_ptr(), bytes) };
-        device.upload(self.address(), &copy)
+        device.upload(self.address(), bytes_of(values))
     }
+}
+
+/// The memory of these values, of which bytes of padding have no value.
+fn bytes_of<T>(values: &[T]) -> &[MaybeUninit<u8>] {
+    // Safety: any memory may be read so; the lifetime is that of the values.
+    unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }
 }
 
 impl<T: Pod> Buffer<T> {
     /// Replace the array.
     pub fn put(&mut self, device: &mut dyn Device, values: &[T]) -> Result<(), DeviceError> {
         self.resize(device, values.len())?;
-        device.upload(self.address(), bytemuck::cast_slice(values))
+        device.upload(self.address(), bytes_of(values))
     }
 
     /// Replace the elements from `first` on.
     pub fn put_at(&self, device: &mut dyn Device, first: usize, values: &[T]) -> Result<(), DeviceError> {
         debug_assert!(first + values.len() <= self.length);
-        device.upload(self.address_at(first), bytemuck::cast_slice(values))
+        device.upload(self.address_at(first), bytes_of(values))
     }
 
     /// Read the beginning of the array.

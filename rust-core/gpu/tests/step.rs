@@ -359,7 +359,7 @@ impl Device for Foreign {
     fn free(&mut self, array: Address) {
         self.0.free(array);
     }
-    fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError> {
+    fn upload(&mut self, array: Address, bytes: &[std::mem::MaybeUninit<u8>]) -> Result<(), DeviceError> {
         self.0.upload(array, bytes)
     }
     fn download(&mut self, array: Address, bytes: &mut [u8]) -> Result<(), DeviceError> {

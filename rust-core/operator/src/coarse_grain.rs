@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::contact_set::ContactSet;
-use super::error::{OperatorError, check_length};
+use super::error::{OperatorError, check_finite, check_length};
 use super::region::Period;
 use super::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3};
@@ -71,6 +71,9 @@ pub struct CoarseField {
 /// `σ = Σ_c l⊗f^A ∫₀¹ φ(r − x_A − s l) ds`. Continuous in space, and the integral of the stress over all space is exactly
 /// the branch sum.
 ///
+/// # Errors
+/// Slices of different lengths, numbers that are not finite, a kernel that reaches over many periodic cells.
+///
 /// ```
 /// use concordem_contact::math::Vec3;
 /// use concordem_operator::{ContactSet, coarse_grain::{Kernel, coarse_grain}, strain::Dimension};
@@ -98,6 +101,10 @@ pub fn coarse_grain(
     let position = contacts.position();
     check_length("mass", mass.len(), position.len(), "particle")?;
     check_length("velocity", velocity.len(), position.len(), "particle")?;
+    check_finite("mass", mass)?;
+    check_finite("velocity", velocity)?;
+    check_finite("points", points)?;
+    super::Region::Sphere { center: Vec3::zeros(), radius: kernel.support }.check_period(period)?;
     let none = Vec3::zeros();
     let shifted = |image: Vec3| period.map_or(none, |period| period.edges * image);
     let carried = |image: Vec3| period.map_or(none, |period| period.change * image);

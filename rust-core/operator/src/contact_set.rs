@@ -1,6 +1,6 @@
 //! Contacts and loads as operator input: borrowed slices from any owner.
 
-use super::error::{OperatorError, check_length};
+use super::error::{OperatorError, check_finite, check_length};
 use concordem_contact::math::Vec3;
 
 /// Contacts between particles, one row each, seen from A (conventions in the [crate documentation](crate)).
@@ -42,6 +42,10 @@ impl<'a> ContactSet<'a> {
     /// Contacts of the particles at `position` (m): `pair` names A and B; `branch` is the branch vector `l` (m),
     /// `point` the contact point next to A (m), `force` the force on A (N), `moment` the moment on A about the contact
     /// point (N·m; `None` if contacts transmit none).
+    ///
+    /// # Errors
+    /// Slices of different lengths, a particle that does not exist, numbers that are not finite: no region contains a point that is
+    /// not a number, and sums would leave it out.
     pub fn new(
         position: &'a [Vec3],
         pair: &'a [[u32; 2]],
@@ -62,6 +66,10 @@ impl<'a> ContactSet<'a> {
             let index = pair[entry].into_iter().find(|&p| p as usize >= n).unwrap_or_default();
             return Err(OperatorError::Index { name: "pair", entry, index, count: n });
         }
+        for (name, values) in [("position", position), ("branch", branch), ("point", point), ("force", force)] {
+            check_finite(name, values)?;
+        }
+        check_finite("moment", moment.unwrap_or_default())?;
         Ok(Self { position, pair, branch, point, force, moment })
     }
 
@@ -151,6 +159,9 @@ pub struct LoadSet<'a> {
 
 impl<'a> LoadSet<'a> {
     /// Loads on `count` particles: `point` of action (m), `force` (N), `moment` about the point (N·m).
+    ///
+    /// # Errors
+    /// Slices of different lengths, a particle that does not exist, numbers that are not finite.
     pub fn new(
         count: usize,
         particle: &'a [u32],
@@ -165,6 +176,9 @@ impl<'a> LoadSet<'a> {
         }
         if let Some(entry) = particle.iter().position(|&p| p as usize >= count) {
             return Err(OperatorError::Index { name: "particle", entry, index: particle[entry], count });
+        }
+        for (name, values) in [("point", point), ("force", force), ("moment", moment.unwrap_or_default())] {
+            check_finite(name, values)?;
         }
         Ok(Self { particle, point, force, moment })
     }

@@ -133,7 +133,7 @@ pub fn conjugate(
     period: Option<&Period>,
 ) -> Result<Conjugate, OperatorError> {
     let position = contacts.position();
-    let volume = super::region::check(region, Truncation::InternalOnly, position.len(), period)?;
+    let volume = super::region::check(region, Truncation::InternalOnly, position, period)?;
     let images = region.images(period);
     // A region with a shape contains the images that lie in it; others have the particles where they are listed.
     let listed = period.is_some() && matches!(region, Region::All { .. } | Region::Particles { .. });

@@ -67,6 +67,17 @@ pub enum OperatorError {
         /// Edge of the cell: 0, 1, 2.
         axis: usize,
     },
+    /// A region that reaches over very many periodic images.
+    #[error(
+        "the region reaches over {images:.0e} images of the periodic cell, and at most {most} are allowed; give it a size near that of the \
+         cell, and check its unit"
+    )]
+    Images {
+        /// Number of images.
+        images: f64,
+        /// Largest number allowed.
+        most: f64,
+    },
     /// The region contains no entries.
     #[error("no {what} lies in the region; move or enlarge it")]
     EmptyRegion {
@@ -178,10 +189,15 @@ pub(super) fn check_volume(of: &'static str, volume: f64) -> Result<f64, Operato
     if volume > 0.0 && volume.is_finite() { Ok(volume) } else { Err(OperatorError::Volume { of, volume }) }
 }
 
-/// An error if a vector is not finite.
-pub(super) fn check_finite(name: &'static str, values: &[concordem_contact::math::Vec3]) -> Result<(), OperatorError> {
-    match values.iter().position(|v| !(v.x + v.y + v.z).is_finite()) {
-        Some(entry) => Err(OperatorError::NotFinite { name, entry }),
-        None => Ok(()),
-    }
+/// An error if a number is not finite. `values`: rows of reals, or single ones.
+pub(super) fn check_finite<T: bytemuck::NoUninit>(name: &'static str, values: &[T]) -> Result<(), OperatorError> {
+    let reals: &[f64] = bytemuck::cast_slice(values);
+    // Without an exit inside a piece, so that the compiler compares several at once.
+    let has_bad = |piece: &[f64]| piece.iter().fold(false, |bad, real| bad | !real.is_finite());
+    let Some(piece) = reals.chunks(PIECE).position(has_bad) else { return Ok(()) };
+    let first = reals[piece * PIECE..].iter().position(|real| !real.is_finite()).unwrap_or_default();
+    Err(OperatorError::NotFinite { name, entry: (piece * PIECE + first) * size_of::<f64>() / size_of::<T>() })
 }
+
+/// Reals that are compared together.
+const PIECE: usize = 1024;

@@ -44,7 +44,7 @@ pub fn fabric(
     period: Option<&Period>,
 ) -> Result<Fabric, OperatorError> {
     let position = contacts.position();
-    region::check(region, truncation, position.len(), period)?;
+    region::check(region, truncation, position, period)?;
     let images = region.images(period);
     sums!(Sums { tensor: Mat3, count: f64, length: f64 });
     let sums: Sums = sum_tiles(contacts.len(), |range| {

@@ -223,7 +223,7 @@ pub fn region_stress(
     truncation: Truncation,
     period: Option<&Period>,
 ) -> Result<RegionStress, OperatorError> {
-    let volume = region::check(region, truncation, contacts.position().len(), period)?;
+    let volume = region::check(region, truncation, contacts.position(), period)?;
     let (branch, force) = (contacts.branch(), contacts.force());
     let sums = if matches!(region, Region::All { .. }) {
         let mut sums = sum_tiles(contacts.len(), |range| {
@@ -316,7 +316,7 @@ pub fn region_stress_from_particles(
     period: Option<&Period>,
 ) -> Result<Mat3, OperatorError> {
     check_length("moments", moments.len(), position.len(), "particle")?;
-    let volume = region::check(region, Truncation::InternalOnly, position.len(), period)?;
+    let volume = region::check(region, Truncation::InternalOnly, position, period)?;
     let images = region.images(period);
     let total: Mat3 = sum_tiles(position.len(), |range| {
         let mut sum = Mat3::zeros();
@@ -393,7 +393,7 @@ pub fn kinetic_stress(
 ) -> Result<Mat3, OperatorError> {
     check_length("mass", mass.len(), position.len(), "particle")?;
     check_length("velocity", velocity.len(), position.len(), "particle")?;
-    let volume = region::check(region, Truncation::InternalOnly, position.len(), period)?;
+    let volume = region::check(region, Truncation::InternalOnly, position, period)?;
     sums!(Momentum { mass: f64, momentum: Vec3 });
     let carried = |image: &Vec3| period.map_or_else(Vec3::zeros, |period| period.change * image);
     let images = region.images(period);
@@ -441,7 +441,7 @@ pub fn solid_fraction(
     period: Option<&Period>,
 ) -> Result<f64, OperatorError> {
     check_length("volumes", volumes.len(), position.len(), "particle")?;
-    let volume = region::check(region, Truncation::InternalOnly, position.len(), period)?;
+    let volume = region::check(region, Truncation::InternalOnly, position, period)?;
     let images = region.images(period);
     let solid: f64 = sum_tiles(position.len(), |range| {
         let mut sum = 0.0;

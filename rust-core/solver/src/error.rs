@@ -132,4 +132,17 @@ pub enum SolverError {
         /// Id of the first such particle.
         id: u32,
     },
+    /// A temperature, a place, a force, or an energy is NaN or infinite.
+    #[error(
+        "at step {step} (t = {time} s) {what} is no longer a finite number. Look for a history, a table of a material, or a law that has no \
+         value there"
+    )]
+    NoNumber {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// What is not finite.
+        what: String,
+    },
 }

@@ -92,7 +92,7 @@ pub struct DeformationScratch {
     bonds: Vec<Bond>,
     pass: DeformationPass,
     force: Vec<Vec3>,
-    pool: rayon::ThreadPool,
+    pool: own_thread::Workers,
 }
 
 impl Elasticity {
@@ -232,7 +232,7 @@ pub unsafe extern "C" fn concordem_yade_deformation_scratch(
     // SAFETY: guaranteed by the caller.
     unsafe {
         guarded(message, || {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1) as usize).build();
+            let pool = own_thread::Workers::new(threads.max(1) as usize);
             let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
             made = Box::into_raw(Box::new(DeformationScratch {
                 particles: Particles::default(),

@@ -29,7 +29,8 @@ def plot(
 
     ``source``: a simulation (its samples so far), a result, or a structured array such as ``simulation.operator_samples["name"]``.
     ``x`` and ``y``: names of quantities, such as "time", "broken", or "kinetic". Without them: stress over strain if both are measured,
-    else kinetic energy over time. ``axes``: where to draw; by default new axes. Other arguments go to ``Axes.plot``.
+    else kinetic energy over time. ``axes``: where to draw; by default new axes. Axes that have labels keep them, and without ``x`` and ``y``
+    get the curve that they name. Other arguments go to ``Axes.plot``.
 
     Numbers are in SI units, as in the samples; labels show the unit. On a curve of stress over strain a dot marks the stress of largest
     magnitude, unless it is that of the end. Of tests in direct tension or compression a dotted line shows E, fitted as in reports: least
@@ -48,7 +49,7 @@ def plot(
     if not samples.dtype.names:
         raise TypeError("plot needs a simulation, a result, or a structured array with named columns")
     if x is None and y is None:
-        x, y = _default(samples)
+        x, y = _default(samples) if axes is None else _of_labels(samples, axes)
     elif x is None:
         x = "time"
     elif y is None:
@@ -63,7 +64,10 @@ def plot(
             raise ImportError("matplotlib is missing; install it with: python -m pip install matplotlib") from error
         axes = pyplot.subplots()[1]
     (curve,) = axes.plot(across, up, **style)
-    axes.set(xlabel=_label(samples, x), ylabel=_label(samples, y))
+    if not axes.get_xlabel():
+        axes.set_xlabel(_label(samples, x))
+    if not axes.get_ylabel():
+        axes.set_ylabel(_label(samples, y))
     if own_axes:
         # Powers of ten beside the axis, because numbers are in SI units. Axes of others may have scales that refuse this.
         axes.ticklabel_format(scilimits=(-3, 4))
@@ -88,6 +92,17 @@ def _default(samples: NDArray[np.void]) -> tuple[str, str]:
     if {"time", "kinetic"} <= set(names):
         return "time", "kinetic"
     raise TypeError(f"these samples have no default curve; choose x and y from: {', '.join(names)}")
+
+
+def _of_labels(samples: NDArray[np.void], axes: Axes) -> tuple[str, str]:
+    """The names of x and y that the labels of these axes show; without labels, those of new axes."""
+    labels = axes.get_xlabel(), axes.get_ylabel()
+    if labels == ("", ""):
+        return _default(samples)
+    known = {_label(samples, name): name for name in samples.dtype.names or ()}
+    if labels[0] not in known or labels[1] not in known:
+        raise ValueError(f"the axes show {labels[1]!r} over {labels[0]!r}, which these samples do not name so; choose x and y")
+    return known[labels[0]], known[labels[1]]
 
 
 def _column(samples: NDArray[np.void], name: str) -> Reals:

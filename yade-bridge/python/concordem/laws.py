@@ -188,6 +188,12 @@ def _names(law: Law) -> tuple[list[str], list[str]]:
     return found["vector"], found["scalar"]
 
 
+def _history(law: Law) -> str:
+    """What a law remembers, in the order of the places in which the solver keeps it."""
+    vectors, scalars = _names(law)
+    return f"{{{', '.join([*(f'{name}: vector' for name in vectors), *(f'{name}: scalar' for name in scalars)])}}}"
+
+
 def _array(law: Law, what: str, values: Any, shape: tuple[int, ...], kind: type = float) -> NDArray[Any]:
     """`values` as an array of this shape, or an error that names the law and the value."""
     try:

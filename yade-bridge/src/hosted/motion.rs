@@ -7,8 +7,11 @@ use concordem::math::Vec3;
 use concordem::prefetch::{AHEAD, prefetch};
 use concordem_yade::assembly::{Assembly, BodyState};
 use concordem_yade::newton::{Acting, Moving, Newton};
+use concordem_yade::own_thread::Workers;
 use pyo3::prelude::*;
 use rayon::prelude::*;
+
+use crate::work::Pool;
 
 use super::host::{Host, symbol};
 use crate::memory::{peek, poke};
@@ -156,13 +159,13 @@ impl Motion {
         }
     }
 
-    /// Move all particles of `host`, whose bodies `gather` has compared, by a step of `dt` (s), on the threads of `pool`. Returns whether
+    /// Move all particles of `host`, whose bodies `gather` has compared, by a step of `dt` (s), on the threads of `workers`, or all processors. Returns whether
     /// the collider must search.
-    pub fn step(&self, host: &Host, ids: &[u32], dt: f64, pool: Option<&rayon::ThreadPool>) -> bool {
+    pub fn step(&self, host: &Host, ids: &[u32], dt: f64, workers: Option<&Workers>) -> bool {
         const CHUNK: usize = 1024;
         let newton = self.settings(dt);
         self.synchronize(host);
-        let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
+        let threads = workers.map_or_else(|| Pool::All.threads(), Workers::threads);
         if threads == 1 || host.by_id.len() <= CHUNK {
             return self.step_some(host, &newton, ids, &host.by_id);
         }
@@ -170,7 +173,10 @@ impl Motion {
             let parts = host.by_id.par_chunks(CHUNK).map(|some| self.step_some(host, &newton, ids, some));
             parts.reduce(|| false, |one, two| one | two)
         };
-        pool.map_or_else(step, |pool| pool.install(step))
+        match workers {
+            Some(workers) => workers.install(step),
+            None => Pool::All.inside(step),
+        }
     }
 
     /// Move some of the particles.

@@ -87,7 +87,8 @@ fn couple_stress_from_resultants<'py>(
         )));
     }
     let net: Vec<_> = force.iter().zip(moment).map(|(&force, &moment)| Resultant { force, moment }).collect();
-    let found = couple_stress::from_resultants(position.get()?, &net, volume, &or_zero(reference)).or_raise()?;
+    let (x, reference) = (position.get()?, or_zero(reference));
+    let found = detach(py, || couple_stress::from_resultants(x, &net, volume, &reference))?.or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 

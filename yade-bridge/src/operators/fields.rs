@@ -48,7 +48,7 @@ fn coordination<'py>(py: Python<'py>, position: Vectors<'py>, contacts: Contacts
 fn damage_tensor<'py>(py: Python<'py>, normal: Vectors<'py>, damage: Scalars<'py>, exact: bool) -> Any<'py> {
     let (normal, values) = (normal.get()?, damage.get()?);
     let fit = if exact { damage::damage_tensor_exact } else { damage::damage_tensor };
-    Ok(tensor(py, &fit(normal, values).or_raise()?)?.into_any())
+    Ok(tensor(py, &detach(py, || fit(normal, values))?.or_raise()?)?.into_any())
 }
 
 /// Damage of the strength `1 − (1−ω)κ/ε₀` from that of the stiffness ω, the largest strain κ, and the onset strain ε₀; 0 for κ < ε₀.

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use super::Any;
 use crate::arrays::{Scalars, Tensor, Vectors, matrix6, vectors};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, detach};
 
 /// Stiffness of bonds under affine motion without rotation of particles, Pa (Stránský 2018, (3.31)).
 ///
@@ -40,7 +40,8 @@ fn affine_stiffness_of<'py>(
             shear_modulus: columns[2][k],
         })
         .collect();
-    Ok(matrix6(py, &affine_stiffness::affine_stiffness(&links, volume).or_raise()?)?.into_any())
+    let found = detach(py, || affine_stiffness::affine_stiffness(&links, volume))?.or_raise()?;
+    Ok(matrix6(py, &found)?.into_any())
 }
 
 /// Young's modulus (Pa) and Poisson's ratio of isotropically distributed bonds (Stránský 2018, (3.38)).

@@ -115,7 +115,8 @@ fn region_stress_from_particles<'py>(
 ) -> Any<'py> {
     let (moments, period) = (matrices(moments)?, self::period(period.as_ref()));
     let (x, region) = (position.get()?, &region.get().0);
-    let found = stress::region_stress_from_particles(x, &moments, region, period.as_ref()).or_raise()?;
+    let found =
+        detach(py, || stress::region_stress_from_particles(x, &moments, region, period.as_ref()))?.or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 
@@ -148,7 +149,8 @@ fn kinetic_stress<'py>(
     period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
     let (x, mass, velocity, period) = (position.get()?, mass.get()?, velocity.get()?, self::period(period.as_ref()));
-    let found = stress::kinetic_stress(x, mass, velocity, &region.get().0, period.as_ref()).or_raise()?;
+    let region = &region.get().0;
+    let found = detach(py, || stress::kinetic_stress(x, mass, velocity, region, period.as_ref()))?.or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 
@@ -158,13 +160,15 @@ fn kinetic_stress<'py>(
 #[pyfunction]
 #[pyo3(signature = (position, volumes, region, period=None))]
 fn solid_fraction(
+    py: Python<'_>,
     position: Vectors<'_>,
     volumes: Scalars<'_>,
     region: &Bound<'_, PyRegion>,
     period: Option<Bound<'_, PyPeriod>>,
 ) -> PyResult<f64> {
-    let period = self::period(period.as_ref());
-    stress::solid_fraction(position.get()?, volumes.get()?, &region.get().0, period.as_ref()).or_raise()
+    let (x, volumes, region, period) =
+        (position.get()?, volumes.get()?, &region.get().0, self::period(period.as_ref()));
+    detach(py, || stress::solid_fraction(x, volumes, region, period.as_ref()))?.or_raise()
 }
 
 /// Axial vector `e_kij σ_ij` of a tensor (3, 3). Returns (3,), in the unit of the tensor.

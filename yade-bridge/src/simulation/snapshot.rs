@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use concordem::math::Vec3;
-use concordem::schedule::{Schedule, Simulation as Run};
 use concordem::solver::SolverError;
 use concordem::state::State;
 use pyo3::exceptions::PyValueError;
@@ -15,8 +13,6 @@ use super::Inner;
 #[pyclass(frozen, module = "concordem")]
 pub struct SimulationSnapshot {
     state: State,
-    /// Velocities and angular velocities of `Simulation.set_motion`.
-    targets: Option<Vec<(Vec3, Vec3)>>,
     /// Numbers of records so far: samples, rows of each operator, events.
     samples: usize,
     operators: Vec<usize>,
@@ -30,10 +26,9 @@ impl SimulationSnapshot {
     pub fn of(inner: &Inner, owner: &Arc<()>) -> Self {
         Self {
             state: inner.run.state.clone(),
-            targets: inner.run.solver.targets().map(<[_]>::to_vec),
-            samples: inner.samples.len(),
-            operators: inner.operators.iter().map(Vec::len).collect(),
-            events: inner.events.len(),
+            samples: inner.records.samples.len(),
+            operators: inner.records.operators.iter().map(Vec::len).collect(),
+            events: inner.records.events.len(),
             owner: owner.clone(),
         }
     }
@@ -48,10 +43,8 @@ impl SimulationSnapshot {
 
     /// Go back to this moment. The particle arrays keep their places, because Python has views of them.
     pub fn restore(&self, inner: &mut Inner) -> Result<(), SolverError> {
-        let mut run = Run::new(self.state.clone(), inner.run.solver.model().clone(), Schedule::default())?;
-        std::mem::swap(&mut run.schedule, &mut inner.run.schedule);
-        run.solver.set_targets(self.targets.clone());
-        let (old, new) = (&mut inner.run.state.particles, &mut run.state.particles);
+        let mut before = inner.run.replace_state(self.state.clone())?;
+        let (old, new) = (&mut before.particles, &mut inner.run.state.particles);
         keep(&mut old.id, &mut new.id);
         keep(&mut old.position, &mut new.position);
         keep(&mut old.velocity, &mut new.velocity);
@@ -63,12 +56,11 @@ impl SimulationSnapshot {
         keep(&mut old.material, &mut new.material);
         keep(&mut old.clump, &mut new.clump);
         keep(&mut old.tags, &mut new.tags);
-        inner.run = run;
-        inner.samples.truncate(self.samples);
-        for (rows, count) in inner.operators.iter_mut().zip(&self.operators) {
+        inner.records.samples.truncate(self.samples);
+        for (rows, count) in inner.records.operators.iter_mut().zip(&self.operators) {
             rows.truncate(*count);
         }
-        inner.events.truncate(self.events);
+        inner.records.events.truncate(self.events);
         Ok(())
     }
 }

@@ -20,6 +20,8 @@ pub struct Checkpoint {
     pub state_hash: String,
     /// Provenance: text of the scenario, or any text of the writer.
     pub provenance: String,
+    /// Columns of the writer besides the state, such as its records so far.
+    pub kept: ColumnStore,
     pub(super) run: RunMark,
 }
 
@@ -37,11 +39,34 @@ pub fn write(path: &Path, state: &dyn WriteColumns, provenance: &str) -> Result<
     write_in_run(path, state, provenance, &RunMark::default())
 }
 
+/// [`write`] with columns besides the state, which its hash does not cover.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_with(
+    path: &Path,
+    state: &dyn WriteColumns,
+    provenance: &str,
+    kept: &dyn WriteColumns,
+) -> Result<String, OutputError> {
+    write_file(path, state, provenance, &RunMark::default(), Some(kept))
+}
+
 pub(super) fn write_in_run(
     path: &Path,
     state: &dyn WriteColumns,
     provenance: &str,
     run: &RunMark,
+) -> Result<String, OutputError> {
+    write_file(path, state, provenance, run, None)
+}
+
+fn write_file(
+    path: &Path,
+    state: &dyn WriteColumns,
+    provenance: &str,
+    run: &RunMark,
+    kept: Option<&dyn WriteColumns>,
 ) -> Result<String, OutputError> {
     let mut state_hash = String::new();
     sealed::write(path, &sealed::folder_of(path), |file| {
@@ -50,6 +75,12 @@ pub(super) fn write_in_run(
         hdf::write_attribute(file, "segments", &run.segments, path)?;
         hdf::write_text(file, "provenance", provenance, path)?;
         state_hash = write_state(file, state, path)?;
+        if let Some(kept) = kept {
+            let group = file.create_group(KEPT).at(path)?;
+            let mut sink = GroupSink { group: &group, path, allowed: &[], failure: None };
+            let written = kept.write(&mut sink);
+            sink.outcome(written)?;
+        }
         hdf::write_text_attribute(file, "state_hash", &state_hash, path)
     })?;
     Ok(state_hash)
@@ -65,7 +96,8 @@ pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
         }
         let (columns, state_hash) = read_state(&file, path)?;
         let provenance = hdf::read_text(&file.group("provenance").at(path)?, "scenario", path)?;
-        return Ok(Checkpoint { columns, state_hash, provenance, run: RunMark::default() });
+        let kept = ColumnStore::default();
+        return Ok(Checkpoint { columns, state_hash, provenance, kept, run: RunMark::default() });
     }
     hdf::check_identity(&file, kind::CHECKPOINT, path)?;
     let (columns, stored) = read_state(&file, path)?;
@@ -74,11 +106,18 @@ pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
         segments: hdf::read_attribute(&file, "segments", path)?,
     };
     let provenance = hdf::read_text(&file, "provenance", path)?;
-    Ok(Checkpoint { columns, state_hash: stored, provenance, run })
+    let kept = match file.link_exists(KEPT) {
+        true => hdf::read_columns(&file.group(KEPT).at(path)?, path)?,
+        false => ColumnStore::default(),
+    };
+    Ok(Checkpoint { columns, state_hash: stored, provenance, kept, run })
 }
 
 /// Group of the state in checkpoints and results.
 pub(super) const STATE: &str = "state";
+
+/// Group of the columns besides the state.
+const KEPT: &str = "kept";
 
 /// Reads the state and checks its hash against the one in the file.
 fn read_state(file: &hdf5::Group, path: &Path) -> Result<(ColumnStore, String), OutputError> {
@@ -210,6 +249,23 @@ mod tests {
         write(&path, &state(), "scenario\n").unwrap();
         assert!(first == fs::read(&path).unwrap(), "the same state gives the same bytes");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no other files remain");
+    }
+
+    /// What a writer keeps besides the state comes back, and leaves the state hash as it was.
+    #[test]
+    fn columns_besides_the_state_are_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("state.h5");
+        let mut kept = ColumnStore::default();
+        kept.column("samples", Column::f64(&[1.0, 2.0, 3.0, 4.0], 2, "1")).unwrap();
+        kept.column("operators/0", Column::f64(&[], 3, "1")).unwrap();
+        kept.column("law", Column::u8(b"slip")).unwrap();
+        let hash = write_with(&path, &state(), "scenario\n", &kept).unwrap();
+        assert_eq!(hash, super::super::hash::state_hash(&state()).unwrap());
+        let back = read(&path).unwrap();
+        assert_eq!(back.kept, kept);
+        write(&path, &state(), "scenario\n").unwrap();
+        assert_eq!(read(&path).unwrap().kept, ColumnStore::default());
     }
 
     #[test]

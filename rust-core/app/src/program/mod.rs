@@ -296,6 +296,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
     }
 }
 
+/// Stack of the program's work, bytes.
+const STACK: usize = 8 << 20;
+
 /// Entry point of the program.
 pub fn main() -> ExitCode {
     // A panic is an internal error; print its location instead of a stack trace.
@@ -314,12 +317,20 @@ pub fn main() -> ExitCode {
             env!("CARGO_PKG_VERSION")
         );
     }));
-    let code = std::panic::catch_unwind(|| {
+    let work = || {
         let (mut out, mut err) = (std::io::stdout(), std::io::stderr());
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
         let packings = packings_folder();
         let (out, err, code) = (&mut out, &mut err, None);
         run(std::env::args_os(), &mut Console { out, err, interactive, out_interactive, packings, code })
-    });
-    ExitCode::from(code.unwrap_or(exit::INTERNAL))
+    };
+    // In a thread, whose stack does not depend on the limit of the shell.
+    let code = match std::thread::Builder::new().stack_size(STACK).spawn(work) {
+        Ok(thread) => thread.join().unwrap_or(exit::INTERNAL),
+        Err(error) => {
+            let _ = writeln!(std::io::stderr(), "concordem: cannot start a thread: {error}");
+            exit::PHYSICS
+        }
+    };
+    ExitCode::from(code)
 }

@@ -129,7 +129,7 @@ impl Device for Cuda {
         let _ = self.wait().map(|()| unsafe { free_sync(array) });
     }
 
-    fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError> {
+    fn upload(&mut self, array: Address, bytes: &[std::mem::MaybeUninit<u8>]) -> Result<(), DeviceError> {
         if bytes.is_empty() {
             return Ok(());
         }

@@ -3,6 +3,8 @@
 #![allow(unsafe_code)]
 
 use std::collections::BTreeMap;
+use std::mem::MaybeUninit;
+use std::ptr::NonNull;
 
 use super::{Address, Device, DeviceError, Kernel};
 use crate::arguments::{ContactArrays, LAYOUT, Launch};
@@ -11,8 +13,36 @@ use crate::kernels;
 /// A device whose arrays lie in the memory of the process. Its threads run one after another, in a shuffled order.
 #[derive(Debug, Default)]
 pub struct Emulated {
-    arrays: BTreeMap<Address, Box<[u128]>>,
+    arrays: BTreeMap<Address, Array>,
     launches: u64,
+}
+
+/// An array that only its pointer reaches. The kernels use that pointer, so that no reference to the array, and no box, may exist besides.
+#[derive(Debug)]
+struct Array(NonNull<[u128]>);
+
+// Safety: an array has one owner, and all of its uses are calls of a device that is borrowed for them.
+unsafe impl Send for Array {}
+unsafe impl Sync for Array {}
+
+impl Drop for Array {
+    fn drop(&mut self) {
+        // Safety: made by `Box::leak`, and dropped once.
+        drop(unsafe { Box::from_raw(self.0.as_ptr()) });
+    }
+}
+
+impl Emulated {
+    /// The memory of `bytes` bytes at this address.
+    fn memory(&self, at: Address, bytes: usize) -> Result<*mut u8, DeviceError> {
+        let (first, array) = self.arrays.range(..=at).next_back().ok_or_else(|| unknown(at))?;
+        let offset = (at - first) as usize;
+        let room = array.0.len() * size_of::<u128>();
+        if offset.checked_add(bytes).is_none_or(|end| end > room) {
+            return Err(unknown(at));
+        }
+        Ok(array.0.as_ptr().cast::<u8>().wrapping_add(offset))
+    }
 }
 
 impl Device for Emulated {
@@ -22,9 +52,10 @@ impl Device for Emulated {
 
     fn allocate(&mut self, bytes: usize) -> Result<Address, DeviceError> {
         // A pattern that no kernel may read: NaN as a number.
-        let mut array = vec![u128::MAX; bytes.div_ceil(16).max(1)].into_boxed_slice();
-        let address = array.as_mut_ptr().expose_provenance() as Address;
-        self.arrays.insert(address, array);
+        let array = Box::leak(vec![u128::MAX; bytes.div_ceil(16).max(1)].into_boxed_slice());
+        let array = NonNull::from(array);
+        let address = array.as_ptr().expose_provenance() as Address;
+        self.arrays.insert(address, Array(array));
         Ok(address)
     }
 
@@ -32,17 +63,17 @@ impl Device for Emulated {
         self.arrays.remove(&array);
     }
 
-    fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError> {
-        let (first, of) = self.arrays.range_mut(..=array).next_back().ok_or_else(|| unknown(array))?;
-        let of = bytemuck::cast_slice_mut::<u128, u8>(of).get_mut((array - first) as usize..);
-        of.and_then(|of| of.get_mut(..bytes.len())).ok_or_else(|| unknown(array))?.copy_from_slice(bytes);
+    fn upload(&mut self, array: Address, bytes: &[MaybeUninit<u8>]) -> Result<(), DeviceError> {
+        let memory = self.memory(array, bytes.len())?;
+        // Safety: the array has so many bytes there, and nothing else uses it now.
+        unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), memory.cast(), bytes.len()) };
         Ok(())
     }
 
     fn download(&mut self, array: Address, bytes: &mut [u8]) -> Result<(), DeviceError> {
-        let (first, of) = self.arrays.range(..=array).next_back().ok_or_else(|| unknown(array))?;
-        let of = bytemuck::cast_slice::<u128, u8>(of).get((array - first) as usize..);
-        bytes.copy_from_slice(of.and_then(|of| of.get(..bytes.len())).ok_or_else(|| unknown(array))?);
+        let memory = self.memory(array, bytes.len())?;
+        // Safety: as above; what is read has been written as numbers without padding.
+        unsafe { std::ptr::copy_nonoverlapping(memory, bytes.as_mut_ptr(), bytes.len()) };
         Ok(())
     }
 
@@ -115,6 +146,32 @@ unsafe fn run(kernel: Kernel, thread: usize, arguments: Address, launch: Launch)
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Parts of arrays are written and read where they lie, by the host and by a kernel in turns; nothing beyond an array is.
+    #[test]
+    fn arrays_are_reached_by_their_addresses_alone() {
+        let mut device = Emulated::default();
+        let size = size_of_val(&LAYOUT);
+        let [layout, other] = [device.allocate(size).unwrap(), device.allocate(24).unwrap()];
+        let bytes: Vec<MaybeUninit<u8>> = (0..16).map(MaybeUninit::new).collect();
+        for _ in 0..2 {
+            device.upload(layout + 8, &bytes).unwrap();
+            device.launch(Kernel::Layout, LAYOUT.len(), layout, Launch::default()).unwrap();
+            device.upload(other + 16, &bytes).unwrap();
+            let mut found = [0_u64; LAYOUT.len()];
+            device.download(layout, bytemuck::cast_slice_mut(&mut found)).unwrap();
+            assert_eq!(found, LAYOUT);
+            let mut part = [0_u8; 4];
+            device.download(other + 20, &mut part).unwrap();
+            assert_eq!(part, [4, 5, 6, 7]);
+        }
+        // Rooms are whole numbers of 16 bytes.
+        assert!(device.upload(other + 17, &bytes).is_err());
+        assert!(device.download(layout, &mut vec![0; size.next_multiple_of(16) + 1]).is_err());
+        assert!(device.download(layout.min(other) - 1, &mut [0]).is_err());
+        device.free(layout);
+        assert!(device.launch(Kernel::Layout, LAYOUT.len(), layout, Launch::default()).is_err());
+    }
 
     #[test]
     fn each_thread_runs_once() {

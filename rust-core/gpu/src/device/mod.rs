@@ -5,6 +5,8 @@ pub mod emulated;
 #[cfg(feature = "cuda")]
 pub mod cuda;
 
+use std::mem::MaybeUninit;
+
 pub use concordem_solver::DeviceError;
 
 use crate::arguments::Launch;
@@ -85,11 +87,11 @@ pub trait Device: Send + Sync {
     /// Give an array back.
     fn free(&mut self, array: Address);
 
-    /// Write a part of an array, from this address on.
+    /// Write a part of an array, from this address on. Bytes of padding have no value.
     ///
     /// # Errors
     /// The device fails.
-    fn upload(&mut self, array: Address, bytes: &[u8]) -> Result<(), DeviceError>;
+    fn upload(&mut self, array: Address, bytes: &[MaybeUninit<u8>]) -> Result<(), DeviceError>;
 
     /// Read a part of an array, from this address on.
     ///

@@ -3,6 +3,7 @@
 use super::Region;
 use super::polyhedron::{Extent, reduced_bounds};
 use crate::OperatorError;
+use crate::error::{check_finite, check_volume};
 use concordem_contact::math::{Mat3, Vec3};
 
 /// Periodic images: edge vectors as columns (m), and their change over the interval of a displacement (m) or their rate
@@ -37,20 +38,33 @@ impl Region {
         search
     }
 
-    /// Reject half-spaces that contain infinitely many periodic images. In every direction of the cell they must be
-    /// bounded, or continue unchanged from cell to cell.
+    /// Reject half-spaces that contain infinitely many periodic images, and regions that reach over more than [`MOST_IMAGES`]. In every
+    /// direction of the cell half-spaces must be bounded, or continue unchanged from cell to cell.
     ///
     /// # Errors
-    /// [`OperatorError::Unbounded`].
+    /// [`OperatorError::Unbounded`], [`OperatorError::Images`], [`OperatorError::Volume`] for a cell without volume.
     pub fn check_period(&self, period: Option<&Period>) -> Result<(), OperatorError> {
-        let (Self::HalfSpaces { planes, .. }, Some(period)) = (self, period) else { return Ok(()) };
-        let bounds = reduced_bounds(planes, &period.edges);
-        match bounds.iter().position(|extent| *extent == Extent::Unbounded) {
-            Some(axis) => Err(OperatorError::Unbounded { axis }),
-            None => Ok(()),
+        let Some(period) = period else { return Ok(()) };
+        check_volume("the periodic cell", period.edges.determinant().abs())?;
+        check_finite("change", period.change.as_slice())?;
+        if let Self::HalfSpaces { planes, .. } = self {
+            let bounds = reduced_bounds(planes, &period.edges);
+            if let Some(axis) = bounds.iter().position(|extent| *extent == Extent::Unbounded) {
+                return Err(OperatorError::Unbounded { axis });
+            }
         }
+        let extents = self.images(Some(period)).range.into_iter().flatten();
+        let images: f64 = extents.map(|[from, to]| to - from + 1.0).product();
+        if images > MOST_IMAGES {
+            return Err(OperatorError::Images { images, most: MOST_IMAGES });
+        }
+        Ok(())
     }
 }
+
+/// Largest number of images of a cell over which a region may reach: ten cells along each edge. Averages over whole cells repeat
+/// themselves, and each image takes as long as the cell.
+const MOST_IMAGES: f64 = 1e3;
 
 /// A box in reduced coordinates: from and to along each edge of the cell; `None` if the box is infinite, as across a
 /// plane problem, whose cell does not repeat in that direction.

@@ -236,16 +236,18 @@ pub(super) fn weight(region: &Region, truncation: Truncation, a: usize, b: usize
     }
 }
 
-/// Reject invalid arguments, and regions that contain infinitely many images of a period. Returns the volume, m³.
+/// Reject invalid arguments, and regions that contain too many images of a period. `position`: of all particles, m. Returns the volume, m³.
 pub(super) fn check(
     region: &Region,
     truncation: Truncation,
-    particles: usize,
+    position: &[Vec3],
     period: Option<&Period>,
 ) -> Result<f64, OperatorError> {
+    let volume = region.volume()?;
     region.check_period(period)?;
+    super::error::check_finite("position", position)?;
     if let Region::Particles { member, .. } = region {
-        super::error::check_length("member", member.len(), particles, "particle")?;
+        super::error::check_length("member", member.len(), position.len(), "particle")?;
         if truncation == Truncation::BranchClipped {
             return Err(OperatorError::NoSurface);
         }
@@ -253,5 +255,5 @@ pub(super) fn check(
             return Err(OperatorError::EmptyRegion { what: "particle" });
         }
     }
-    region.volume()
+    Ok(volume)
 }

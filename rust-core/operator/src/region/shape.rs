@@ -19,11 +19,19 @@ impl Region {
                 Err(OperatorError::Region { kind, name, value, demand: "it must be positive" })
             }
         };
+        let finite = |kind, name, point: &Vec3| match point.iter().find(|x| !x.is_finite()) {
+            Some(&value) => Err(OperatorError::Region { kind, name, value, demand: "it must be finite" }),
+            None => Ok(()),
+        };
         let volume = match self {
             Self::All { volume } | Self::Particles { volume, .. } => *volume,
             Self::HalfSpaces { planes, volume } => {
                 if let Some(plane) = planes.iter().find(|plane| plane.normal.norm_squared() == 0.0) {
                     positive("half-space", "length of its normal", plane.normal.norm())?;
+                }
+                for plane in planes {
+                    finite("half-space", "component of its normal", &plane.normal)?;
+                    finite("half-space", "coordinate of its point", &plane.point)?;
                 }
                 *volume
             }
@@ -35,24 +43,28 @@ impl Region {
                 }
                 volume
             }
-            Self::Sphere { radius, .. } => {
+            Self::Sphere { center, radius } => {
+                finite("sphere", "coordinate of its center", center)?;
                 let r = positive("sphere", "radius", *radius)?;
                 4.0 / 3.0 * PI * (r * r * r)
             }
-            Self::Cylinder { axis, radius, half_length, .. } => {
+            Self::Cylinder { center, axis, radius, half_length } => {
+                finite("cylinder", "coordinate of its center", center)?;
                 let r = positive("cylinder", "radius", *radius)?;
                 let h = positive("cylinder", "half length", *half_length)?;
                 // The tolerance accepts a unit vector whose components are rounded to 1e-6.
-                if (axis.norm() - 1.0).abs() > 1e-6 {
+                if !((axis.norm() - 1.0).abs() <= 1e-6) {
                     let (name, value) = ("length of its axis", axis.norm());
                     return Err(OperatorError::Region { kind: "cylinder", name, value, demand: "it must be 1" });
                 }
                 PI * (r * r) * if h.is_infinite() { 1.0 } else { 2.0 * h }
             }
-            Self::Ellipsoid { axes, .. } => {
+            Self::Ellipsoid { center, axes } => {
+                finite("ellipsoid", "coordinate of its center", center)?;
                 4.0 / 3.0 * PI * positive("ellipsoid", "determinant of its axes", axes.determinant().abs())?
             }
-            Self::Parallelepiped { edges, .. } => {
+            Self::Parallelepiped { corner, edges } => {
+                finite("parallelepiped", "coordinate of its corner", corner)?;
                 positive("parallelepiped", "determinant of its edges", edges.determinant().abs())?
             }
         };

@@ -110,7 +110,7 @@ pub fn affine_fit(
     if !rotation.is_empty() {
         check_length("rotation", rotation.len(), n, "particle")?;
     }
-    region::check(region, Truncation::InternalOnly, n, period)?;
+    region::check(region, Truncation::InternalOnly, position, period)?;
     let none = Vec3::zeros();
     let images = region.images(period);
     // All particles and images inside: position, displacement, rotation.

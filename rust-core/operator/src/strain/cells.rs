@@ -48,7 +48,7 @@ impl MeshStrain {
     ) -> Result<Self, OperatorError> {
         check(mesh, position, position, period)?;
         check_length("cells", self.cells.len(), mesh.len(), "cell of the mesh")?;
-        region::check(region, Truncation::BranchClipped, mesh.points(), period)?;
+        region::check(region, Truncation::BranchClipped, position, period)?;
         let (mut inside, images) = (Vec::new(), region.images(period));
         for (k, cell) in self.cells.iter().enumerate() {
             let corners = mesh.cell(k);

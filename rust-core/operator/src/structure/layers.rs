@@ -50,6 +50,7 @@ pub fn layers(
     check_length("radius", radius.len(), position.len(), "particle")?;
     check_length("links", links.len(), position.len(), "particle")?;
     check_finite("position", position)?;
+    check_finite("radius", radius)?;
     check_finite("bounds", &[bounds.0, bounds.1])?;
     if position.is_empty() {
         return Err(OperatorError::EmptyRegion { what: "particle" });

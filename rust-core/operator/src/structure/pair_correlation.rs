@@ -23,7 +23,7 @@ pub struct PairCorrelation {
 /// ```
 ///
 /// # Errors
-/// A pair that names a particle that does not exist; a reach, density, or number of intervals that is not positive; no central particle.
+/// A pair that names a particle that does not exist, or whose distance is not finite; a reach, density, or number of intervals that is not positive; no central particle.
 pub fn pair_correlation(
     pairs: &[([u32; 2], f64)],
     central: &[bool],
@@ -45,6 +45,9 @@ pub fn pair_correlation(
     for (entry, (pair, distance)) in pairs.iter().enumerate() {
         if let Some(&index) = pair.iter().find(|p| **p as usize >= central.len()) {
             return Err(OperatorError::Index { name: "pairs", entry, index, count: central.len() });
+        }
+        if !distance.is_finite() {
+            return Err(OperatorError::NotFinite { name: "pairs", entry });
         }
         let bin = (distance / reach * bins as f64) as usize;
         if bin < bins {

@@ -20,7 +20,7 @@ use concordem_contact::math::{Mat3, Vec3};
 /// In a periodic cell such ties are broken by shifting the points by 1e-7 of their spacing, only for the choice of the
 /// cells. The positions stay. So cells of zero volume, or of a volume negative by rounding, may occur.
 pub fn delaunay(position: &[Vec3], dimension: Dimension, periodic: Option<&Mat3>) -> Result<Mesh, OperatorError> {
-    check_points(position)?;
+    check_points(position, dimension == Dimension::Two)?;
     match periodic {
         None => {
             let cells = triangulate(position, dimension)?;

@@ -18,11 +18,15 @@ fn spacing(volume: f64, count: usize, plane: bool) -> f64 {
     if plane { each.sqrt() } else { concordem_contact::math::cbrt(each) }
 }
 
-/// An error if points are not finite or coincide.
-fn check_points(position: &[Vec3]) -> Result<(), OperatorError> {
+/// An error if points are not finite or coincide; in the plane their coordinate z does not count.
+fn check_points(position: &[Vec3], plane: bool) -> Result<(), OperatorError> {
     check_finite("position", position)?;
     let mut order: Vec<u32> = (0..position.len() as u32).collect();
-    let key = |p: u32| position[p as usize];
+    // With 0 for −0, which are the same place but not in the order of bits.
+    let key = |p: u32| {
+        let x = position[p as usize];
+        Vec3::new(x.x, x.y, if plane { 0.0 } else { x.z }).add_scalar(0.0)
+    };
     order.sort_unstable_by(|&p, &q| {
         let (x, y) = (key(p), key(q));
         x.x.total_cmp(&y.x).then(x.y.total_cmp(&y.y)).then(x.z.total_cmp(&y.z)).then(p.cmp(&q))

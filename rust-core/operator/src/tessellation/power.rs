@@ -120,7 +120,7 @@ pub fn power_diagram(
     dimension: Dimension,
 ) -> Result<PowerDiagram, OperatorError> {
     check_length("radius", radius.len(), position.len(), "particle")?;
-    check_points(position)?;
+    check_points(position, dimension == Dimension::Two)?;
     if position.is_empty() {
         return Err(OperatorError::EmptyRegion { what: "particle" });
     }
@@ -179,7 +179,7 @@ pub fn power_polygons(
     wanted: &[[u32; 2]],
 ) -> Result<Vec<Polygon>, OperatorError> {
     check_length("radius", radius.len(), position.len(), "particle")?;
-    check_points(position)?;
+    check_points(position, dimension == Dimension::Two)?;
     let mut pairs: Vec<[u32; 2]> = wanted.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
     pairs.sort_unstable();
     pairs.dedup();

@@ -6,6 +6,7 @@
 mod bad_input;
 mod fields;
 mod identities;
+mod not_finite;
 mod references;
 mod sampling;
 

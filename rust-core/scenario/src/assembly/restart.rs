@@ -195,6 +195,7 @@ pub fn apply(
     let changed = |table: &str| changes.iter().any(|change| change.key.split(['.', '[']).next() == Some(table));
     if changed("loading") || changed("prescribe") {
         prescribe(&fresh, state);
+        state.motion = None;
     }
     if changed("force") {
         state.particles.loads.clone_from(&fresh.particles.loads);

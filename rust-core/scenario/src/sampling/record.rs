@@ -27,6 +27,12 @@ macro_rules! series {
             pub fn to_row(&self) -> Vec<f64> {
                 vec![$(self.$name),*]
             }
+            /// The record with the values of a row in that order; `None` for a row of another length.
+            pub fn of_row(row: &[f64]) -> Option<Self> {
+                let mut values = row.iter().copied();
+                let record = Self { $($name: values.next()?),* };
+                values.next().is_none().then_some(record)
+            }
         }
     };
 }

@@ -58,6 +58,23 @@ pub struct OperatorRow {
     pub values: Vec<f64>,
 }
 
+/// The solver of a state, and what the run needs of the last step. The particles follow the motion of the cell that the loading wants, which a restart
+/// may have changed.
+fn start(state: &mut State, model: Model, schedule: &Schedule) -> Result<(Solver, StepReport), SolverError> {
+    let length = state.schedule_memory.len().max(memory::COUNT);
+    state.schedule_memory.resize(length, 0.0);
+    let mut solver = Solver::new(model, state)?;
+    if let (Some(cell), Some(gradient)) = (&state.cell, schedule.loading.cell_gradient())
+        && cell.velocity_gradient != gradient
+        && schedule.stages.is_empty()
+    {
+        solver.set_velocity_gradient(cell, gradient);
+    }
+    let mut last = StepReport::default();
+    last.virial.copy_from_slice(&state.schedule_memory[memory::VIRIAL..memory::STOPPED]);
+    Ok((solver, last))
+}
+
 /// Largest number of walls that follow the opening of a gauge: the state has so many places for them.
 pub(crate) const OPENINGS: usize = 8;
 
@@ -98,21 +115,21 @@ impl Simulation {
     /// # Errors
     /// The solver refuses the state.
     pub fn new(mut state: State, model: Model, schedule: Schedule) -> Result<Self, SolverError> {
-        let length = state.schedule_memory.len().max(memory::COUNT);
-        state.schedule_memory.resize(length, 0.0);
-        let mut solver = Solver::new(model, &mut state)?;
-        // A restart may begin another stage of loading. The particles follow the change in the motion of the cell.
-        if let (Some(cell), Some(gradient)) = (&state.cell, schedule.loading.cell_gradient())
-            && cell.velocity_gradient != gradient
-            && schedule.stages.is_empty()
-        {
-            solver.set_velocity_gradient(cell, gradient);
-        }
-        let mut last = StepReport::default();
-        last.virial.copy_from_slice(&state.schedule_memory[memory::VIRIAL..memory::STOPPED]);
+        let (solver, last) = start(&mut state, model, &schedule)?;
         let guard = Guard::new(&state, solver.model().mode);
         let radius = state.particles.mean_radius();
         Ok(Self { state, solver, schedule, last, device: None, guard, radius, mesh: OnceLock::new() })
+    }
+
+    /// Goes back to an earlier state of this run, or on to a later one; returns the state so far. Schedule and model stay. If the solver
+    /// refuses the state, nothing changes.
+    ///
+    /// # Errors
+    /// The solver refuses the state.
+    pub fn replace_state(&mut self, mut state: State) -> Result<State, SolverError> {
+        let (solver, last) = start(&mut state, self.solver.model().clone(), &self.schedule)?;
+        (self.solver, self.last) = (solver, last);
+        Ok(std::mem::replace(&mut self.state, state))
     }
 
     /// The report of the last step.
@@ -184,7 +201,7 @@ impl Simulation {
             advance.bonded = self.bond(advance.stage.as_ref().map(|end| end.stage))?;
         }
         if advance.stopped.is_some()
-            && let Some(last) = self.final_rows()
+            && let Some(last) = self.final_rows(advance.stage.as_ref())
         {
             advance.last = last.sample;
             advance.operators.extend(last.operators);
@@ -222,24 +239,32 @@ impl Simulation {
     }
 
     /// The record and all operators of the present state, as the next step would compute them; a copy of the simulation
-    /// takes that step, whose motion nobody sees: what the step would do to energies and contacts does not matter. `None` if it fails.
-    fn final_rows(&mut self) -> Option<Advance> {
+    /// takes that step, whose motion nobody sees: what the step would do to energies and contacts does not matter. After the last
+    /// stage, which has just `ended`, the copy continues that stage. `None` if it fails.
+    fn final_rows(&mut self, ended: Option<&StageEnd>) -> Option<Advance> {
         let model = Model { watch_contacts: false, ..self.solver.model().clone() };
-        let mut ahead = Self::new(self.state.clone(), model, Schedule::default()).ok()?;
-        let mut exchange = |ahead: &mut Self| {
-            std::mem::swap(&mut self.schedule, &mut ahead.schedule);
-            std::mem::swap(&mut self.mesh, &mut ahead.mesh);
-        };
-        exchange(&mut ahead);
+        let mut state = self.state.clone();
+        if let Some(end) = ended.filter(|end| end.stage + 1 == self.schedule.stages.len()) {
+            let progress = StageProgress::read(&state.schedule_memory[memory::STAGE..]);
+            let last = progress.begin(end.stage, end.start.0, end.start.1);
+            last.write(&mut state.schedule_memory[memory::STAGE..]);
+        }
+        let (solver, last) = start(&mut state, model, &self.schedule).ok()?;
+        let (schedule, mesh) = (std::mem::take(&mut self.schedule), std::mem::take(&mut self.mesh));
+        let (guard, radius) = (self.guard, self.radius);
+        let mut ahead = Self { state, solver, schedule, last, device: None, guard, radius, mesh };
         let guarded = std::mem::replace(&mut ahead.schedule.allow_energy_error, true);
         let rows = ahead.step(true);
         ahead.schedule.allow_energy_error = guarded;
-        exchange(&mut ahead);
+        (self.schedule, self.mesh) = (ahead.schedule, ahead.mesh);
         rows.ok()
     }
 
     /// Takes one step, with the record and the operators that are due, or with all of them.
     fn step(&mut self, all: bool) -> Result<Advance, RunError> {
+        if let Some(motion) = self.state.motion.take() {
+            self.solver.set_targets(Some(motion));
+        }
         self.schedule.histories.apply(&mut self.state, &mut self.solver);
         self.apply_servos();
         let operators = self.operators(all)?;
@@ -371,7 +396,8 @@ impl Simulation {
         let reason = values
             .and_then(|values| stage.reason(&mut progress, &values))
             .or_else(|| by_steps.then_some(StageReason::Stop(StopReason::Steps)));
-        let end = reason.map(|reason| StageEnd { stage: progress.stage, reason });
+        let start = (progress.time, progress.step);
+        let end = reason.map(|reason| StageEnd { stage: progress.stage, reason, start });
         if end.is_some() {
             progress = progress.begin(progress.stage + 1, clock.time(), clock.step);
         }

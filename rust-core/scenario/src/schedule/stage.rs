@@ -78,6 +78,8 @@ pub struct StageEnd {
     pub stage: usize,
     /// Why it ended.
     pub reason: StageReason,
+    /// Time (s) and step at its start.
+    pub start: (f64, u64),
 }
 
 /// Why a stage ended.

@@ -1,5 +1,6 @@
 //! The text of a scenario as a tree of values, each with its position in the text.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use serde::de::IntoDeserializer;
@@ -26,20 +27,19 @@ impl<'a> Document<'a> {
         if errors.is_empty() {
             return Ok(document);
         }
-        let mut problems: Vec<Problem> = Vec::new();
+        // A file that is no scenario has an error in each of its lines.
+        let lines: Vec<&str> = source.text.split('\n').map(|line| line.trim_end_matches('\r')).collect();
+        let starts: Vec<usize> = std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        let headers = headers(&lines);
+        let (mut problems, mut seen) = (Vec::new(), BTreeSet::new());
         for error in &errors {
             let span = error.span().unwrap_or(0..0);
-            let line = source.position(span.start).0;
+            let line = starts.partition_point(|start| *start <= span.start) - 1;
             // The keys below a table that is given twice are given twice, too.
-            let header = line_of_header(source, line);
-            if error.message().contains("duplicate key")
-                && problems.iter().any(|problem| Some(source.position(problem.span.start).0) == header)
-            {
-                continue;
-            }
+            let follows = error.message().contains("duplicate key") && headers[line].is_some_and(|at| seen.contains(&at));
             // Report one error per line: the others usually follow from the first.
-            if problems.iter().all(|problem| source.position(problem.span.start).0 != line) {
-                problems.push(syntax::problem(source, line, span, error.message()));
+            if !follows && seen.insert(line) {
+                problems.push(syntax::problem(&lines, line, span, error.message()));
             }
         }
         Err(problems)
@@ -120,12 +120,36 @@ impl<'a> Document<'a> {
     }
 }
 
-/// Number of the line with the header of the table to which a line belongs, if it is not a header itself.
-fn line_of_header(source: &Source, line: usize) -> Option<usize> {
-    let is_header = |text: &str| text.trim_start().starts_with('[');
-    let lines: Vec<&str> = source.text.lines().take(line).collect();
-    if lines.last().is_some_and(|text| is_header(text)) {
-        return None;
+/// Index of the header of the table to which each line belongs; `None` for a header itself, and above the first.
+fn headers(lines: &[&str]) -> Vec<Option<usize>> {
+    let mut header = None;
+    let of_line = |(at, line): (usize, &&str)| {
+        if line.trim_start().starts_with('[') {
+            header = Some(at);
+            return None;
+        }
+        header
+    };
+    lines.iter().enumerate().map(of_line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A packing given as a scenario has an error in each line; each is found once, with its place. Looking through all lines and all
+    /// problems for each error would take hours.
+    #[test]
+    fn each_line_of_a_file_that_is_no_scenario_has_one_problem() {
+        let count = 20_000;
+        let text: String = (0..count).map(|k| format!("{}.5 0.25 0.125 1e-3\r\n", k % 7)).collect();
+        let source = Source::new("packing.txt", &text);
+        let problems = Document::parse(&source).err().expect("no scenario");
+        assert_eq!(problems.len(), count);
+        for (k, problem) in problems.iter().enumerate().step_by(count / 10) {
+            assert_eq!(source.position(problem.span.start).0, k + 1);
+            assert_eq!(problem.value, Some(format!("{}.5 0.25 0.125 1e-3", k % 7)));
+            assert!(problem.help.contains("a row of numbers"), "{}", problem.help);
+        }
     }
-    lines.iter().rposition(|text| is_header(text)).map(|at| at + 1)
 }

@@ -2,25 +2,25 @@
 
 use std::ops::Range;
 
-use super::error::{Problem, ProblemKind, Source};
+use super::error::{Problem, ProblemKind};
 
-/// The problem that a parser reports for a place in the text.
-pub(super) fn problem(source: &Source, line: usize, span: Range<usize>, message: &str) -> Problem {
-    let text = source.text.lines().nth(line - 1).unwrap_or("");
+/// The problem that a parser reports for a place in the line with index `line`.
+pub(super) fn problem(lines: &[&str], line: usize, span: Range<usize>, message: &str) -> Problem {
+    let text = lines.get(line).copied().unwrap_or("");
     Problem {
         kind: ProblemKind::Syntax,
         key: String::new(),
         value: Some(text.trim().to_owned()).filter(|text| !text.is_empty()),
         span,
         message: format!("not valid TOML: {message}"),
-        help: help(source, line, text, message),
+        help: help(lines, line, text, message),
     }
 }
 
 /// How to write a line.
-fn help(source: &Source, line: usize, text: &str, message: &str) -> String {
+fn help(lines: &[&str], line: usize, text: &str, message: &str) -> String {
     if message.contains("duplicate key") {
-        return of_duplicate(source, line, text);
+        return of_duplicate(lines, line, text);
     }
     if let Some(help) = foreign_characters(without_comment(text)) {
         return help;
@@ -30,6 +30,9 @@ fn help(source: &Source, line: usize, text: &str, message: &str) -> String {
     let starts_as_number =
         |value: &str| value.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+' || c == '.');
     match value {
+        None if content.split_whitespace().filter(|word| word.parse::<f64>().is_ok()).count() > 2 => {
+            "this is a row of numbers: name a file of spheres in a scenario, [packing] with kind = \"file\" and path = \"...\"".to_owned()
+        }
         _ if content.contains('\\') => {
             let value = value.unwrap_or(content).trim_matches('"');
             format!("a backslash begins an escape; write a path with / or in single quotes: '{value}'")
@@ -81,10 +84,9 @@ fn without_comment(text: &str) -> &str {
 }
 
 /// Where the key or table stood before.
-fn of_duplicate(source: &Source, line: usize, text: &str) -> String {
+fn of_duplicate(lines: &[&str], line: usize, text: &str) -> String {
     let content = without_comment(text).trim();
-    let lines =
-        || source.text.lines().take(line - 1).enumerate().map(|(at, line)| (at + 1, without_comment(line).trim()));
+    let lines = || lines.iter().take(line).enumerate().map(|(at, line)| (at + 1, without_comment(line).trim()));
     if let Some(name) = content.strip_prefix("[[").and_then(|rest| rest.strip_suffix("]]")) {
         let inner = format!("[{}.", name.trim());
         let single = format!("[{}]", name.trim());

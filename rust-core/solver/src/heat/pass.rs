@@ -459,11 +459,11 @@ impl HeatPass {
         }
     }
 
-    /// Apply the change of the temperatures.
-    pub fn finish(&self, heat: &mut HeatState) {
+    /// Apply the change of the temperatures; returns whether all are finite.
+    pub fn finish(&self, heat: &mut HeatState) -> bool {
         let HeatState { temperature, correction, warming, .. } = heat;
         let rows = temperature.par_iter_mut().zip(correction).zip(warming).zip(&self.increment).with_min_len(TILE);
-        rows.for_each(|(((temperature, correction), warming), increment)| {
+        let apply = |(((temperature, correction), warming), increment): (((&mut f64, &mut f64), &mut f64), &f64)| {
             // The sum of two numbers and its error (Knuth 1969, 4.2.2).
             let (old, change) = (*temperature, increment + *correction);
             let new = old + change;
@@ -471,7 +471,9 @@ impl HeatPass {
             *correction = (old - (new - part)) + (change - part);
             *temperature = new;
             *warming = *increment;
-        });
+            new.is_finite()
+        };
+        rows.map(apply).reduce(|| true, |a, b| a & b)
     }
 
     /// Memory in bytes.

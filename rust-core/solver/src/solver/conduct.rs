@@ -49,13 +49,23 @@ impl Solver {
     }
 
     /// Apply the change of the temperatures; bonds expand. `dissipated`: energy of contacts that becomes heat in the next step, J.
-    pub(super) fn finish_heat(&mut self, state: &mut State, dissipated: &[(Pair, f64)]) {
-        let (Some(pass), Some(model), Some(heat)) = (&self.heat, &self.model.heat, &mut state.heat) else { return };
-        pass.finish(heat);
+    ///
+    /// # Errors
+    /// A temperature that is not finite.
+    pub(super) fn finish_heat(&mut self, state: &mut State, dissipated: &[(Pair, f64)]) -> Result<(), SolverError> {
+        let (Some(pass), Some(model), Some(heat)) = (&self.heat, &self.model.heat, &mut state.heat) else {
+            return Ok(());
+        };
+        if !pass.finish(heat) {
+            let first = heat.temperature.iter().position(|temperature| !temperature.is_finite()).unwrap_or_default();
+            let what = format!("the temperature of the particle with id {}", state.particles.id[first]);
+            return Err(SolverError::NoNumber { step: state.clock.step, time: state.clock.time(), what });
+        }
         heat.take_up(dissipated);
         if let Some(expansion) = &mut self.expansion {
             expansion.apply(model, state, true);
         }
+        Ok(())
     }
 
     /// The heat that flows at the present temperatures and positions; none without heat conduction.
@@ -101,9 +111,12 @@ impl Solver {
     }
 
     /// A step without motion.
-    pub(super) fn only_conduct(&mut self, state: &mut State) -> StepReport {
-        self.finish_heat(state, &[]);
+    ///
+    /// # Errors
+    /// A temperature that is not finite.
+    pub(super) fn only_conduct(&mut self, state: &mut State) -> Result<StepReport, SolverError> {
         state.clock.step += 1;
-        StepReport::default()
+        self.finish_heat(state, &[])?;
+        Ok(StepReport::default())
     }
 }

@@ -133,7 +133,8 @@ impl Solver {
     pub fn steps_for_device(&self, state: &State) -> u64 {
         let step = state.clock.step;
         let stiffens = state.contacts.iter().any(|block| block.stiffens());
-        match (state.ledger.started && self.targets.is_none(), self.model.watch_contacts && stiffens) {
+        let waits = self.targets.is_some() || state.motion.is_some();
+        match (state.ledger.started && !waits, self.model.watch_contacts && stiffens) {
             (false, _) => 0,
             (true, false) => u64::MAX,
             (true, true) => step.next_multiple_of(STIFFNESS_INTERVAL) - step,

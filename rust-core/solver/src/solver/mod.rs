@@ -225,11 +225,6 @@ impl Solver {
         self.targets = targets;
     }
 
-    /// The targets of [`Self::set_targets`].
-    pub fn targets(&self) -> Option<&[(Vec3, Vec3)]> {
-        self.targets.as_deref()
-    }
-
     /// The targets of [`Self::set_targets`], to be changed in place; at first, the present velocities of `particles`.
     pub fn targets_mut(&mut self, particles: &Particles) -> &mut [(Vec3, Vec3)] {
         self.targets.get_or_insert_with(|| {
@@ -281,7 +276,7 @@ impl Solver {
         let mut report = StepReport::default();
         if self.rests() {
             self.begin_heat(state)?;
-            return Ok(self.only_conduct(state));
+            return self.only_conduct(state);
         }
         let (crossing, strain) = self.compute_forces(state, sample, &mut report)?;
         if self.model.watch_contacts {
@@ -305,7 +300,7 @@ impl Solver {
             watch.lap(&mut self.stages.release);
         }
         // What the first evaluation dissipates belongs to the time before.
-        self.finish_heat(state, if first { &[] } else { &report.dissipated });
+        self.finish_heat(state, if first { &[] } else { &report.dissipated })?;
         watch.lap(&mut self.stages.booking);
         Ok(report)
     }
@@ -333,7 +328,7 @@ impl Solver {
             self.free_broken_pairs(state);
         }
         // What the first evaluation dissipates belongs to the time before.
-        self.finish_heat(state, if state.clock.step == 0 { &[] } else { &report.dissipated });
+        self.finish_heat(state, if state.clock.step == 0 { &[] } else { &report.dissipated })?;
         Ok(report)
     }
 
@@ -483,7 +478,7 @@ impl Solver {
     }
 
     /// Kick and drift of free particles, then of clumps.
-    fn kick_and_drift(&self, state: &mut State, report: &mut StepReport) {
+    fn kick_and_drift(&mut self, state: &mut State, report: &mut StepReport) {
         // Forces one step ago, if the damping needs them. A particle without them starts from zero.
         let remembered = if self.model.damping.reads_last_forces() { state.particles.len() } else { 0 };
         if state.particles.previous.len() != remembered {
@@ -503,6 +498,10 @@ impl Solver {
         let net = NetForces { force: &self.force, torque: &self.torque };
         report.kick = integrate::kick_and_drift(&kick, &mut state.particles, net);
         integrate::advance_clumps(&kick, &mut state.clumps, &mut state.particles, net, &mut report.kick);
+        if kick.convective {
+            // Prescribed components follow the cell from the velocities that they have now, as after a restart.
+            self.targets = None;
+        }
     }
 
     /// Move the cell and the walls. Returns the work of their prescribed motion, J, over the half steps before and after
@@ -549,17 +548,30 @@ fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
     state.clock.step += 1;
 }
 
-/// Fail if a velocity is NaN or infinite. The sums of the kick show it; only then are the particles read.
+/// Fail if the motion, or a force, is NaN or infinite. The sums of the kick show it; only then are the particles read.
 fn check_finite(state: &State, report: &StepReport) -> Result<(), SolverError> {
-    if report.kick.max_speed_squared.is_finite() && report.kick.kinetic.is_finite() {
-        return Ok(());
+    let kick = &report.kick;
+    let (step, time) = (state.clock.step, state.clock.time());
+    if !(kick.max_speed_squared.is_finite() && kick.kinetic.is_finite()) {
+        let Particles { velocity, angular_velocity, id, .. } = &state.particles;
+        let first =
+            velocity.iter().zip(angular_velocity).position(|(v, w)| !(v.norm_squared() + w.norm_squared()).is_finite());
+        return Err(SolverError::NotFinite { step, time, id: first.map_or(u32::MAX, |p| id[p]) });
     }
-    let Particles { velocity, angular_velocity, id, .. } = &state.particles;
-    let first =
-        velocity.iter().zip(angular_velocity).position(|(v, w)| !(v.norm_squared() + w.norm_squared()).is_finite());
-    Err(SolverError::NotFinite {
-        step: state.clock.step,
-        time: state.clock.time(),
-        id: first.map_or(u32::MAX, |p| id[p]),
-    })
+    let fail = |what: String| Err(SolverError::NoNumber { step, time, what });
+    if state.cell.is_some_and(|cell| !cell.matrix.sum().is_finite()) {
+        return fail("an edge of the periodic cell".to_owned());
+    }
+    for wall in &state.walls {
+        let turning = wall.turning.map_or_else(Vec3::zeros, |turning| turning.angular_velocity);
+        let sum: Vec3 = wall.displacement + wall.velocity + turning + wall.force + wall.torque;
+        if !sum.sum().is_finite() {
+            return fail(format!("the motion of the wall `{}`, or the force on it,", wall.name));
+        }
+    }
+    // Particles that are held do not show what acts on them.
+    if !(kick.external.iter().sum::<f64>() + kick.boundary.iter().sum::<f64>()).is_finite() {
+        return fail("the work of loads and prescribed motions".to_owned());
+    }
+    Ok(())
 }

@@ -67,6 +67,9 @@ pub struct State {
     pub ledger: Ledger,
     /// Temperatures, if heat flows.
     pub heat: Option<HeatState>,
+    /// Velocities (m/s) and angular velocities (rad/s) that prescribed degrees of freedom take in the next step, by particle, if
+    /// they were set since the last one.
+    pub motion: Option<Vec<(Vec3, Vec3)>>,
     /// Memory of the schedule: peaks, servo terms, and other numbers of the loading, by position.
     pub schedule_memory: Vec<f64>,
 }
@@ -85,6 +88,7 @@ impl Clone for State {
             clock: self.clock,
             ledger: self.ledger,
             heat: self.heat.clone(),
+            motion: self.motion.clone(),
             schedule_memory: self.schedule_memory.clone(),
         }
     }

@@ -51,6 +51,7 @@ impl State {
                 load.virial = Symmetric([r[0], r[1], r[2], r[3], r[4], r[5]]);
             }
         }
+        self.motion = read_motion(source, particles.id.len())?;
         self.schedule_memory = source.f64("plan")?;
         self.particles = particles;
         self.cell = cell;
@@ -144,6 +145,10 @@ impl WriteColumns for State {
             write_heat(heat, sink)?;
             sink.column("ledger_expansion", Column::f64(&self.ledger.expansion_reals(), 1, "J"))?;
             sink.column("ledger_stiffness", Column::f64(&self.ledger.stiffness_work.parts(), 1, "J"))?;
+        }
+        if let Some(motion) = &self.motion {
+            let reals: Vec<f64> = motion.iter().flat_map(|(v, w)| [v.x, v.y, v.z, w.x, w.y, w.z]).collect();
+            sink.column("particles/next_motion", Column::f64(&reals, 6, "m/s, rad/s"))?;
         }
         sink.column("plan", Column::f64(&self.schedule_memory, 1, "see plan"))
     }
@@ -269,6 +274,17 @@ fn write_particles(p: &Particles, sink: &mut dyn ColumnSink) -> Result<(), Colum
         sink.column("particles/load_dyads", Column::f64(&virials, 6, "N"))?;
     }
     Ok(())
+}
+
+/// Motions of the next step of `n` particles, if there are any.
+fn read_motion(source: &mut dyn ColumnSource, n: usize) -> Result<Option<Vec<(Vec3, Vec3)>>, ColumnError> {
+    let path = "particles/next_motion";
+    if !source.exists(path) {
+        return Ok(None);
+    }
+    let reals = with_length(path, source.f64(path)?, 6 * n)?;
+    let motion = |r: &[f64]| (Vec3::new(r[0], r[1], r[2]), Vec3::new(r[3], r[4], r[5]));
+    Ok(Some(reals.chunks_exact(6).map(motion).collect()))
 }
 
 fn read_cell(source: &mut dyn ColumnSource) -> Result<Option<Cell>, ColumnError> {

@@ -24,7 +24,7 @@ use arrays::{cell, text};
 /// Bonds of a scene, and the threads that compute their forces.
 pub struct Bonds {
     assembly: Assembly,
-    pool: rayon::ThreadPool,
+    pool: own_thread::Workers,
 }
 
 /// Create an assembly with `threads` threads. Returns null and a message on failure.
@@ -33,7 +33,7 @@ unsafe fn boxed(message: *const Message, threads: i32, make: impl FnOnce() -> Re
     // SAFETY: a valid message from the shim.
     unsafe {
         guarded(message, || {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1) as usize).build();
+            let pool = own_thread::Workers::new(threads.max(1) as usize);
             let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
             let assembly = make()?;
             made = Box::into_raw(Box::new(Bonds { assembly, pool }));
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_facts(bonds: *const Bonds, facts: 
             stored: a.stored,
             cell_volume: a.state.cell.map_or(0.0, |cell| cell.volume()),
             needs_rotation: i32::from(a.needs_rotation),
-            threads: pool.current_num_threads() as i32,
+            threads: pool.threads() as i32,
         };
     }
 }
@@ -174,7 +174,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
         guarded(message, || {
             let Bonds { assembly, pool } = &mut *bonds;
             let step = &*step;
-            if let Some(pause) = step.pause.filter(|_| assembly.wants_host_threads_paused(pool.current_num_threads())) {
+            if let Some(pause) = step.pause.filter(|_| assembly.wants_host_threads_paused(pool.threads())) {
                 pause(PAUSE_SOFT);
             }
             let count = assembly.state.particles.len();

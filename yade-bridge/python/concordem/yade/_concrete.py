@@ -243,7 +243,7 @@ class Concrete:
             refuse_image(int(contacts.id1[far[0]]), int(contacts.id2[far[0]]))
         return {
             "pair": self.pair,
-            "image": contacts.image.astype(np.int8),
+            "image": contacts.image,
             "bonded": gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0,
             "length": length,
             "area": physics("crossSection"),
