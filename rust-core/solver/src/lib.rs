@@ -26,6 +26,7 @@ pub mod laws;
 mod model;
 pub mod neighbor;
 mod pair_coefficients;
+mod peculiar;
 mod report;
 mod solver;
 pub mod state;
