@@ -12,7 +12,7 @@ use concordem::assembly::{Assembly, Summary, assemble_with, place};
 use concordem::fracture::Event;
 use concordem::output::{checkpoint, hash};
 use concordem::sampling::Bonds as SampledBonds;
-use concordem::schedule::simulation::OperatorRow;
+use concordem::schedule::simulation::{OperatorRow, Written};
 use concordem::schedule::{Record, Simulation as Run, StopReason};
 use concordem::state::Load;
 use pyo3::exceptions::PyValueError;
@@ -44,6 +44,8 @@ pub struct Inner {
     addresses: Addresses,
     /// Loads of the scenario.
     loads: Vec<Load>,
+    /// The motion after the last step, once a caller has a view to which it can write.
+    pub written: Option<Written>,
 }
 
 /// A simulation of a scenario.
@@ -63,6 +65,9 @@ impl Inner {
     /// Advance until the interval ends, `steps` steps are done, or the run ends.
     fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::schedule::simulation::RunError> {
         let start = Instant::now();
+        if let Some(written) = &self.written {
+            written.book(&mut self.run.state);
+        }
         while *steps > 0 {
             if let Some(reason) = self.run.stopped() {
                 return Ok(Some(reason));
@@ -77,6 +82,9 @@ impl Inner {
             if start.elapsed() > SLICE {
                 break;
             }
+        }
+        if self.written.is_some() {
+            self.written = Some(Written::of(&self.run.state));
         }
         Ok(self.run.stopped())
     }
@@ -117,7 +125,7 @@ impl Simulation {
         let operators = vec![Vec::new(); schedule.operators.len()];
         let run = detach(py, || Run::new(state, model, schedule))?.or_raise()?;
         let addresses = Addresses::of(&run.state.particles);
-        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses, loads };
+        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses, loads, written: None };
         let inner = Shared::new(
             inner,
             "the simulation is running in another thread; access it from its progress function, or wait",
