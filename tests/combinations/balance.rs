@@ -30,6 +30,9 @@ pub struct Balance {
     pub largest_force: f64,
     particles: Option<(Mat3, f64)>,
     boundary: Option<(Mat3, f64)>,
+    region: Option<(Mat3, f64)>,
+    /// Largest radius, m.
+    reach: f64,
     sampled: u64,
     /// Whether stresses were compared.
     stresses: bool,
@@ -78,6 +81,8 @@ impl Balance {
             largest_force: 0.0,
             particles: None,
             boundary: None,
+            region: None,
+            reach: particles.radius.iter().copied().fold(0.0, f64::max),
             sampled: u64::MAX,
             stresses: false,
         };
@@ -144,21 +149,28 @@ impl Balance {
         [self.linear.contains(&true), self.angular.contains(&true), self.stresses]
     }
 
-    /// Compare `Σ V_p σ_p` with the loads: `Σ V_p σ_p = V σ_boundary − Σ x_p⊗F_p` with the net forces `F_p`, in any motion.
+    /// Compare `Σ V_p σ_p` with the loads: `Σ V_p σ_p = V σ_boundary − Σ (x_p − x̄)⊗F_p` with the net forces `F_p`, which include weight, and
+    /// the center of mass `x̄`, in any motion.
     pub fn check_stress(&mut self, simulation: &Simulation, operator: &ScheduledOperator, values: &[f64]) {
-        if !matches!(operator.operator, Operator::ParticleStress | Operator::BoundaryStress) {
+        if !matches!(operator.operator, Operator::ParticleStress | Operator::BoundaryStress | Operator::RegionStress) {
             return;
         }
         let SampledRegion::Moving { region: Region::All { volume }, .. } = &operator.region else { return };
         let step = simulation.state.clock.step;
         if self.sampled != step {
-            (self.sampled, self.particles, self.boundary) = (step, None, None);
+            (self.sampled, self.particles, self.boundary, self.region) = (step, None, None, None);
         }
         let found = (Mat3::from_row_slice(&values[..9]) * *volume, *volume);
         match operator.operator {
             Operator::ParticleStress => self.particles = Some(found),
             Operator::BoundaryStress => self.boundary = Some(found),
-            _ => return,
+            _ => self.region = Some(found),
+        }
+        // Branch vectors end at contact points in the one, at centers in the other.
+        if let (Some((of_particles, _)), Some((of_branches, _))) = (self.particles, self.region) {
+            self.stresses = true;
+            let (scale, error) = (of_particles.norm() + self.reach * self.largest_force, of_particles - of_branches);
+            self.stress = self.stress.max(error.abs().max() / scale.max(f64::MIN_POSITIVE));
         }
         let (Some((of_particles, _)), Some((of_loads, _)), false) = (self.particles, self.boundary, self.periodic)
         else {
@@ -171,15 +183,19 @@ impl Balance {
     }
 }
 
-/// `Σ x⊗F` with the net forces of the last step at its positions, and the sum of the magnitudes.
+/// `Σ (x − x̄)⊗F` with the net forces of the last step at its positions, and the sum of the magnitudes.
 fn inertia(simulation: &Simulation) -> (Mat3, f64) {
     let state = &simulation.state;
     let particles = &state.particles;
     let dt = state.clock.dt;
     let (mut sum, mut scale) = (Mat3::zeros(), 0.0);
-    let mut add = |x: Vec3, f: Vec3| {
+    let (mut total, mut weighted, mut mass) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+    let mut add = |p: usize, x: Vec3, f: Vec3| {
         sum += x * f.transpose();
         scale += x.norm() * f.norm();
+        total += f;
+        weighted += x * particles.mass[p];
+        mass += particles.mass[p];
     };
     let net = |p: usize| simulation.solver.forces()[p] + particles.load(p as u32).0;
     let before = |p: usize| particles.position[p] - particles.velocity[p] * dt;
@@ -195,7 +211,7 @@ fn inertia(simulation: &Simulation) -> (Mat3, f64) {
             let held = given.translation(axis) && !(planar && axis == 2);
             if held { -gravity[axis] } else { net(p)[axis] }
         });
-        add(before(p), f);
+        add(p, before(p), f);
     }
     for clump in &state.clumps {
         let total: Vec3 = clump.members.iter().map(|&m| net(m as usize)).sum();
@@ -205,10 +221,10 @@ fn inertia(simulation: &Simulation) -> (Mat3, f64) {
             let m = m as usize;
             let back = particles.rotation_increment[m].conjugate();
             let arm = rotate(&back, &(particles.position[m] - clump.position));
-            add(clump.position - clump.velocity * dt + arm, total * (particles.mass[m] / mass));
+            add(m, clump.position - clump.velocity * dt + arm, total * (particles.mass[m] / mass));
         }
     }
-    (sum, scale)
+    (sum - weighted / mass * total.transpose(), scale)
 }
 
 /// Linear and angular momentum about the origin, and the sums of their magnitudes.

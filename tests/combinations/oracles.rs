@@ -9,7 +9,7 @@ use concordem::state::State;
 use concordem::state::columns::{ColumnStore, StoredColumn};
 use concordem_tests::on_threads;
 
-use crate::case::Case;
+use crate::case::{Case, Loading};
 use crate::compare::turnover;
 use crate::heat::SPECIFIC_HEAT;
 use crate::run::{Options, Outcome, Run, run};
@@ -111,6 +111,7 @@ pub fn judge(case: &Case, folder: &Path) -> (Verdict, Judgement) {
     heat(&base, &mut judged);
     operators(&base, &mut judged);
     follow(case, &base, &mut judged);
+    servos(case, &base, &mut judged);
     // The twins have the same time step: "auto" rests on a Lanczos iteration whose start vector is not that of another frame.
     let mut same = case.clone();
     same.time_step = Some(base.dt);
@@ -279,6 +280,20 @@ fn follow(case: &Case, run: &Run, judged: &mut Judgement) {
     }
     if worst > 1e-14 || worst.is_nan() {
         judged.find("recorded motion", format!("off by {worst:.1e} m"));
+    }
+}
+
+/// The stress of a cell is that of its servo, or the run says that it is not. Between 0.1 and 1 % of the target, which surround the
+/// tolerance of 0.5 %, either is right.
+fn servos(case: &Case, run: &Run, judged: &mut Judgement) {
+    let (Loading::CellStress(target, _), true, Some(cell)) = (&case.loading, case.stages.is_empty(), &run.state.cell)
+    else {
+        return;
+    };
+    let stress = run.virial / cell.volume();
+    let error = ((stress + stress.transpose()) * 0.5 - target).abs().max() / target.abs().max();
+    if error > 0.01 && run.unmet.is_empty() || error < 0.001 && !run.unmet.is_empty() {
+        judged.find("servo", format!("off by {error:.1e} of the target, and the run says {:?}", run.unmet));
     }
 }
 

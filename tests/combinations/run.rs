@@ -30,6 +30,10 @@ pub enum Outcome {
 
 /// What is kept of a run.
 pub struct Run {
+    /// What servos had not reached at the end, in words.
+    pub unmet: Vec<String>,
+    /// `Σ l⊗f` of the last step, J.
+    pub virial: Mat3,
     pub operators: Vec<ScheduledOperator>,
     /// Rows by operator and step.
     pub rows: BTreeMap<(usize, u64), Vec<f64>>,
@@ -131,7 +135,19 @@ fn run_inside(case: &Case, folder: &Path, options: Options) -> Outcome {
         }
     };
     balance.end(&simulation.state);
-    let run = Box::new(Run { operators, rows, records, initial, state: simulation.state, balance, dt, fastest });
+    let (unmet, virial) = (simulation.unmet(), simulation.last_report().virial);
+    let run = Box::new(Run {
+        unmet,
+        virial,
+        operators,
+        rows,
+        records,
+        initial,
+        state: simulation.state,
+        balance,
+        dt,
+        fastest,
+    });
     match error {
         None => Outcome::Done(run),
         Some(message) => Outcome::Failed(message, run),

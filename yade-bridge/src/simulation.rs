@@ -11,6 +11,7 @@ use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, Summary, assemble_with, place};
 use concordem::output::{ResultFile, checkpoint, hash};
 use concordem::sampling::Bonds as SampledBonds;
+use concordem::schedule::simulation::Written;
 use concordem::schedule::{Record, Simulation as Run, StopReason};
 use concordem::state::Load;
 use pyo3::exceptions::PyValueError;
@@ -43,6 +44,8 @@ pub struct Inner {
     addresses: Addresses,
     /// Loads of the scenario.
     loads: Vec<Load>,
+    /// The motion after the last step, once a caller has a view to which it can write.
+    pub written: Option<Written>,
 }
 
 /// A simulation of a scenario.
@@ -64,6 +67,9 @@ impl Inner {
     /// Advance until the interval ends, `steps` steps are done, or the run ends.
     fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::schedule::simulation::RunError> {
         let start = Instant::now();
+        if let Some(written) = &self.written {
+            written.book(&mut self.run.state);
+        }
         // Python may have written velocities since the last step; what is prescribed starts from them, as in a checkpoint.
         self.run.solver.set_targets(None);
         while *steps > 0 {
@@ -80,6 +86,9 @@ impl Inner {
             if start.elapsed() > SLICE {
                 break;
             }
+        }
+        if self.written.is_some() {
+            self.written = Some(Written::of(&self.run.state));
         }
         Ok(self.run.stopped())
     }
@@ -130,7 +139,7 @@ impl Simulation {
         if run.stopped().is_none() {
             records.before(run.state.clock.step);
         }
-        let inner = Inner { run, records, addresses, loads };
+        let inner = Inner { run, records, addresses, loads, written: None };
         let inner = Shared::new(
             inner,
             "the simulation is running in another thread; access it from its progress function, or wait",

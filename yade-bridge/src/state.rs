@@ -5,6 +5,7 @@
 //! Contacts change at every neighbor-list rebuild, so their tables are copies.
 
 use concordem::law::state::COLUMNS_OF_EVERY_CONTACT;
+use concordem::schedule::simulation::Written;
 use concordem::state::Particles;
 use concordem::state::contacts::{ContactFlags, Contacts};
 use numpy::ndarray::{ArrayView1, ArrayView2};
@@ -159,9 +160,17 @@ impl State {
         self.particles::<_, u64>(py, |p| &p.tags, false)
     }
 
-    /// A writable view of `positions`, `velocities`, or `angular_velocities`. Write between steps: what another thread of Python writes during
-    /// one is not defined.
+    /// A writable view of `positions`, `velocities`, or `angular_velocities`.
+    ///
+    /// The change of the kinetic energy by velocities that are written between steps counts as external work. New positions start the energy
+    /// balance anew. What another thread of Python writes during a step is not defined.
     fn writable<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        {
+            let mut inner = self.simulation.bind(py).get().lock()?;
+            if inner.written.is_none() {
+                inner.change(py, |inner| inner.written = Some(Written::of(&inner.run.state)))?;
+            }
+        }
         match name {
             "positions" => self.particles::<_, f64>(py, |p| &p.position, true),
             "velocities" => self.particles::<_, f64>(py, |p| &p.velocity, true),

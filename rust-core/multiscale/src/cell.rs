@@ -142,6 +142,9 @@ impl RepresentativeCell {
         for (branch, force) in contacts.branch.iter().zip(&contacts.force) {
             sum += branch * force.transpose();
         }
+        // The ledger has the work up to the forces of the last step. The rest is the trapezoid between these forces and the present ones.
+        let virials = run.last_report().virial + sum;
+        let last_work = 0.5 * (virials * cell.velocity_gradient).trace() * run.state.clock.dt;
         let center = cell.matrix * Vec3::repeat(0.5);
         let couple = if contacts.pair.is_empty() {
             Mat3::zeros()
@@ -158,7 +161,7 @@ impl RepresentativeCell {
             volume,
             damage,
             bonds: run.state.bond_count(),
-            work: run.state.ledger.boundary_work.get(),
+            work: run.state.ledger.boundary_work.get() + last_work,
         })
     }
 

@@ -113,3 +113,44 @@ fn what_a_cell_cannot_do_is_refused() {
     cell.deform(&(Mat3::identity() * 1.0002), 5).unwrap();
     assert!(matches!(cell.deform(&(Mat3::identity() * 1.002), 5), Err(CellError::NoBonds { .. })));
 }
+
+/// The work at the end of every deformation is that of the stress: `½ D e² V` of a linear lattice, also after one step, and it stays while the cell
+/// is held (Hill and Mandel). Tolerance: the strain itself, 1e-4, since the volume and the branches change.
+#[test]
+fn work_is_that_of_the_stress() {
+    let strain = 1e-4;
+    for steps in [1, 2, 10] {
+        let mut cell = lattice("", "").unwrap();
+        let volume = cell.response().unwrap().volume;
+        let stiffness = cell.stiffness().unwrap()[(0, 0)];
+        let wanted = 0.5 * stiffness * strain * strain * volume;
+        let mut gradient = Mat3::identity();
+        for k in 1..=steps {
+            gradient[(0, 0)] = 1.0 + strain * f64::from(k) / f64::from(steps);
+            cell.deform(&gradient, 1).unwrap();
+        }
+        for _ in 0..3 {
+            let work = cell.response().unwrap().work;
+            assert!((work / wanted - 1.0).abs() < 2.0 * strain, "{steps}: {work} {wanted}");
+            cell.deform(&gradient, 1).unwrap();
+        }
+    }
+}
+
+/// Forces on a particle of a perfect lattice cancel but for rounding, also after hundreds of steps in which positions were rounded: the lattice has
+/// its stiffness.
+#[test]
+fn perfect_lattices_keep_their_stiffness() {
+    for steps in [1, 20, 300] {
+        let mut cell = lattice("", "").unwrap();
+        let before = cell.stiffness().unwrap()[(1, 1)];
+        for k in 1..=steps {
+            let gradient =
+                Mat3::identity() + Mat3::from_diagonal(&Vec3::new(2e-4, 0.0, 0.0)) * (f64::from(k) / f64::from(steps));
+            cell.deform(&gradient, 1).unwrap();
+        }
+        let after = cell.stiffness().unwrap()[(1, 1)];
+        // Stretched by 2e-4 across.
+        assert!((after / before - 1.0).abs() < 1e-3, "{steps}: {after} {before}");
+    }
+}

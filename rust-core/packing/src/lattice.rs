@@ -1,6 +1,6 @@
 //! Regular packings of equal touching spheres.
 
-use super::{Crop, Packing, PackingError, Shape, affordable, positive};
+use super::{Crop, Packing, PackingError, Shape, TIE, affordable, positive};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
@@ -101,6 +101,44 @@ impl Lattice {
         Ok(Packing { spheres, cell: Some(Cell::new_box(size)) })
     }
 
+    /// Where the lattice begins, so that whole spheres fill a box from `low` to `high` (m): the origin, but half a layer beside it, or at
+    /// another place, along the axes along which layers then touch both faces.
+    pub fn origin_in(self, radius: f64, low: &Vec3, high: &Vec3) -> Vec3 {
+        let edges = self.unit_cell(radius);
+        let axes = if self.is_plane() { 2 } else { 3 };
+        let mut origin = Vec3::zeros();
+        for axis in 0..axes {
+            let Some(spacing) = self.spacing(axis).map(|fraction| fraction * edges[axis]) else { continue };
+            // In layers: from the first face to the origin, and between the first and the last layer.
+            let start = (low[axis] + radius) / spacing;
+            let layers = (high[axis] - low[axis] - 2.0 * radius) / spacing;
+            let tie = TIE * radius / spacing;
+            let is_whole = |count: f64| (count - count.round()).abs() <= tie * count.abs().max(1.0);
+            if is_whole(layers) && !is_whole(start) {
+                origin[axis] = (start - start.floor()) * spacing;
+            }
+        }
+        origin
+    }
+
+    /// Distance of the layers along an axis as a fraction of the unit cell; `None` if they are not evenly spaced.
+    fn spacing(self, axis: usize) -> Option<f64> {
+        let mut layers: Vec<f64> = self.basis().iter().map(|place| place[axis]).collect();
+        layers.sort_unstable_by(f64::total_cmp);
+        layers.dedup();
+        let spacing = 1.0 / layers.len() as f64;
+        let even = layers.iter().enumerate().all(|(k, layer)| (layer - k as f64 * spacing).abs() < 1e-9);
+        even.then_some(spacing)
+    }
+
+    /// Sizes (m) of a box along an axis that whole spheres fill, the next ones below and above `size`; `None` if layers are not evenly
+    /// spaced.
+    pub fn sizes_around(self, radius: f64, axis: usize, size: f64) -> Option<[f64; 2]> {
+        let spacing = self.spacing(axis)? * self.unit_cell(radius)[axis];
+        let layers = ((size - 2.0 * radius) / spacing).floor().max(0.0);
+        Some([layers, layers + 1.0].map(|layers| 2.0 * radius + layers * spacing))
+    }
+
     /// All spheres of the lattice through `origin` (m) that `crop` keeps in `shape`. Plane lattices lie in the plane
     /// `z = origin.z`.
     ///
@@ -180,6 +218,33 @@ mod tests {
         assert!(
             Lattice::FaceCentered.fill(0.05, &shape, Crop::WholeSpheres, Vec3::zeros()).unwrap().spheres.len() > 1000
         );
+    }
+
+    /// A box that ten spheres fill has ten across, wherever it lies, and one that nine fill keeps nine.
+    #[test]
+    fn whole_spheres_fill_a_box_that_they_fit() {
+        for (lattice, size, count) in [
+            (Lattice::SimpleCubic, [20.0, 18.0, 40.0], 10 * 9 * 20),
+            (Lattice::SimpleCubic, [19.0, 18.0, 40.0], 9 * 9 * 20),
+            (Lattice::FaceCentered, [2.0 + 5.0 * 2.0_f64.sqrt(), 2.0 + 4.0 * 2.0_f64.sqrt(), 3.0], 15),
+            (Lattice::Square, [20.0, 18.0, 1.0], 90),
+        ] {
+            for center in [Vec3::zeros(), Vec3::new(0.3, -7.0, 1.0)] {
+                let half = Vec3::from(size) * 0.5e-3;
+                let center = center * 1e-3;
+                let (low, high) = (center - half, center + half);
+                let shape = Shape::new_box(low, high).unwrap();
+                let mut origin = lattice.origin_in(1e-3, &low, &high);
+                if lattice.is_plane() {
+                    origin.z = center.z;
+                }
+                let crop = if lattice.is_plane() { Crop::Centers } else { Crop::WholeSpheres };
+                let packing = lattice.fill(1e-3, &shape, crop, origin).unwrap();
+                if size[0] != 19.0 || center == Vec3::zeros() {
+                    assert_eq!(packing.spheres.len(), count, "{lattice:?} {size:?} {center}");
+                }
+            }
+        }
     }
 
     #[test]

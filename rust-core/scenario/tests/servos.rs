@@ -4,7 +4,7 @@ mod shared;
 
 use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{Sharpness, assemble_cached, restart};
-use concordem_scenario::schedule::{Advance, Simulation};
+use concordem_scenario::schedule::{Advance, Aim, Simulation, StopReason};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnStore;
 use shared::{assembled, read, simulation};
@@ -156,6 +156,84 @@ fn a_box_reaches_its_pressure() {
             assert!((moved(axis) / expected - 1.0).abs() < 1e-3, "{counts:?} axis {axis}: {} {expected}", moved(axis));
         }
     }
+}
+
+/// A piston above one sphere on a floor, with more lines of the scenario.
+fn piston(height: f64, more: &str) -> String {
+    lattice(
+        [1, 1, 1],
+        LINEAR,
+        &format!(
+            "gravity = [0, 0, -9.81]
+            [output]\nsample_interval = 10
+            [[wall]]
+            material = \"m\"
+            shape = {{ kind = \"plane\", point = [0, 0, -0.01], normal = [0, 0, 1] }}
+            [[wall]]
+            material = \"m\"
+            shape = {{ kind = \"plane\", point = [0, 0, {height}], normal = [0, 0, -1] }}
+            servo = {{ force = 20, maximum_speed = 0.2 }}
+            {more}"
+        ),
+    )
+}
+
+/// A free piston moves at its full speed until it touches: contacts that it does not have cannot slow it down. Its force then rises without
+/// overshoot: it meets the first particle as slowly as particles that it presses on.
+#[test]
+fn a_free_piston_moves_at_full_speed() {
+    let mut simulation = simulation(&piston(0.06, "[stop]\ntime = 0.3"));
+    let (mut free, mut largest) = (0.0, 0.0_f64);
+    while simulation.stopped().is_none() {
+        simulation.advance().unwrap();
+        let wall = &simulation.state.walls[1];
+        if wall.force.z == 0.0 {
+            free = simulation.state.clock.time();
+        }
+        largest = largest.max(wall.force.z);
+    }
+    // 50 mm at 0.2 m/s; the last two steps of the way are slow.
+    assert!((free / 0.25 - 1.0).abs() < 0.02, "{free}");
+    assert!(largest < 1.1 * 20.0, "{largest}");
+    assert!((simulation.state.walls[1].force.z / 20.0 - 1.0).abs() < 1e-3);
+}
+
+/// The sphere is at rest long before the piston comes. Equilibrium waits for the piston.
+#[test]
+fn equilibrium_waits_for_servos() {
+    let mut simulation = simulation(&piston(0.03, "[stop]\nunbalanced = 1e-3\ntime = 1"));
+    let steps = run(&mut simulation);
+    assert_eq!(steps.last().and_then(|advance| advance.stopped), Some(StopReason::Equilibrium));
+    let force = simulation.state.walls[1].force.z;
+    assert!((force / 20.0 - 1.0).abs() < 0.01, "{force}");
+    assert!(simulation.unmet().is_empty());
+}
+
+/// A run that ends before says what is missing.
+#[test]
+fn a_run_says_what_its_servos_have_not_reached() {
+    let mut simulation = simulation(&piston(0.06, "[stop]\ntime = 0.1"));
+    run(&mut simulation);
+    assert_eq!(simulation.unmet(), ["the servo of wall `wall 1` has 0.0000e0 of 2.0000e1 N"]);
+}
+
+/// With a hundred times the gain that contacts allow, the servo swings; the run ends, and says so.
+#[test]
+fn a_servo_that_swings_ends_the_run() {
+    let mut simulation = simulation(&piston(0.0101, "[stop]\ntime = 1"));
+    for servo in &mut simulation.schedule.servos {
+        if let Aim::Force { gain, .. } = &mut servo.aim {
+            (gain.free, gain.on_layer) = (100.0 * gain.free, 100.0 * gain.on_layer);
+        }
+    }
+    let error = loop {
+        match simulation.advance() {
+            Ok(advance) => assert_eq!(advance.stopped, None),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(error.contains("the servo of wall `wall 1` swings") && error.contains("servo.maximum_speed"), "{error}");
+    assert!(simulation.state.clock.step < 5000);
 }
 
 /// The target follows a history: up, constant, and down to a fifth, on a roller that moves as a whole. Within 1 % while it is

@@ -44,7 +44,7 @@ pub struct Ledger {
     pub started: bool,
     /// Kinetic plus stored energy at the start.
     pub initial: f64,
-    /// Kinetic energy `Σ ½ m v⁻·v⁺ + ½ I ω⁻·ω⁺`.
+    /// Kinetic energy `Σ ½ m v⁻·v⁺ + ½ I ω⁻·ω⁺`, with the mean motion of a periodic cell.
     pub kinetic: f64,
     /// Stored in contacts: normal, shear, bending, twist.
     pub stored: [f64; 4],
@@ -81,8 +81,15 @@ pub struct Ledger {
 impl Ledger {
     /// Book one step: energies of the contacts, sums of the kick, energies of deformable particles, and work of cell and
     /// walls over the half steps before and after. The caller adds the work of loads and reactions on deformable particles
-    /// to `kick` and `others`.
-    pub fn book(&mut self, contacts: &EnergySplit, kick: &KickSums, deformation: &DeformationSums, others: [f64; 2]) {
+    /// to `kick` and `others`. `affine`: kinetic energy of the mean motion of a cell, J, which counts as work done before the first step.
+    pub fn book(
+        &mut self,
+        contacts: &EnergySplit,
+        kick: &KickSums,
+        deformation: &DeformationSums,
+        others: [f64; 2],
+        affine: f64,
+    ) {
         self.kinetic = kick.kinetic;
         self.stored = [contacts.stored_normal, contacts.stored_shear, contacts.stored_bending, contacts.stored_twist];
         self.deformation = deformation.stored;
@@ -104,7 +111,8 @@ impl Ledger {
             self.started = true;
             // Bonds that break at once held energy, too: a contact that follows takes a part of it back.
             self.damage.add(contacts.damage);
-            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation + contacts.damage;
+            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation + contacts.damage - affine;
+            self.boundary_work.add(affine);
         }
         self.pending = [kick.damping[1], kick.boundary[1] + others[1], kick.external[1]];
     }
@@ -275,7 +283,7 @@ mod tests {
             let damping = if step == 0 { [0.0, 0.5 * damping] } else { [0.5 * damping, 0.0] };
             let kick = KickSums { kinetic: kinetic[step], damping, ..KickSums::default() };
             let sums = DeformationSums { stored: deformation[step], ..DeformationSums::default() };
-            ledger.book(&EnergySplit::default(), &kick, &sums, [0.0; 2]);
+            ledger.book(&EnergySplit::default(), &kick, &sums, [0.0; 2], 0.0);
         }
         ledger
     }

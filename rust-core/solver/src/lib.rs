@@ -44,6 +44,7 @@ pub mod laws;
 mod model;
 pub mod neighbor;
 mod pair_coefficients;
+mod peculiar;
 mod report;
 mod solver;
 pub mod state;

@@ -39,6 +39,9 @@ pub struct StepReport {
     pub stiffness_work: f64,
     /// Energy that contacts dissipated by damage, friction, and dashpots, J, if it becomes heat; at walls, twice the same particle.
     pub dissipated: Vec<(Pair, f64)>,
+    /// Kinetic energy of the mean motion of a periodic cell, J, which [`Ledger::kinetic`](crate::energy::Ledger::kinetic) contains, in steps
+    /// that sample.
+    pub affine_kinetic: f64,
     /// Sums over deformable particles.
     pub deformation: DeformationSums,
 }

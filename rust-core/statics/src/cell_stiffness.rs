@@ -88,6 +88,9 @@ impl CellStiffness {
     }
 }
 
+/// Fraction of the largest force of a link below which a load is a rounding remainder, also after many steps in which positions were rounded.
+const CANCELED: f64 = 1e-9;
+
 /// Components of strain of a network: all six, or those of the plane.
 pub(super) fn strains(planar: bool) -> impl Iterator<Item = usize> {
     (0..6).filter(move |component| !planar || matches!(component, 0 | 1 | 5))
@@ -197,9 +200,10 @@ fn loads(product: &StiffnessProduct<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
         }
     }
     let largest = network.links.iter().map(|l| l.stiffness.normal * l.branch.norm()).fold(0.0, f64::max);
-    // A rounding remainder of forces that cancel (as in a lattice) is not a load.
+    // Forces that cancel but for rounding (as in a lattice) are no load: what they relax changes the stiffness by the square of this fraction,
+    // below its rounding, and has no equilibrium.
     for load in &mut loads {
-        if load.iter().all(|x| x.abs() < 1e-13 * largest) {
+        if load.iter().all(|x| x.abs() < CANCELED * largest) {
             load.fill(0.0);
         }
     }

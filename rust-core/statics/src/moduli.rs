@@ -9,8 +9,10 @@ use super::StaticsError;
 pub struct ElasticConstants {
     /// 3 in space; 2 for the plane 1, 2, where entries with direction 3 are zero.
     pub dimension: usize,
-    /// Stiffness D, Pa.
+    /// Stiffness D, Pa, as found. Deformable particles with springs in shear have none that is symmetric.
     pub stiffness: Matrix6<f64>,
+    /// Largest `|D_ij − D_ji|` over the largest `|D_ij|`. The constants are those of the symmetric part.
+    pub asymmetry: f64,
     /// Compliance C = D⁻¹, 1/Pa.
     pub compliance: Matrix6<f64>,
     /// Young's moduli `E_i = 1/C_ii`, Pa. In the plane, these and all other constants are the two-dimensional ones
@@ -49,14 +51,14 @@ impl ElasticConstants {
     ///
     /// # Errors
     /// [`StaticsError::Soft`] if D has no inverse.
-    pub fn of(stiffness: &Matrix6<f64>) -> Result<Self, StaticsError> {
-        let stiffness = (stiffness + stiffness.transpose()) * 0.5;
+    pub fn of(given: &Matrix6<f64>) -> Result<Self, StaticsError> {
+        let stiffness = (given + given.transpose()) * 0.5;
         let size = stiffness.abs().max();
         if size.is_nan() || size <= 0.0 || (stiffness / size).symmetric_eigenvalues().min() < 1e-12 {
             return Err(StaticsError::Soft);
         }
         let compliance = (stiffness / size).try_inverse().ok_or(StaticsError::Soft)? / size;
-        Ok(Self::of_both(&stiffness, &compliance, 3))
+        Ok(Self::of_both(&stiffness, &compliance, 3).with(given))
     }
 
     /// Constants of the plane 1, 2, from the components 11, 22, 12 of the stiffness `D`, Pa.
@@ -81,7 +83,14 @@ impl ElasticConstants {
             }
             whole
         };
-        Ok(Self::of_both(&spread(&part), &spread(&inverse), 2))
+        let given = Matrix3::from_fn(|i, j| stiffness[(PLACES[i], PLACES[j])]);
+        Ok(Self::of_both(&spread(&part), &spread(&inverse), 2).with(&spread(&given)))
+    }
+
+    /// The constants with the stiffness as it was found.
+    fn with(self, given: &Matrix6<f64>) -> Self {
+        let asymmetry = (given - given.transpose()).abs().max() / given.abs().max();
+        Self { stiffness: *given, asymmetry, ..self }
     }
 
     fn of_both(stiffness: &Matrix6<f64>, compliance: &Matrix6<f64>, dimension: usize) -> Self {
@@ -100,6 +109,7 @@ impl ElasticConstants {
         Self {
             dimension,
             stiffness: *stiffness,
+            asymmetry: 0.0,
             compliance: *compliance,
             young,
             poisson,
@@ -175,6 +185,14 @@ mod tests {
         let zero = found.anisotropy();
         assert!(zero.young + zero.poisson + zero.shear + zero.coupling < 1e-13, "{zero:?}");
         assert_eq!(ElasticConstants::of(&Matrix6::zeros()), Err(StaticsError::Soft));
+        assert_eq!(found.asymmetry, 0.0);
+        // A stiffness that is not symmetric stays what it is; the constants are those of its symmetric part.
+        let mut skew = isotropic(e, nu);
+        skew[(0, 1)] += 1e9;
+        skew[(1, 0)] -= 1e9;
+        let of_skew = ElasticConstants::of(&skew).unwrap();
+        assert_eq!((of_skew.stiffness, of_skew.compliance), (skew, found.compliance));
+        assert!((of_skew.asymmetry / (2e9 / skew.max()) - 1.0).abs() < 1e-14);
     }
 
     /// In the plane: E and ν of `D11 = E/(1−ν²)`, `D12 = νD11`; the rows of direction 3 do not matter.

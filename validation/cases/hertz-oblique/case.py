@@ -1,4 +1,7 @@
-"""Oblique impacts. With sliding throughout, friction alone determines e_t, angular velocity, and rebound angle (Chung & Ooi 2011)."""
+"""Oblique impacts. With sliding throughout, friction alone determines e_t, angular velocity, and rebound angle (Chung & Ooi 2011).
+
+The steepest impact ends to slide while it still approaches; from then on its shear force grows with the stiffness of a contact that sticks,
+8 G* sqrt(R* d) at the overlap d."""
 import math
 
 import numpy as np
@@ -23,8 +26,38 @@ def analytic(task):
         angle.append(math.degrees(math.atan2(v - 3.5 * change, e * normal)))
     result = Result("analytic", start.dt)
     result.numbers["measures"] = {
-        "sliding_tangential_restitution": tangential, "sliding_spin": spin, "sliding_rebound_angle": angle}
+        "sliding_tangential_restitution": tangential, "sliding_spin": spin, "sliding_rebound_angle": angle,
+        "sticking_stiffness": 8 * effective_shear(task)}
     return result
+
+
+def effective_shear(task):
+    """G* = 1/sum((2 - nu)/G) of sphere and plane, Pa."""
+    laws = [material["hertz_mindlin"] for material in task.scenario["material"]]
+    return 1 / sum(2 * (1 + si(law["poisson"])) * (2 - si(law["poisson"])) / si(law["young"]) for law in laws)
+
+
+def sticking_stiffness(task, result):
+    """Change of the shear force over the integral of sqrt(R d) du, of the steepest impact, while it sticks and approaches, Pa.
+
+    Forces are mean values between two samples; velocities are known half a step before positions, in the middle of two mean values."""
+    velocity = result.series["velocity"]
+    v, x = velocity.values[:, 0], result.series["position"].values[:, 0]
+    w = result.series["angular_velocity"].values[:, 0, 1]
+    between = np.diff(velocity.steps)[0] * result.dt
+    radius = result.fields["radius"][0][0] if np.ndim(result.fields["radius"][0]) else result.fields["radius"][0]
+    force = np.diff(v, axis=0) / between
+    depth = radius - (x[:, 2] - 0.5 * result.dt * v[:, 2])
+    mu = si(task.scenario["material"][0]["hertz_mindlin"]["friction_coefficient"])
+    sticks = np.abs(force[:, 0]) < 0.95 * mu * force[:, 2]
+    change, way = 0.0, 0.0
+    for k in range(1, len(force)):
+        if sticks[k - 1] and sticks[k] and v[k, 2] < 0 and depth[k] > 0:
+            patch = v[k, 0] - (radius - depth[k]) * w[k]
+            change += force[k, 0] - force[k - 1, 0]
+            way += math.sqrt(radius * depth[k]) * patch * between
+    mass = 4 / 3 * math.pi * radius**3 * si(task.scenario["material"][0]["density"])
+    return -mass * change / way
 
 
 def measures(task, result):
@@ -38,4 +71,4 @@ def measures(task, result):
     out = {"tangential_restitution": after[:, 0] / before[:, 0], "spin": -w, "rebound_angle": angle}
     out |= {"sliding_" + name: values[sliding] for name, values in out.items()}
     out["normal_restitution"] = -after[:, 2] / before[:, 2]
-    return {name: values.tolist() for name, values in out.items()}
+    return {name: values.tolist() for name, values in out.items()} | {"sticking_stiffness": sticking_stiffness(task, result)}

@@ -1,4 +1,5 @@
-"""Under strain eps along x, a bond of direction n elongates by eps n_x^2 d and breaks if k_n times that exceeds its strength F.
+"""Under strain eps along x, a bond of direction n gets the length d sqrt(1 + n_x^2 (2 eps + eps^2)) and breaks if k_n times its elongation exceeds
+its strength F.
 
 C11 = sum over bonds of (k_n n_x^4 + k_s n_x^2 (1 - n_x^2)) / (V/d), the affine sum, exact for centrosymmetric lattices.
 """
@@ -26,16 +27,19 @@ def analytic(task):
     # sigma = sum of branch times force per volume; the shear force is k_s times the tangential displacement
     modulus = sum(n[0] ** 2 * (kn * n[0] ** 2 + ks * (1 - n[0] ** 2)) for n in map(np.array, directions)) / (volume * d)
     steepest = max(n[0] ** 2 for n in map(np.array, directions))
-    strain = strength / (kn * steepest * d)
+    stretch = strength / (kn * d)
+    strain = math.sqrt(1 + stretch * (2 + stretch) / steepest) - 1
     result = Result("analytic", 1.0)
-    result.numbers["measures"] = {"modulus": modulus, "strain": strain, "strength": modulus * strain}
+    result.numbers["measures"] = {"modulus": modulus, "strain": strain, "strength": modulus * strength / (kn * steepest * d)}
     return result
 
 
 def measures(task, result):
     series = result.series["whole.stress"]
     stress = series.values[:, 0, 0]
-    strain = series.steps * result.dt * si(task.scenario["loading"]["velocity_gradient"][0][0])
+    rate = si(task.scenario["loading"]["velocity_gradient"][0][0])
+    # The cell grows by the same factor in every step.
+    strain = np.expm1(series.steps * math.log1p(rate * result.dt))
     peak = int(np.argmax(stress))
     low = strain <= 0.2 * strain[peak]
     return {"modulus": float(np.polyfit(strain[low], stress[low], 1)[0]), "strain": float(strain[peak]), "strength": float(stress[peak])}

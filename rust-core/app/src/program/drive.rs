@@ -434,6 +434,10 @@ impl Run {
         let path = self.files.path().to_owned();
         let reason = self.simulation.stopped().map(|reason| reason.to_string()).unwrap_or_default();
         self.files.note("stopped_because", &reason);
+        let unmet = self.simulation.unmet().join("; ");
+        if !unmet.is_empty() {
+            self.files.note("servos_not_at_target", &unmet);
+        }
         let stages = self.simulation.ended_stages();
         let stages: Vec<String> = stages.map(|(name, time, step)| format!("{name}: {time:e} s, step {step}")).collect();
         if !stages.is_empty() {
@@ -457,8 +461,11 @@ impl Run {
         if self.csv {
             write_csv(&path)?;
         }
-        let text =
+        let mut text =
             format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
+        if !unmet.is_empty() {
+            text.push_str(&format!(". Not reached: {unmet}"));
+        }
         Ok(Outcome::Finished { path, text })
     }
 }

@@ -126,6 +126,9 @@ fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Resu
     })
 }
 
+/// Asymmetry of a stiffness that is an error of the solution: the residual of the iteration is 1e-11.
+const SYMMETRIC: f64 = 1e-8;
+
 /// Unit of moduli in a table and the factor from Pa, such that six decimals show at least six digits of `modulus` (Pa).
 fn unit_of(modulus: f64) -> (&'static str, f64) {
     match modulus.abs() {
@@ -194,6 +197,14 @@ fn table(answers: &Results) -> String {
         if n == 2 { "G12" } else { "G23, G31, G12" },
         list(if n == 2 { &network.shear[2..] } else { &network.shear }, scale),
     );
+    if network.asymmetry > SYMMETRIC {
+        let _ = writeln!(
+            text,
+            "The stiffness is not symmetric: D_ij and D_ji differ by up to {:.2e} of the largest entry; the constants are those of its \
+             symmetric part",
+            network.asymmetry
+        );
+    }
     if let Some(derivatives) = &cell.derivatives {
         text += &sensitivities(answers, derivatives);
     }
@@ -251,7 +262,7 @@ fn json(answers: &Results) -> String {
         serde_json::json!({
             "dimension": c.dimension, "young_pa": c.mean_young, "poisson": c.mean_poisson, "bulk_pa": c.bulk, "shear_pa": c.mean_shear,
             "young_by_direction_pa": c.young, "shear_23_31_12_pa": c.shear, "poisson_by_directions": c.poisson,
-            "stiffness_pa": matrix(&c.stiffness), "compliance_per_pa": matrix(&c.compliance),
+            "stiffness_pa": matrix(&c.stiffness), "asymmetry": c.asymmetry, "compliance_per_pa": matrix(&c.compliance),
             "anisotropy": c.anisotropy(),
         })
     };

@@ -3,13 +3,16 @@
 
 use std::path::Path;
 
+use super::place::lattice_of;
+use super::selection::{bounds_along, extents};
 use crate::checks::length;
 use crate::files::is_hdf5;
 use crate::sampling::{SampledRegion, ScheduledOperator};
 use crate::schedule::Schedule;
-use crate::schema::{Loading, Packing, Problem, Scenario};
+use crate::schema::{Loading, Packing, Problem, Scenario, Shape};
 use concordem_contact::math::Vec3;
 use concordem_operator::{Period, Region};
+use concordem_packing::Crop;
 use concordem_solver::state::State;
 
 /// Mean radii of a file, m, outside of which its unit is doubtful.
@@ -126,8 +129,8 @@ pub(super) fn between(low: &Vec3, high: &Vec3) -> String {
 ///
 /// `p_wave`: time in which a wave crosses the radius of the smallest particle, s.
 pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_wave: Option<f64>) -> Vec<Problem> {
-    let mut warnings = Vec::new();
     let dt = state.clock.dt;
+    let mut warnings: Vec<Problem> = too_short(scenario, schedule, state).into_iter().collect();
     let bonds: usize = state.bonds.iter().map(|block| block.contacts().len()).sum();
     let step = bonds as f64 * PER_BOND + state.particles.len() as f64 * PER_PARTICLE;
     if let Some((steps, key)) = most_steps(scenario, schedule, dt)
@@ -186,6 +189,63 @@ fn ends_early(scenario: &Scenario, rate: f64, key: &str, dt: f64) -> Option<Prob
     let message = format!("`{end}` ends the run at a strain of {:.1e}, long before {what}", rate * time);
     let help = format!("raise `{key}` or `{end}`, or remove the other end");
     Some(scenario.warning(key, message, help))
+}
+
+/// Ratio of the upper bound of the stiffness of a cell to its stiffness, at most, with bonds, and without, where it is that of deep overlaps.
+const STIFFER: [f64; 2] = [10.0, 100.0];
+
+/// Warns about a run that may end before the servo of its cell has reached the stress.
+fn too_short(scenario: &Scenario, schedule: &Schedule, state: &State) -> Option<Problem> {
+    let dt = state.clock.dt;
+    let needed = schedule.loading.shortest_approach()? * STIFFER[usize::from(state.bonds.is_empty())];
+    if !scenario.stages.is_empty() {
+        return None;
+    }
+    let (steps, key) = most_steps(scenario, schedule, dt)?;
+    if steps * dt >= needed {
+        return None;
+    }
+    let message = format!(
+        "`stop.{key}` ends the run after {:.1e} s, but at this rate the cell may need {needed:.1e} s to reach the stress",
+        steps * dt
+    );
+    let help = format!("raise `maximum_strain_rate` or `stop.{key}`");
+    Some(scenario.warning("loading.maximum_strain_rate", message, help))
+}
+
+/// Part of the width of a box that a lattice may leave free: stresses that refer to the box are too low by as much.
+const FREE: f64 = 0.05;
+
+/// Warns about a lattice whose whole spheres leave a part of their box free.
+pub(super) fn unfilled(scenario: &Scenario, state: &State) -> Option<Problem> {
+    let Packing::Lattice { lattice, radius, shape: Some(Shape::Box { size, keep, .. }), .. } = &scenario.packing else {
+        return None;
+    };
+    if keep.is_some_and(|keep| keep != Crop::WholeSpheres) {
+        return None;
+    }
+    let axes = if scenario.dimension == 2 { 2 } else { 3 };
+    let free = |axis: usize| {
+        let (low, high) = bounds_along(extents(&state.particles, axis));
+        1.0 - (high - low) / size[axis].si()
+    };
+    let axis = (0..axes).max_by(|&a, &b| free(a).total_cmp(&free(b)))?;
+    if free(axis) <= FREE {
+        return None;
+    }
+    let (width, name) = (size[axis].si(), ["x", "y", "z"][axis]);
+    let message = format!(
+        "the layers of the lattice leave {} of {} free along {name}; stresses refer to the whole box",
+        length(free(axis) * width),
+        length(width)
+    );
+    let help = match lattice_of(*lattice).sizes_around(radius.si(), axis, width) {
+        Some([below, above]) => {
+            format!("they fill a size of {below:.9e} or {above:.9e} m along {name}; or write keep = \"centers\"")
+        }
+        None => "choose a size that the layers fill, or write keep = \"centers\"".to_owned(),
+    };
+    Some(scenario.warning(&format!("packing.shape.size[{axis}]"), message, help))
 }
 
 /// Key of the rate of a loading.

@@ -185,12 +185,10 @@ impl Builder<'_> {
         if self.state.cell.is_none() {
             return Err(no_cell());
         }
-        // The servo uses the full rate while the error is at least a tenth of the target stress. For zero stress the
-        // stiffness of the cell sets the scale: see `Loading::tune`.
+        // For zero stress the stiffness of the cell, which is not known yet, sets the scale: see `Loading::tune`.
         let largest = stress.abs().max();
-        let gain = maximum_rate / (0.1 * largest.max(1.0));
         let reference = if largest > 0.0 { largest } else { 1.0 };
-        Ok(Loading::CellStress { stress, strain_rate, maximum_rate, gain, tolerance, reference })
+        Ok(Loading::CellStress { stress, strain_rate, maximum_rate, stiffness: 0.0, tolerance, reference })
     }
 
     /// End layers that rotate in opposite directions; `axes`: of the specimen, and of the rotation.

@@ -277,7 +277,7 @@ fn assemble_stages(
     progress("time step", 0.0);
     let step = time_step::choose(scenario, &model, &mut state, sharpness)?;
     state.clock.dt = step.dt;
-    schedule.loading.tune(step.cell_stiffness, step.dt);
+    schedule.loading.tune(step.cell_stiffness);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;
     schedule.histories.recorded = recorded;
@@ -289,6 +289,7 @@ fn assemble_stages(
     warnings.extend(proportions::warnings(scenario, &state));
     warnings.extend(doubts::empty_regions(scenario, &schedule.operators, &state));
     warnings.extend(doubts::rates(scenario, &schedule, &state, p_wave));
+    warnings.extend(doubts::unfilled(scenario, &state));
     let particles = state.particles.len();
     let summary = Summary {
         particles,

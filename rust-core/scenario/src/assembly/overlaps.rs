@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::{AssemblyError, material_index, unfit};
-use crate::checks::{OVERLAP_BONDED, OVERLAP_UNBONDED, length};
+use crate::checks::{OVERLAP_BONDED, OVERLAP_DEEP, OVERLAP_UNBONDED, length};
 use crate::schema::{Packing, Problem, Scenario, WallShape};
 use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
@@ -123,7 +123,7 @@ impl Passing {
 /// any. (Listed spheres are checked with the text; random packings overlap by design, and so do fibers with what they are bonded to.)
 ///
 /// # Errors
-/// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius; any overlap of a fiber with a particle that it is not bonded to.
+/// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius with a bond, or [`OVERLAP_DEEP`] without one; any overlap of a fiber with a particle that it is not bonded to.
 pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<Problem>, AssemblyError> {
     // The check of listed spheres does not know which materials touch.
     let given = match &scenario.packing {
@@ -140,7 +140,7 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
     let particles = &state.particles;
     // Blocks of bonds are sorted by their pairs.
     let bonded = |pair: &Pair| state.bonds.iter().any(|block| block.pairs().binary_search(pair).is_ok());
-    let (mut count, mut deepest) = (0_usize, None::<(f64, [u32; 2])>);
+    let (mut count, mut refused, mut deepest) = (0_usize, false, None::<(f64, [u32; 2])>);
     for pair in candidate_pairs(&particles.position, &particles.radius, state.cell.as_ref())? {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let one_clump = particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b];
@@ -163,10 +163,11 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
         if of_fiber && is_bonded {
             continue;
         }
-        // Bonds are unstrained at the start, but spheres inside each other are a mistake in a file.
-        let allowed = if is_bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED };
+        // Bonds are unstrained at the start, but a contact that follows a broken one is not.
+        let [allowed, most] = if is_bonded { [OVERLAP_DEEP, OVERLAP_BONDED] } else { [OVERLAP_UNBONDED, OVERLAP_DEEP] };
         if depth > allowed {
             count += 1;
+            refused |= depth > most || of_fiber;
             if deepest.is_none_or(|(other, _)| depth > other) {
                 deepest = Some((depth, [pair.a, pair.b]));
             }
@@ -176,7 +177,7 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
     let [a, b] = pair.map(|p| particles.id[p as usize]);
     let message = format!(
         "particles {a} and {b} overlap by {depth:.3} of the smaller radius before the first step; {count} pairs \
-         overlap by more than {OVERLAP_UNBONDED} without a bond, or {OVERLAP_BONDED} with one"
+         overlap by more than {OVERLAP_UNBONDED} without a bond, or {OVERLAP_DEEP} with one"
     );
     let of_fiber = pair.iter().any(|&p| fibers.contains(&particles.material[p as usize]));
     let help = if of_fiber {
@@ -189,7 +190,7 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
         (false, true) => "packing",
         (false, false) => "clump",
     };
-    if depth > OVERLAP_BONDED || of_fiber {
+    if refused {
         return Err(unfit(key, format!("{message}; {help}")));
     }
     Ok(Some(scenario.warning(key, message, help)))

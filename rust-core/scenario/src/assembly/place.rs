@@ -179,7 +179,15 @@ fn make(
                 Some(shape) => {
                     let (solid, cross_sections) = solid(shape, folder)?;
                     let crop = shape.keep().unwrap_or(Crop::WholeSpheres);
-                    let packing = lattice_of(*lattice).fill(radius.si(), &solid, crop, Vec3::zeros())?;
+                    let (lattice, radius) = (lattice_of(*lattice), radius.si());
+                    let origin = match (shape, crop) {
+                        (schema::Shape::Box { .. }, Crop::WholeSpheres) => {
+                            let (low, high) = solid.bounds();
+                            lattice.origin_in(radius, &low, &high)
+                        }
+                        _ => Vec3::zeros(),
+                    };
+                    let packing = lattice.fill(radius, &solid, crop, origin)?;
                     Ok(Placed { cross_sections, body: Some(solid), ..whole(packing) })
                 }
             }
@@ -205,7 +213,7 @@ fn make(
     }
 }
 
-fn lattice_of(lattice: schema::Lattice) -> Lattice {
+pub(super) fn lattice_of(lattice: schema::Lattice) -> Lattice {
     match lattice {
         schema::Lattice::Sc => Lattice::SimpleCubic,
         schema::Lattice::Bcc => Lattice::BodyCentered,

@@ -7,7 +7,7 @@ use super::overlaps::key_of_wall;
 use super::stl::Named;
 use super::time_step::Step;
 use super::{AssemblyError, material_index, opening, unfit};
-use crate::schedule::{Aim, Servo, Target};
+use crate::schedule::{Aim, Gain, Servo, Target};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Quantity, Scenario, Side};
 use concordem_contact::math::Vec3;
@@ -156,7 +156,7 @@ fn aim(
             area.map_or(Target::Face(pressure, neighbors), |area| Target::Pressure(pressure, area.si()))
         }
     };
-    Ok(Aim::Force { target, gain: 0.0 })
+    Ok(Aim::Force { target, gain: Gain::default() })
 }
 
 /// Names and surfaces of wall `number`; a box has six.

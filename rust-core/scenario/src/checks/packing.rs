@@ -16,8 +16,10 @@ const MOST_PARTICLES: f64 = u32::MAX as f64;
 /// Overlap, as a fraction of the smaller radius, above which two listed spheres are considered a mistake. Without bonds, the
 /// elastic energy of an overlap drives the pair apart at high speed; 0.01 allows for rounded coordinates.
 pub(crate) const OVERLAP_UNBONDED: f64 = 0.01;
-/// The same for bonded spheres, which may be unstrained in spite of an overlap.
-pub(crate) const OVERLAP_BONDED: f64 = 0.5;
+/// The same for bonded spheres, which are unstrained at the start in spite of an overlap: each reaches the center of the other.
+pub(crate) const OVERLAP_BONDED: f64 = 1.0;
+/// Overlap of bonded spheres from which the energy that their contact has once the bond breaks is worth a warning.
+pub(crate) const OVERLAP_DEEP: f64 = 0.5;
 /// Largest number of overlapping pairs that are reported individually.
 const PAIRS_REPORTED: usize = 5;
 
@@ -272,19 +274,40 @@ impl Checker<'_> {
             // Which spheres touch depends on their materials, which the assembly finds.
             return;
         }
-        let found = overlapping_pairs(spheres, cell, if bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED });
+        let allowed = if bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED };
+        let found = overlapping_pairs(spheres, cell, allowed);
         let count = found.len();
         for Overlap { a, b, across, depth } in found.into_iter().take(PAIRS_REPORTED) {
             let others = if count > PAIRS_REPORTED { format!(" ({count} pairs overlap)") } else { String::new() };
             let border = if across { " across the border of the cell" } else { "" };
             let message = format!("overlaps sphere {a}{border} by {}{others}", length(depth));
             let help = if bonded {
-                "move it or make it smaller; bonded spheres may overlap by half of the smaller radius"
+                "move it or make it smaller; bonded spheres may overlap by the smaller radius"
             } else {
                 "move it or make it smaller; to let spheres overlap, join them in a [[clump]]"
             };
             self.conflict(&format!("{key}[{b}]"), message, help);
         }
+    }
+
+    /// Warns about listed bonded spheres that overlap deeply.
+    pub(super) fn deep_overlaps(&mut self) {
+        let scenario = self.scenario;
+        let Packing::Spheres { spheres, cell } = &scenario.packing else { return };
+        let bonded = scenario.bonds.as_ref().is_some_and(|bonds| bonds.at_start);
+        if !bonded || scenario.contacts.law.law().is_none() || !scenario.contacts.exclude.is_empty() {
+            return;
+        }
+        let found = overlapping_pairs(spheres, cell.as_ref(), OVERLAP_DEEP);
+        let Some(Overlap { a, b, depth, .. }) = found.first() else { return };
+        let message = format!(
+            "overlaps sphere {a} by {}; {} bonded pairs overlap by more than half of the smaller radius",
+            length(*depth),
+            found.len()
+        );
+        let help = "bonds start without force, but a contact that follows a broken bond pushes the spheres apart; \
+                    check positions and radii, or write law = \"none\" in [contacts]";
+        self.warn(&format!("packing.spheres[{b}]"), message, help);
     }
 }
 

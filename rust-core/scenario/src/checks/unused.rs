@@ -41,6 +41,7 @@ impl Scenario {
         checker.unused_histories();
         checker.unused_thermal();
         checker.implausible();
+        checker.deep_overlaps();
         let mut problems = checker.problems;
         problems.sort_by_key(|problem| (problem.span.start, problem.span.end));
         problems

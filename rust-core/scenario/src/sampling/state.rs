@@ -137,6 +137,34 @@ impl SampledState<'_> {
         Some(all)
     }
 
+    /// Contacts with walls: each is a contact of a particle with itself whose branch vector ends at the contact point. What walls exert is
+    /// part of the stress up to their surface.
+    pub(super) fn at_walls(&self) -> ContactForces {
+        let walls = &self.forces.walls;
+        let arm = |(&p, point): (&u32, &Vec3)| point - self.particles.position[p as usize];
+        ContactForces {
+            pair: walls.particle.iter().map(|&p| [p, p]).collect(),
+            branch: walls.particle.iter().zip(&walls.point).map(arm).collect(),
+            point: walls.point.clone(),
+            force: walls.force.clone(),
+            moment: walls.moment.clone(),
+            ..ContactForces::default()
+        }
+    }
+
+    /// Moments `R n⊗f` (J) of given loads that act on the surface of deformable particles, by particle; `None` if there are none.
+    pub(super) fn surface_moments(&self) -> Option<Vec<Mat3>> {
+        let particles = self.particles;
+        let mut moments = vec![Mat3::zeros(); particles.len()];
+        let mut found = false;
+        for load in &particles.loads {
+            let moment = surface_moment(particles, load);
+            found |= moment != Mat3::zeros();
+            moments[load.particle as usize] += moment;
+        }
+        found.then_some(moments)
+    }
+
     /// Dimension of space.
     pub(super) fn dimension(&self) -> Dimension {
         if self.planar { Dimension::Two } else { Dimension::Three }
@@ -219,6 +247,13 @@ impl SampledState<'_> {
     /// Mean position of all particles, m.
     pub(super) fn mean_position(&self) -> Vec3 {
         self.particles.position.iter().sum::<Vec3>() / self.particles.len().max(1) as f64
+    }
+
+    /// Center of mass of all particles, m. Weight, and the inertia of a uniform acceleration, have no moment about it.
+    pub(super) fn center_of_mass(&self) -> Vec3 {
+        let Particles { position, mass, .. } = self.particles;
+        let total: f64 = mass.iter().sum();
+        position.iter().zip(mass).map(|(x, m)| x * *m).sum::<Vec3>() / total.max(f64::MIN_POSITIVE)
     }
 
     /// External loads on the body: the forces of walls, given forces and moments, and the reactions of prescribed degrees of

@@ -1,6 +1,7 @@
 //! Loading of a specimen, and measurement of its stress and strain.
 
 use super::Flexure;
+use super::cell_servo::CellServoMemory;
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_packing::TIE;
 use concordem_solver::state::State;
@@ -63,8 +64,8 @@ pub enum Loading {
         strain_rate: [Option<f64>; 3],
         /// Largest rate of any strain component, 1/s.
         maximum_rate: f64,
-        /// Gain of the servo: strain rate divided by the error of the stress, 1/(Pa·s).
-        gain: f64,
+        /// Upper bound of the stiffness of the cell before the first step, Pa; 0 without contacts.
+        stiffness: f64,
         /// Relative error at which the target counts as reached.
         tolerance: f64,
         /// Stress to which the error is relative, Pa: the largest component of the target; for zero stress, the stress
@@ -91,27 +92,6 @@ pub enum Loading {
     /// A beam on two supports, bent by rollers.
     Flexure(Flexure),
 }
-
-/// With a target stress of zero, the reference is the stress at this strain.
-const ZERO_STRESS_STRAIN: f64 = 1e-4;
-
-/// Largest fraction of the error that the servo removes in one step if the target is zero. The stress is known one step
-/// late, so at 1 the servo would oscillate.
-const SERVO_STEP: f64 = 0.1;
-
-/// The same for a servo of a cell whose other axes follow a strain rate: it must follow quickly. The bound on the stiffness is some three
-/// to five times the stiffness, so the servo removes a tenth of the error.
-const SERVO_DRIVEN_STEP: f64 = 0.3;
-
-/// Share of the servo's rate by which its lasting rate changes in each step, if other axes of the cell follow a strain rate. With the
-/// gain alone, the stress of a specimen that moves at a constant rate would differ from the target by this rate over the gain; with
-/// the lasting rate the difference vanishes within some 1/0.02 steps (proportional and integral control). A fifth of the share of the
-/// error that the gain removes in a step, so that the two together are damped nearly critically.
-const SERVO_LASTING: f64 = 0.02;
-
-/// Error of the stress, relative to the reference, above which the lasting rate does not change faster, so that a servo which starts far
-/// from its target does not overshoot.
-const SERVO_NEAR: f64 = 0.1;
 
 /// In a cell without stress, contact forces below this fraction of those at the reference stress are rounding errors.
 const ROUNDING: f64 = 1e-6;
@@ -176,7 +156,7 @@ impl Loading {
     /// Drives the cell, the ends, or the plates; called before every step.
     ///
     /// `axial_forces`: the result of [`Self::axial_forces`] after the last step. `factor`: of the rate, from the present stage;
-    /// `None` without stages. `lasting`: the lasting rate of the servo, 1/s, a part of the state.
+    /// `None` without stages. `memory`: what the servo of a cell remembers, a part of the state.
     #[expect(clippy::too_many_arguments, reason = "what a step knows")]
     pub(super) fn apply(
         &self,
@@ -186,35 +166,13 @@ impl Loading {
         axial_forces: [f64; 2],
         factor: Option<f64>,
         by_stress: bool,
-        lasting: &mut Mat3,
+        memory: &mut [f64; CellServoMemory::LENGTH],
     ) {
         if let Some(factor) = factor {
             self.apply_factor(state, solver, factor);
         }
         let factor = factor.unwrap_or(1.0);
-        if let (Self::CellStress { stress, strain_rate, maximum_rate, gain, reference, .. }, Some(cell)) =
-            (self, &state.cell)
-        {
-            let driven = self.driven(by_stress);
-            let is_driven = driven.contains(&true);
-            // The factor belongs to the strain rates, if there are any.
-            let target = if is_driven { *stress } else { stress * factor };
-            let error = target - last.virial / cell.volume();
-            let rate = (error + error.transpose()) * (0.5 * gain);
-            let most = gain * SERVO_NEAR * reference;
-            let change = rate.map(|r| SERVO_LASTING * r.clamp(-most, most));
-            *lasting = if is_driven {
-                (*lasting + change).map(|r| r.clamp(-maximum_rate, *maximum_rate))
-            } else {
-                Mat3::zeros()
-            };
-            let mut rate = (rate + *lasting).map(|r| r.clamp(-maximum_rate, *maximum_rate));
-            for axis in (0..3).filter(|&axis| driven[axis]) {
-                rate[(axis, axis)] = strain_rate[axis].unwrap_or(0.0) * factor;
-                lasting[(axis, axis)] = 0.0;
-            }
-            solver.set_velocity_gradient(cell, rate);
-        }
+        self.apply_to_cell(state, solver, last, (factor, by_stress), memory);
         if let Self::Turning { axis, about, layers, rate, .. } = self {
             let rate = rate * factor;
             let dt = state.clock.dt;
@@ -239,7 +197,7 @@ impl Loading {
     }
 
     /// Axes of the cell that follow a strain rate and not their stress. `by_stress`: see [`Stage::by_stress`](super::Stage::by_stress).
-    fn driven(&self, by_stress: bool) -> [bool; 3] {
+    pub(super) fn driven(&self, by_stress: bool) -> [bool; 3] {
         match self {
             Self::CellStress { strain_rate, .. } if !by_stress => strain_rate.map(|rate| rate.is_some()),
             _ => [false; 3],
@@ -374,21 +332,6 @@ impl Loading {
             }
         }
         best
-    }
-
-    /// Sets reference and gain of a servo whose target is zero. `stiffness`: upper bound on the stiffness of the cell,
-    /// Pa; `dt`: time step, s.
-    pub(crate) fn tune(&mut self, stiffness: f64, dt: f64) {
-        let Self::CellStress { stress, strain_rate, maximum_rate, gain, reference, .. } = self else { return };
-        if stiffness <= 0.0 {
-            return;
-        }
-        if *stress == Mat3::zeros() {
-            *reference = ZERO_STRESS_STRAIN * stiffness;
-            *gain = (*maximum_rate / (0.1 * *reference)).min(SERVO_STEP / (stiffness * dt));
-        } else if strain_rate.iter().any(Option::is_some) {
-            *gain = gain.min(SERVO_DRIVEN_STEP / (stiffness * dt));
-        }
     }
 
     /// Whether a servo has reached its target, and contacts carry forces unless the target is zero. `contact_force`: root mean

@@ -1,6 +1,7 @@
 //! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
 mod bonding;
+mod cell_servo;
 mod expression;
 mod field;
 mod flexure;
@@ -14,6 +15,7 @@ mod servo;
 pub mod simulation;
 mod stage;
 pub mod stop;
+mod watch;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
 pub use bonding::{Bonding, Moment};
@@ -26,10 +28,11 @@ pub use loading::Loading;
 pub use membrane::Membrane;
 pub use opening::{Extensometer, Opening, OpeningServo};
 pub use recorded::{Moved, RecordedMotion};
-pub use servo::{Aim, Servo, Target};
+pub use servo::{Aim, Gain, Servo, Standing, Target};
 pub use simulation::{Advance, Simulation};
 pub use stage::{Stage, StageEnd, StageReason};
 pub use stop::{Stop, StopReason};
+pub use watch::Swinging;
 
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::PairCoefficients;

@@ -34,11 +34,38 @@ pub enum Aim {
     Force {
         /// The wanted force `F₀`.
         target: Target,
-        /// Gain `g`, m/(N·s).
-        gain: f64,
+        /// How the gain `g` follows from what the wall presses on.
+        gain: Gain,
     },
     /// The elongation of a gauge, m.
     Opening(OpeningServo, f64),
+}
+
+/// Gain of the force of a wall, m/(N·s): full speed until a tenth of the force is missing, and slower where the contacts are so stiff that
+/// a wall of this speed would overshoot. A particle of mass m cannot have contacts stiffer than `ω² m`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Gain {
+    /// Gain of a wall that presses on nothing, m/(N·s).
+    pub free: f64,
+    /// Gain that removes [`SERVO_STEP`] of the error in a step if the wall presses on a whole layer of particles, m/(N·s).
+    pub on_layer: f64,
+    /// Mass of this layer, kg.
+    pub layer: f64,
+}
+
+impl Gain {
+    /// The gain of a wall that presses on particles of this mass, kg.
+    fn on(&self, mass: f64) -> f64 {
+        if mass <= 0.0 {
+            return self.free;
+        }
+        self.free.min(if mass < self.layer { self.on_layer * self.layer / mass } else { self.on_layer })
+    }
+
+    /// Whether particles can slow the wall down.
+    fn is_limited(&self) -> bool {
+        self.on_layer < self.free
+    }
 }
 
 /// A force that a servo keeps constant.
@@ -80,33 +107,114 @@ impl Servo {
     pub(super) fn apply(&self, state: &mut State, lasting: &mut f64) {
         let clock = &state.clock;
         let (time, dt) = (clock.time(), clock.dt);
-        let factor = |time: f64| self.history.as_ref().map_or(1.0, |history| history.at(time));
         let wanted = match &self.aim {
             Aim::Force { target, gain } => {
-                let pressing = state.walls[self.wall].force.dot(&self.direction);
-                gain * (factor(time + 0.5 * dt) * target.force(state) + pressing)
+                let missing = self.factor(time + 0.5 * dt) * target.force(state) + self.pressing(state);
+                gain.on(self.pressed(state, gain, missing)) * missing
             }
             Aim::Opening(servo, opening) => {
-                let rate = opening * (factor(time + dt) - factor(time)) / dt;
-                servo.speed(state, [opening * factor(time), rate], self.maximum_speed, lasting)
+                let rate = opening * (self.factor(time + dt) - self.factor(time)) / dt;
+                servo.speed(state, [opening * self.factor(time), rate], self.maximum_speed, lasting)
             }
         };
         let speed = wanted.clamp(-self.maximum_speed, self.maximum_speed);
         state.walls[self.wall].velocity = self.direction * speed;
     }
 
-    /// Sets the gain of a force: full speed until a tenth of the force is missing, and slower where the contacts are so stiff that a
-    /// wall of this speed would overshoot. `frequency`: upper bound of the frequencies of contacts, rad/s; `planar`: two dimensions.
-    ///
-    /// A particle of mass m cannot have contacts stiffer than `ω² m`; the wall touches one layer of particles.
+    /// Factor of the target at a time (s).
+    fn factor(&self, time: f64) -> f64 {
+        self.history.as_ref().map_or(1.0, |history| history.at(time))
+    }
+
+    /// Largest factor of the target.
+    fn largest(&self) -> f64 {
+        self.history.as_ref().map_or(1.0, History::largest)
+    }
+
+    /// Force with which the particles push the wall forward, N; negative where it presses on them.
+    fn pressing(&self, state: &State) -> f64 {
+        state.walls[self.wall].force.dot(&self.direction)
+    }
+
+    /// Mass of the particles on which the wall presses, or which it can meet in the coming step, kg. Infinite, as that of a layer or more, where
+    /// it does not matter, and while less than half of the force is missing (N): a wall that presses so much has its layer.
+    fn pressed(&self, state: &State, gain: &Gain, missing: f64) -> f64 {
+        let full = self.maximum_speed / SLOW;
+        if !gain.is_limited() || gain.free * missing.abs() < 0.5 * full || state.cell.is_some() {
+            return f64::INFINITY;
+        }
+        mass_near(state, self.wall, 2.0 * self.maximum_speed * state.clock.dt)
+    }
+
+    /// What is wanted now, what is there, and what errors are relative to: forces, N, or elongations, m.
+    pub fn standing(&self, state: &State) -> Standing {
+        let factor = self.factor(state.clock.time());
+        match &self.aim {
+            Aim::Force { target, .. } => {
+                let full = target.force(state);
+                Standing { wanted: factor * full, found: -self.pressing(state), scale: (self.largest() * full).abs() }
+            }
+            Aim::Opening(servo, opening) => {
+                let [elongation, _] = servo.gauge.measure(state);
+                Standing { wanted: factor * opening, found: elongation, scale: (self.largest() * opening).abs() }
+            }
+        }
+    }
+
+    /// Sets the gain of a force. `frequency`: upper bound of the frequencies of contacts, rad/s; `planar`: two dimensions.
     pub(crate) fn tune(&mut self, state: &State, frequency: f64, planar: bool) {
+        let largest = self.largest();
         let Aim::Force { target, gain } = &mut self.aim else { return };
         let count = state.particles.len() as f64;
         let layers = if planar { count.sqrt() } else { count.cbrt() };
+        gain.free = self.maximum_speed / (SLOW * largest * target.force(state));
+        gain.layer = state.particles.mass.iter().sum::<f64>() / layers;
         let stiffness = frequency * frequency * state.particles.mass.iter().sum::<f64>() / layers;
-        let largest = self.history.as_ref().map_or(1.0, History::largest);
-        let wanted = self.maximum_speed / (SLOW * largest * target.force(state));
-        let stable = SERVO_STEP / (stiffness * state.clock.dt);
-        *gain = wanted.min(stable);
+        gain.on_layer = SERVO_STEP / (stiffness * state.clock.dt);
+    }
+}
+
+/// Mass of the particles nearer to a wall than `reach` (m), kg, from the positions alone: candidates of the neighbor list depend on the step at
+/// which it was built. Of a wall of triangles, particles in the box around it.
+fn mass_near(state: &State, wall: usize, reach: f64) -> f64 {
+    let (particles, wall) = (&state.particles, &state.walls[wall]);
+    let balls = (0..wall.element_count()).filter_map(|element| wall.bounds(element));
+    let extent = balls.fold(None, |extent: Option<(Vec3, Vec3)>, (center, radius)| {
+        let (low, high) = (center.add_scalar(-radius), center.add_scalar(radius));
+        Some(extent.map_or((low, high), |(l, h)| (l.inf(&low), h.sup(&high))))
+    });
+    let is_near = |p: usize| {
+        let (x, reach) = (&particles.position[p], particles.radius[p] + reach);
+        match &extent {
+            Some((low, high)) => (0..3).all(|k| x[k] > low[k] - reach && x[k] < high[k] + reach),
+            None => wall.distance(0, x) < reach,
+        }
+    };
+    (0..particles.len()).filter(|&p| is_near(p)).map(|p| particles.mass[p]).sum()
+}
+
+/// Largest error of a servo, relative to its target, with which a run may be in equilibrium.
+const TOLERANCE: f64 = 0.01;
+
+/// Where a servo stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// The target.
+    pub wanted: f64,
+    /// What is there.
+    pub found: f64,
+    /// Largest target of the run, to which errors are relative.
+    pub scale: f64,
+}
+
+impl Standing {
+    /// The error, relative to the largest target.
+    pub fn error(&self) -> f64 {
+        if self.scale > 0.0 { (self.wanted - self.found) / self.scale } else { 0.0 }
+    }
+
+    /// Whether the target is met.
+    pub fn is_met(&self) -> bool {
+        self.error().abs() <= TOLERANCE
     }
 }

@@ -3,15 +3,18 @@
 mod device;
 mod error;
 mod memory;
+mod servos;
+mod written;
 
 use std::sync::OnceLock;
 
+use super::cell_servo::CellServoMemory;
 use super::guard::{self, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
-use super::{Aim, Bonding, Record, Schedule, Stage, StageReason, bonding};
+use super::watch::Watch;
+use super::{Bonding, Record, Schedule, Stage, StageReason, bonding};
 use crate::sampling::{Bonds, Operator, SampledHeat, SampledState, ScheduledOperator, rigid_links};
-use concordem_contact::math::Mat3;
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::forces::BondEvent;
@@ -23,6 +26,7 @@ use concordem_solver::{Model, Solver, SolverError, StepReport, time_step};
 
 pub use error::RunError;
 pub(crate) use memory::{continue_memory, forget_turnover};
+pub use written::Written;
 
 /// Result of [`Simulation::advance`].
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -90,6 +94,8 @@ pub struct Simulation {
     /// The device that takes steps in place of the solver, if there is one.
     device: Option<device::Device>,
     guard: Guard,
+    /// Watches over the six stresses of a cell, and over the servos of walls.
+    watches: Vec<Watch>,
     /// Root mean square of the radii, m.
     radius: f64,
     /// Delaunay mesh of the initial positions, built when an operator first needs it.
@@ -118,7 +124,8 @@ impl Simulation {
         let (solver, last) = start(&mut state, model, &schedule)?;
         let guard = Guard::new(&state, solver.model().mode);
         let radius = state.particles.mean_radius();
-        Ok(Self { state, solver, schedule, last, device: None, guard, radius, mesh: OnceLock::new() })
+        let watches = Vec::new();
+        Ok(Self { state, solver, schedule, last, device: None, guard, watches, radius, mesh: OnceLock::new() })
     }
 
     /// Goes back to an earlier state of this run, or on to a later one; returns the state so far. Schedule and model stay. If the solver
@@ -284,9 +291,10 @@ impl Simulation {
         if opening.is_some() {
             self.state.schedule_memory[memory::OPENING] = followed;
         }
-        let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::BONDED]);
+        let mut lasting = [0.0; CellServoMemory::LENGTH];
+        lasting.copy_from_slice(&self.state.schedule_memory[memory::LASTING..memory::BONDED]);
         loading.apply(&mut self.state, &mut self.solver, &self.last, axial, driven, by_stress, &mut lasting);
-        self.state.schedule_memory[memory::LASTING..memory::BONDED].copy_from_slice(lasting.as_slice());
+        self.state.schedule_memory[memory::LASTING..memory::BONDED].copy_from_slice(&lasting);
         let before = BeforeStep { volume: self.state.cell.map_or(1.0, |cell| cell.volume()), ..before };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));
         let report = self.solver.step_with(&mut self.state, due || guarded)?;
@@ -296,8 +304,10 @@ impl Simulation {
         if let Some(fault) = fault {
             return Err(RunError::Energy { step, time: before.time, fault: Box::new(fault) });
         }
+        self.watch_servos((factor.unwrap_or(1.0), by_stress), &report)?;
         let events = self.events(&report, before.time, step);
         self.remember(&report);
+        self.look_at_cell();
         let (sample, values) = match due.then(|| self.record(&before, &report, factor.unwrap_or(1.0))) {
             Some((record, values)) => (Some(record), Some(values)),
             None => (None, None),
@@ -331,19 +341,6 @@ impl Simulation {
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let clock = &self.state.clock;
         BeforeStep { time: clock.time(), step: clock.step, strain, gauge_strain, volume, heat }
-    }
-
-    /// Sets the velocities of the walls with servos.
-    fn apply_servos(&mut self) {
-        let mut openings = 0;
-        for servo in &self.schedule.servos {
-            let mut lasting = self.state.schedule_memory[memory::OPENING + 1 + openings];
-            servo.apply(&mut self.state, &mut lasting);
-            if let Aim::Opening(..) = servo.aim {
-                self.state.schedule_memory[memory::OPENING + 1 + openings] = lasting;
-                openings += 1;
-            }
-        }
     }
 
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero without heat conduction.
@@ -430,7 +427,7 @@ impl Simulation {
             stress: measure.stress,
             peak: self.state.schedule_memory[memory::PEAK],
             unbalanced: if loading.is_rounding(contact_force, self.radius) { 0.0 } else { unbalanced },
-            at_rest: loading.reached(&measure, contact_force, factor, by_stress),
+            at_rest: loading.reached(&measure, contact_force, factor, by_stress) && self.servos_stand(),
         };
         let ledger = &self.state.ledger;
         let record = Record {
@@ -439,7 +436,7 @@ impl Simulation {
             strain,
             gauge_strain,
             stress: measure.stress,
-            kinetic: ledger.kinetic,
+            kinetic: ledger.kinetic - report.affine_kinetic,
             stored_normal: ledger.stored[0],
             stored_shear: ledger.stored[1],
             stored_bending: ledger.stored[2],
@@ -452,7 +449,7 @@ impl Simulation {
             numerical_damping: ledger.numerical_damping.get(),
             deformation_lag: ledger.deformation_lag.get(),
             deformation_other: ledger.deformation_other.get(),
-            boundary_work: ledger.boundary_work.get(),
+            boundary_work: ledger.boundary_work.get() - report.affine_kinetic,
             external_work: ledger.external_work.get(),
             expansion_work: ledger.expansion_work.get(),
             stiffness_work: ledger.stiffness_work.get(),

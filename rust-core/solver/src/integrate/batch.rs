@@ -38,6 +38,8 @@ concordem_contact::columns! {
         /// Work of the damping at the start and end of the step, J.
         damped_before: f64,
         damped_after: f64,
+        /// Work of the damping on the mean motion of the cell over either half step, J.
+        damped_mean: f64,
         /// Work of given forces at the start and end of the step, J.
         external_before: f64,
         external_after: f64,
@@ -57,6 +59,8 @@ impl<const DAMPED: bool, const CELL: bool> Formula for KickFormula<DAMPED, CELL>
         let kicked = self.0.kick::<DAMPED, CELL>(&input);
         let dt = self.0.dt;
         let Work { kinetic, damping, external } = kicked.work(&input, dt);
+        let damped_mean =
+            if DAMPED && CELL { 0.5 * dt * kicked.damping[0].dot(&(self.0.gradient * position)) } else { 0.0 };
         let Kicked { velocity: v_new, angular_velocity: w_new, net, net_torque, .. } = kicked;
         let drifted = leapfrog::drift_slowly(dt, &v_new, &w_new, &position, &orientation);
         KickOutput {
@@ -69,6 +73,7 @@ impl<const DAMPED: bool, const CELL: bool> Formula for KickFormula<DAMPED, CELL>
             kinetic,
             damped_before: damping[0],
             damped_after: damping[1],
+            damped_mean,
             external_before: external[0],
             external_after: external[1],
             net_force_squared: net.x * net.x + net.y * net.y + net.z * net.z,
@@ -197,8 +202,11 @@ fn rows<R>(rows: &[R], [a, b, c, d]: [usize; 4]) -> [&R; 4] {
 #[inline(always)]
 fn add(output: &<KickOutput as Item>::Arrays, k: usize, sums: &mut KickSums) {
     sums.kinetic += output.kinetic.get(k);
-    sums.damping[0] -= output.damped_before.get(k);
-    sums.damping[1] -= output.damped_after.get(k);
+    let mean = output.damped_mean.get(k);
+    sums.boundary[0] += mean;
+    sums.boundary[1] += mean;
+    sums.damping[0] -= output.damped_before.get(k) - mean;
+    sums.damping[1] -= output.damped_after.get(k) - mean;
     sums.external[0] += output.external_before.get(k);
     sums.external[1] += output.external_after.get(k);
     sums.net_force_squared += output.net_force_squared.get(k);

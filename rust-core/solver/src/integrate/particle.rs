@@ -108,8 +108,16 @@ pub(super) fn advance(shared: &Shared<'_>, chunk: &mut Chunk<'_>, i: usize, sums
     let (w_new, t_damping) = rotation.kick(context);
     sums.kinetic += 0.5 * (mass * v.dot(&v_new) + inertia * w.dot(&w_new));
     let half = 0.5 * dt;
-    sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&w));
-    sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new));
+    // What damping does to the mean motion of a cell is work of its boundary.
+    let mean = gradient.map_or_else(Default::default, |l| {
+        let change = context.gradient_change.unwrap_or_else(Mat3::zeros);
+        let motions = [l, l + change].map(|l| half * f_damping.dot(&(l * chunk.position[i])));
+        sums.boundary[0] += motions[0];
+        sums.boundary[1] += motions[1];
+        motions
+    });
+    sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&w)) - mean[0];
+    sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new)) - mean[1];
     sums.external[0] += half * (applied.dot(&v) + moment.dot(&w));
     sums.external[1] += half * (applied.dot(&v_new) + moment.dot(&w_new));
     if context.convective || context.gradient_change.is_some() {

@@ -22,6 +22,7 @@ use crate::heat::softening::Softening;
 use crate::heat::supply::Factors;
 use crate::integrate::{self, KickContext, NetForces};
 use crate::neighbor::VerletList;
+use crate::peculiar::Before;
 use crate::record::Forces;
 use crate::state::{Cell, Particles, State};
 use crate::wrap;
@@ -283,7 +284,10 @@ impl Solver {
             self.check_stiffness(state, &report.begun)?;
         }
         let mut watch = Stopwatch::start();
+        let before = if sample { Before::of(state, self.gradient_change.as_ref()) } else { None };
         self.kick_and_drift(state, &mut report);
+        report.affine_kinetic =
+            before.map_or(0.0, |before| before.affine_kinetic(state, self.gradient_change.as_ref()));
         self.check_meshes(state)?;
         watch.lap(&mut self.stages.motion);
         let work = self.move_cell_and_walls(state, &crossing);
@@ -544,7 +548,7 @@ fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
     work[0] += report.deformation.reactions;
     state.ledger.book_expansion(report.expansion);
     state.ledger.book_stiffness(report.stiffness_work);
-    state.ledger.book(&report.energy, &report.kick, &report.deformation, work);
+    state.ledger.book(&report.energy, &report.kick, &report.deformation, work, report.affine_kinetic);
     state.clock.step += 1;
 }
 

@@ -9,7 +9,7 @@ use concordem_operator::{OperatorError, Region};
 const QUANTITIES: &[SampledQuantity] = &[
     scalar("density", "kg/m^3", "Mass density"),
     vector("velocity", "m/s", "Momentum divided by mass density"),
-    tensor("stress", "Pa", "Contact stress; tension positive"),
+    tensor("stress", "Pa", "Contact stress, contacts with walls included; tension positive"),
     tensor("kinetic_stress", "Pa", "Kinetic stress, not included in `stress`"),
 ];
 
@@ -34,7 +34,12 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let kernel = Kernel::new(*radius, sampling.state.dimension())?;
     let (mass, velocity) = (&particles.mass, &particles.velocity);
     let fields = coarse_grain(&sampling.carrying, mass, velocity, &kernel, &[*center], sampling.period())?;
-    let field = fields.first().copied().unwrap_or_default();
+    let mut field = fields.first().copied().unwrap_or_default();
+    if !sampling.state.forces.walls.particle.is_empty() {
+        let walls = sampling.state.at_walls();
+        let walls = coarse_grain(&walls.set(particles)?, mass, velocity, &kernel, &[*center], sampling.period())?;
+        field.stress += walls.first().copied().unwrap_or_default().stress;
+    }
     // The velocity is NaN where there is no mass.
     row.scalars([field.density]).vector(&(field.momentum / field.density));
     row.tensor(&field.stress).tensor(&field.kinetic_stress);

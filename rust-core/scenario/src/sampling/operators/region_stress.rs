@@ -1,14 +1,18 @@
-//! Stress of a region: `σ_ij = (1/V) Σ l_i f_j` over the branch vectors of its contacts.
+//! Stress of a region: `σ_ij = (1/V) Σ l_i f_j` over the branch vectors of its contacts. Those with walls end at the contact point.
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, VOLUME, tensor,
 };
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_operator::stress::{kinetic_stress, region_stress};
+use concordem_operator::stress::{kinetic_stress, region_stress, region_stress_from_particles};
 use concordem_operator::{OperatorError, Period};
 
 const QUANTITIES: &[SampledQuantity] = &[
-    tensor("stress", "Pa", "Branch sum with the forces inside clumps, rows: normal, columns: force; tension positive"),
+    tensor(
+        "stress",
+        "Pa",
+        "Branch sum with walls and the forces inside clumps, rows: normal, columns: force; tension positive",
+    ),
     tensor("kinetic_stress", "Pa", "Kinetic part, -sum m v'v'/V, not included in `stress`"),
     VOLUME,
     CONTACTS,
@@ -28,7 +32,15 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let mean = of(&sampling.contacts)?;
     let counted = mean.full + mean.partial;
     // Forces inside rigid bodies do not count as contacts.
-    let stress = if sampling.state.links.pair.is_empty() { mean.stress } else { of(&sampling.carrying)?.stress };
+    let mut stress = if sampling.state.links.pair.is_empty() { mean.stress } else { of(&sampling.carrying)?.stress };
+    let state = sampling.state;
+    if !state.forces.walls.particle.is_empty() {
+        stress += of(&state.at_walls().set(state.particles)?)?.stress;
+    }
+    if let Some(moments) = state.surface_moments() {
+        let position = &state.particles.position;
+        stress += region_stress_from_particles(position, &moments, sampling.region, sampling.period())?;
+    }
     let kinetic = match kinetic(sampling) {
         Err(OperatorError::EmptyRegion { .. }) if counted > 0.0 || stress != Mat3::zeros() => Mat3::zeros(),
         other => other?,

@@ -4,6 +4,7 @@ use concordem_operator::OperatorError;
 use concordem_solver::SolverError;
 
 use crate::schedule::guard::EnergyFault;
+use crate::schedule::watch::Swinging;
 
 /// Why a run cannot continue.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -36,6 +37,18 @@ pub enum RunError {
         dt: f64,
         /// Its bound, s.
         bound: f64,
+    },
+    /// A servo swings about its target.
+    #[error("at step {step} (t = {time} s) {} swings about its target and does not come to rest: its error alternates between {:.0} and {:.0} % \
+             of the target. Give [integration] more damping, or lower {}", swinging.what, 100.0 * swinging.errors[0],
+             100.0 * swinging.errors[1], swinging.remedy)]
+    Servo {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// The servo.
+        swinging: Box<Swinging>,
     },
     /// The run has something that no device supports.
     #[error("the device `{device}` does not support {what}; run without --device")]

@@ -1,5 +1,6 @@
 //! What a run remembers in its state: places in [`State::schedule_memory`](concordem_solver::state::State::schedule_memory).
 
+use crate::schedule::cell_servo::CellServoMemory;
 use crate::schedule::stage::StageProgress;
 
 /// Stress of the largest magnitude so far, Pa.
@@ -16,13 +17,13 @@ pub(super) const STOPPED: usize = 12;
 pub(super) const AXIAL: usize = 13;
 /// Largest energy present or dissipated so far, J.
 pub(super) const ENERGY: usize = 15;
-/// Lasting rate of the servo of a cell, 1/s, column by column.
+/// What the servo of a cell remembers: [`CellServoMemory`].
 pub(super) const LASTING: usize = 16;
 /// Lasting speed of a loading that follows the opening of a gauge, m/s, and after it those of up to [`super::OPENINGS`] walls. Such loadings do
 /// not drive a cell, so that the place is free.
 pub(super) const OPENING: usize = LASTING;
 /// Which bonds have been made during the run: one bit for each [`Bonding`](crate::schedule::Bonding).
-pub(super) const BONDED: usize = LASTING + 9;
+pub(super) const BONDED: usize = LASTING + CellServoMemory::LENGTH;
 /// First value of [`StageProgress`]. After it come time (s) and step of the end of each stage.
 pub(super) const STAGE: usize = BONDED + 1;
 pub(super) const COUNT: usize = STAGE + StageProgress::LENGTH;

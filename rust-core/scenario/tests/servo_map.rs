@@ -1,0 +1,208 @@
+//! Servos of cells and walls over rates, stiffnesses, targets, and sizes: they reach the target, or say that they cannot. `make servos` runs the
+//! large map.
+
+mod shared;
+
+use std::fmt::Write as _;
+
+use concordem_contact::math::Mat3;
+use concordem_scenario::schedule::{Simulation, StopReason};
+use shared::assembled;
+
+/// Share of the target by which a servo that stands may be off.
+const TOLERANCE: f64 = 0.01;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// In equilibrium, at the target.
+    Reached,
+    /// With a message during the run.
+    Failed,
+    /// As a warning before the run had said.
+    Announced,
+}
+
+/// Runs a scenario to its end; `error`: largest error of what its servos control, relative to the target.
+fn end(text: &str, error: impl Fn(&Simulation) -> f64) -> End {
+    let assembly = assembled(text);
+    let announced = assembly.summary.warnings.iter().any(|warning| warning.key.contains("maximum"));
+    let mut run = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
+    let reason = loop {
+        match run.advance() {
+            Ok(advance) => {
+                if let Some(reason) = advance.stopped {
+                    break reason;
+                }
+            }
+            Err(_) => return End::Failed,
+        }
+    };
+    if reason == StopReason::Equilibrium {
+        // The stop looks at records; the forces here are those of the same step.
+        assert!(error(&run) <= TOLERANCE, "equilibrium at {} of the target: {text}", error(&run));
+        assert!(run.unmet().is_empty(), "{:?}: {text}", run.unmet());
+        return End::Reached;
+    }
+    assert!(announced, "not reached, and nothing said so: {:?}: {text}", run.unmet());
+    assert!(!run.unmet().is_empty());
+    End::Announced
+}
+
+const HEAD: &str = "version = 1
+    [integration]
+    damping = { kind = \"local\", coefficient = 0.3 }
+    [stop]
+    unbalanced = 1e-3
+    steps = 20000
+    [output]
+    sample_interval = 20
+    ";
+
+/// Bonded concrete, bonded springs, and loose spheres, softer by a factor; all by the law's name.
+fn material(law: &str, softer: f64) -> String {
+    let parameters = match law {
+        "cpm" => format!(
+            "{{ young = {}, shear_ratio = 0.2, crack_onset_strain = 1e-2, relative_ductility = 30, cohesion = 1e9, \
+             friction_coefficient = 0.8 }}",
+            25e9 / softer
+        ),
+        "linear_bond" => format!("{{ normal_stiffness = {}, shear_stiffness = {} }}", 5e7 / softer, 1e7 / softer),
+        _ => format!("{{ young = {}, poisson = 0.2, friction_coefficient = 0.3 }}", 7e10 / softer),
+    };
+    let mut text = format!("[[material]]\nname = \"m\"\ndensity = 4800\n{law} = {parameters}\n");
+    if law == "hertz_mindlin" {
+        text += "[contacts]\nlaw = \"hertz_mindlin\"\n";
+    } else {
+        let _ = write!(text, "[bonds]\nlaw = \"{law}\"\ninteraction_ratio = 1.5\n[contacts]\nlaw = \"none\"\n");
+    }
+    text
+}
+
+/// A cell under a pressure, Pa, or with a shear of a fifth of it.
+fn cell(law: &str, softer: f64, random: bool, count: usize, rate: f64, pressure: f64, sheared: bool) -> String {
+    let packing = if random {
+        format!("kind = \"random-dense\"\ncount = {count}\nradius = 1e-3\nseed = 1\nshape = {{ kind = \"periodic\" }}")
+    } else {
+        let repeats = ((count as f64 / 4.0).cbrt().round() as usize).max(1);
+        format!(
+            "kind = \"lattice\"\nlattice = \"fcc\"\nradius = 1e-3\nrepeats = {:?}\nshape = {{ kind = \"periodic\" }}",
+            [repeats; 3]
+        )
+    };
+    let shear = if sheared { -0.2 * pressure } else { 0.0 };
+    format!(
+        "{HEAD}[packing]\n{packing}\n{}[loading]\nkind = \"cell-stress\"\nstress = [[{p}, {shear}, 0], [{shear}, {p}, 0], [0, 0, {p}]]\n\
+         maximum_strain_rate = {rate}\n",
+        material(law, softer),
+        p = -pressure,
+    )
+}
+
+fn error_of_cell(run: &Simulation, pressure: f64, sheared: bool) -> f64 {
+    let mut target = Mat3::identity() * -pressure;
+    if sheared {
+        (target[(0, 1)], target[(1, 0)]) = (-0.2 * pressure, -0.2 * pressure);
+    }
+    let Some(cell) = &run.state.cell else { return f64::NAN };
+    let stress = run.last_report().virial / cell.volume();
+    ((stress + stress.transpose()) * 0.5 - target).abs().max() / pressure
+}
+
+/// A cubic lattice in a box whose six faces press, each with a gap of 30 um. (Beds that collapse are slower than any gain: see the limits.)
+fn walls(law: &str, softer: f64, count: usize, speed: f64, pressure: f64) -> String {
+    let mut spheres = String::new();
+    for k in 0..count * count * count {
+        let place = |n: usize| 2e-3 * (n % count) as f64;
+        let _ = write!(spheres, "[{}, {}, {}, 1e-3],", place(k), place(k / count), place(k / count / count));
+    }
+    let end = 2e-3 * (count - 1) as f64 + 1.03e-3;
+    let material = material("hertz_mindlin", softer)
+        .replace("friction_coefficient = 0.3", "friction_coefficient = 0.3, restitution = 0.8");
+    let material = if law == "frictional" {
+        format!(
+            "[[material]]\nname = \"m\"\ndensity = 2500\nfrictional = {{ normal_stiffness = {}, shear_stiffness = {}, \
+             friction_coefficient = 0.2, damping_ratio = 0.1 }}\n[contacts]\nlaw = \"frictional\"\n",
+            1e6 / softer,
+            3e5 / softer
+        )
+    } else {
+        material
+    };
+    format!(
+        "{}[packing]\nkind = \"spheres\"\nspheres = [{spheres}]\n{material}[[wall]]\nname = \"box\"\nmaterial = \"m\"\n\
+         shape = {{ kind = \"box\", minimum = [-1.03e-3, -1.03e-3, -1.03e-3], maximum = [{end}, {end}, {end}] }}\n\
+         servo = {{ pressure = {pressure}, maximum_speed = {speed} }}\n",
+        HEAD.replace("steps = 20000", "steps = 200000")
+    )
+}
+
+fn error_of_walls(run: &Simulation) -> f64 {
+    run.schedule.servos.iter().map(|servo| servo.standing(&run.state).error().abs()).fold(0.0, f64::max)
+}
+
+/// Whether to run the large map.
+fn large() -> bool {
+    std::env::var_os("CONCORDEM_SERVOS").is_some()
+}
+
+/// A servo of a cell reaches its target at every rate that can, and otherwise the scenario says so before it runs.
+#[test]
+fn cells_reach_their_stress_or_say_so() {
+    let wide = large();
+    let rates: &[f64] = if wide { &[1e-3, 0.1, 1.0, 10.0, 1e3] } else { &[1e-3, 1.0, 1e3] };
+    let softer: &[f64] = if wide { &[1.0, 30.0, 1e3] } else { &[1.0, 1e3] };
+    let pressures: &[f64] = if wide { &[1e2, 1e4, 1e5, 1e6] } else { &[1e4, 1e5] };
+    let counts: &[usize] = if wide { &[32, 108, 500] } else { &[32] };
+    let laws: &[(&str, bool)] = if wide {
+        &[("cpm", true), ("cpm", false), ("linear_bond", true), ("hertz_mindlin", false), ("hertz_mindlin", true)]
+    } else {
+        &[("cpm", true), ("hertz_mindlin", false)]
+    };
+    let mut ends = [0_usize; 3];
+    for &(law, random) in laws {
+        for &count in counts {
+            for &soft in softer {
+                for &pressure in pressures {
+                    for &rate in rates {
+                        let sheared = law != "hertz_mindlin";
+                        let text = cell(law, soft, random, count, rate, pressure, sheared);
+                        let found = end(&text, |run| error_of_cell(run, pressure, sheared));
+                        // A rate that gives less than the target in all steps is announced, and nothing else.
+                        println!("{law} {random} {count} {soft} {pressure:e} {rate:e}: {found:?}");
+                        ends[found as usize] += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("reached, failed, announced: {ends:?}");
+    assert_eq!(ends[End::Failed as usize], 0);
+    assert!(ends[End::Reached as usize] > 2 * ends[End::Announced as usize], "{ends:?}");
+}
+
+/// The six walls of a box reach their pressure, or the run says that they swing.
+#[test]
+fn walls_reach_their_pressure() {
+    let wide = large();
+    let speeds: &[f64] = if wide { &[0.01, 0.1, 1.0, 10.0] } else { &[0.1, 10.0] };
+    let pressures: &[f64] = if wide { &[1e3, 1e5, 1e7] } else { &[1e3, 1e5] };
+    let counts: &[usize] = if wide { &[3, 6] } else { &[3] };
+    let softer: &[f64] = if wide { &[1.0, 30.0] } else { &[1.0] };
+    let mut ends = [0_usize; 3];
+    for law in ["frictional", "hertz_mindlin"] {
+        for &count in counts {
+            for &soft in softer {
+                for &pressure in pressures {
+                    for &speed in speeds {
+                        let found = end(&walls(law, soft, count, speed, pressure), error_of_walls);
+                        println!("{law} {count} {soft} {pressure:e} {speed:e}: {found:?}");
+                        ends[found as usize] += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("reached, failed, announced: {ends:?}");
+    assert_eq!(ends[End::Failed as usize] + ends[End::Announced as usize], 0);
+}
