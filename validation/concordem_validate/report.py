@@ -113,7 +113,7 @@ def picture(results, task):
     for axes, (name, r) in zip(all_axes, shown):
         k = int(np.searchsorted(r.series["position"].steps, step))
         x = r.series["position"].values[k]
-        if "damage_field" in r.series and "cpm" in task.scenario["material"][0]:
+        if "damage_field" in r.series and "cpm" in (task.scenario.get("material") or [{}])[0]:
             colour, label = r.series["damage_field"].values[k], "damage"
         else:
             colour, label = np.linalg.norm(x - r.series["position"].values[0], axis=1) * 1e3, "displacement, mm"
