@@ -174,7 +174,7 @@ def _finish(options, made, loaded, round_, strict):
     if options.against:
         round_.changes = baseline.against(round_, options.store / options.against, options.tolerance)
     code = round_.exit_code(strict, made.require)
-    known = {name: q for root in made.roots for name, q in quirks.load_all(root).items()}
+    known = {name: q for root in made.roots for name, q in quirks.load_all(root).items() if _seen(name, q, loaded)}
     record = rounds.write(made.output, round_, code)
     path = report.write(made.output / "report.html", loaded, round_, known)
     print(report.text(loaded, round_, strict, options.verbose))
@@ -188,6 +188,11 @@ def _finish(options, made, loaded, round_, strict):
         print("A REQUIRED ENGINE IS MISSING: install it, or run without --strict and CI")
     print(f"report: {path}")
     return code
+
+
+def _seen(name, quirk, loaded):
+    """Whether a quirk belongs to one of the cases of a round."""
+    return any(case.name in quirk["cases"] or any(check.quirk == name for check in case.checks) for case in loaded)
 
 
 def _again(options, made, round_, starts):

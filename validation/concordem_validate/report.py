@@ -113,7 +113,7 @@ def picture(results, task):
     for axes, (name, r) in zip(all_axes, shown):
         k = int(np.searchsorted(r.series["position"].steps, step))
         x = r.series["position"].values[k]
-        if "damage_field" in r.series and "cpm" in task.scenario["material"][0]:
+        if "damage_field" in r.series and "cpm" in (task.scenario.get("material") or [{}])[0]:
             colour, label = r.series["damage_field"].values[k], "damage"
         else:
             colour, label = np.linalg.norm(x - r.series["position"].values[0], axis=1) * 1e3, "displacement, mm"
@@ -139,8 +139,8 @@ def _versions(round_, engines):
     rows = []
     for name in engines:
         mine = [o for o in round_.outcomes.values() if o.engine == name]
-        found = {o.result().provenance.get("engine_version", "") for o in mine if o.status == "done" and o.path.exists()}
-        rows.append((name, ", ".join(sorted(found)) or next((o.message for o in mine if o.message), "")))
+        found = {o.provenance().get("engine_version", "") for o in mine if o.status == "done"}
+        rows.append((name, ", ".join(sorted(found - {""})) or next((o.message for o in mine if o.message), "")))
     return rows
 
 
@@ -230,7 +230,7 @@ def matrix(cases, round_):
         if bad:
             cells[case.reference] = ("missing" if bad[0] == "missing" else "fail", _WORDS.get(bad[0], bad[0]))
         else:
-            equal = sum("state_hash_2_threads" in r.provenance for r in _results(own).values())
+            equal = sum("state_hash_2_threads" in o.provenance() for o in own if o.status == "done")
             cells[case.reference] = ("pass", f"ran {len(own)}" + (", bitwise equal on 2 threads" if equal else ""))
         for engine in engines:
             mine = [v for v in round_.verdicts if v.case == case.name and v.peer == engine]

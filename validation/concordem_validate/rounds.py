@@ -36,15 +36,19 @@ class Outcome:
         _of_this(self, result.provenance, self.path)
         return result
 
-    def is_whole(self, key):
-        """Whether the stored result is there, can be read, and is that of these inputs."""
+    def provenance(self):
+        """Provenance of the stored result, without its arrays; empty if it cannot be read, or is another's."""
         try:
             with h5py.File(self.path, "r", locking=False) as file:
-                provenance = dict(file["provenance"].attrs)
+                provenance = {k: str(v) for k, v in file["provenance"].attrs.items()}
             _of_this(self, provenance, self.path)
         except (OSError, KeyError, HarnessError):
-            return False
-        return provenance.get("key") == key
+            return {}
+        return provenance
+
+    def is_whole(self, key):
+        """Whether the stored result is there, can be read, and is that of these inputs."""
+        return self.provenance().get("key") == key
 
 
 def _of_this(outcome, provenance, path):

@@ -219,7 +219,11 @@ class Runner:
             # its output helps to find the cause
             keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
             shutil.rmtree(keep, ignore_errors=True)
-            shutil.copytree(scratch, keep, dirs_exist_ok=True)
+            try:
+                # MPI removes its own files meanwhile
+                shutil.copytree(scratch, keep, dirs_exist_ok=True, ignore=shutil.ignore_patterns("ompi.*"))
+            except shutil.Error as incomplete:
+                print(f"not all files of the failed run were kept: {incomplete}"[:300], file=sys.stderr)
             raise
         finally:
             shutil.rmtree(scratch, ignore_errors=True)

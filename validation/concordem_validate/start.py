@@ -144,7 +144,7 @@ def compare(exported, document, folder):
     """Refuse an exported state that the scenario does not give. Returns what was compared, in words."""
     own = state(document, folder, exported)
     size = max(float(np.abs(own.position).max(initial=0)), float(own.radius.max(initial=0)))
-    words = ["radius", "mass", "material", "velocity", "angular velocity"]
+    words = ["position", "radius", "mass", "material", "velocity", "angular velocity"]
     _largest("position", exported.position, own.position, size)
     _largest("radius", exported.radius, own.radius, float(own.radius.max(initial=0)))
     _extent(document, exported)

@@ -458,3 +458,33 @@ def test_files_of_a_case_have_absolute_paths_where_our_program_runs(tmp_path):
     made = concordem._absolute(document, tmp_path)
     assert made["packing"]["path"] == made["wall"][0]["shape"]["path"] == str(tmp_path / "anvil.stl")
     assert made["wall"][0]["name"] == "anvil.stl" and made["wall"][1]["shape"]["path"] == "none.stl"
+
+
+def test_decks_of_any_code_are_compared_without_a_scenario_of_ours(tmp_path, monkeypatch):
+    """Two commands that read their own decks from the folder of the case; `scenario.toml` says what they like."""
+    monkeypatch.setenv(concordem.VARIABLE, "/nowhere/concordem")
+    place = tmp_path / "cases/fall"
+    place.mkdir(parents=True)
+    (place / "scenario.toml").write_text('[deck]\ngravity = "9.81 m/s^2"\n')
+    (place / "deck.txt").write_text("9.81\n")
+    (place / "case.toml").write_text(
+        'title = "t"\nquestion = "q"\nsource = "s"\nreference = "left"\nengines = ["right"]\n[[check]]\nname = "height"\nkind = "series"\npeer = "right"\n'
+        'of = "height"\nmeet = "interpolate"\ntolerance = 1e-3\nreason = "linear interpolation between points: g dt²/8 of 5 m"\n')
+    for name, step, unit, size in (("left", 0.01, "m", 1), ("right", 0.0125, "mm", 1000)):
+        (tmp_path / f"{name}.py").write_text(
+            "import sys\ng = float(open(sys.argv[1] + '/deck.txt').read())\nwith open(sys.argv[2], 'w') as out:\n"
+            f"    print('time,height', 's,{unit}', sep='\\n', file=out)\n"
+            f"    for k in range(round(1 / {step}) + 1):\n        print(k * {step}, -0.5 * g * (k * {step}) ** 2 * {size}, sep=',', file=out)\n")
+    (tmp_path / "validate.toml").write_text("".join(
+        f'[engine.{name}]\ncommand = "python3 {name}.py {{case}} {{output}}"\nneeds_start = false\n' for name in ("left", "right")))
+    monkeypatch.chdir(tmp_path)
+    try:
+        assert cli.main(["run"]) == rounds.AGREES
+        # the deck is an input
+        key = {o["path"] for o in rounds.record(tmp_path / "concordem-validate")["outcomes"]}
+        (place / "deck.txt").write_text("1.62\n")
+        assert cli.main(["run"]) == rounds.AGREES
+        assert not key & {o["path"] for o in rounds.record(tmp_path / "concordem-validate")["outcomes"]}
+    finally:
+        for name in ("left", "right"):
+            registry.ENGINES.pop(name, None)
