@@ -12,6 +12,7 @@ mod interruption;
 mod matrix;
 mod measure;
 mod mistakes;
+mod pages;
 mod results;
 mod settings;
 mod sweep;

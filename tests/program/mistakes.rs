@@ -447,9 +447,9 @@ const MISTAKES: &[Mistake] = &[
         "rate of a laboratory",
         (
             "strain_rate = \"20 1/s\"\n[stop]\nstrain = 1e-3\nsteps = 1_000",
-            "strain_rate = \"1e-6 1/s\"\n[stop]\nstrain = 1e-3",
+            "strain_rate = \"1e-7 1/s\"\n[stop]\nstrain = 1e-3",
         ),
-        &["loading.strain_rate = \"1e-6 1/s\"", "days on one core"],
+        &["loading.strain_rate = \"1e-7 1/s\"", "days on one core"],
         "rates of 0.1 to 100 1/s",
     ),
     scenario("strain in percent", ("strain = 1e-3", "strain = 0.5"), &["stop.strain = 0.5", "is 50 %"], "\"0.5 %\""),
