@@ -623,7 +623,7 @@ fn missing(mistake: &Mistake, folder: &Path) -> (Vec<String>, String) {
 
 /// A cube with edges of 20 units, the same without its top, and a triangle as OBJ.
 fn write_surfaces(folder: &Path) {
-    let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|bit| 20 * bit);
+    let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|bit| if bit == 0 { -10 } else { 10 });
     let faces = [
         [0, 2, 1],
         [1, 2, 3],
