@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -18,12 +18,13 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, test-bigbig, ptx, fuzz, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make test-bigbig    the tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, with ids of 64 bits (minutes); as root"
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
+	@echo "make fuzz-readers   1,000,000 mutated inputs for each reader of packings and surfaces (hours), counts in target/fuzz"
 	@echo "make host-decks     500 random scripts in LIGGGHTS and LAMMPS, and bodies that migrate on up to 16 processes (hours); DECKS=N, SEED=N"
 	@echo "make faults         each call of the system that writes fails once, in every command (an hour)"
 	@echo "make asan           the fuzz tests of all readers under AddressSanitizer (an hour). make miri: laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
@@ -165,7 +166,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz asan combinations servos faults host-decks mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
@@ -175,6 +176,14 @@ test-full: test lint-bench test-install test-pages test-viewers new-law test-big
 SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
+
+# A million inputs for each reader of packings and surfaces (half an hour each); counts in target/fuzz/READER.json.
+fuzz-readers:
+	mkdir -p target/fuzz
+	for reader in table text data dump surface binary-surface; do \
+	  CONCORDEM_FUZZ_READER=$$reader CONCORDEM_FUZZ_RECORD=$(abspath target/fuzz)/$$reader.json CONCORDEM_FUZZ_INPUTS=1000000 \
+	  CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture || exit 1; \
+	done
 
 # Each call that writes fails once: thousands of short runs. The tests try a few.
 faults:

@@ -76,7 +76,7 @@ fn wrong_arguments_and_bad_files_give_the_documented_exit_codes() {
     std::fs::write(&binary, [b'a', b'\n', 0xff, 0xfe]).expect("a file");
     let given = concordem(["check", text(&binary)]);
     assert_eq!(given.code, exit::FILE);
-    assert!(given.err.contains("line 2"), "{}", given.err);
+    assert!(given.err.contains("binary.toml:2:"), "{}", given.err);
     // A file of another program, and a path that cannot be written to, because its parent is a file.
     let given = concordem(["info", text(&scenario)]);
     assert_eq!(given.code, exit::FILE, "{}", given.err);

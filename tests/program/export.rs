@@ -90,15 +90,22 @@ fn lammps(folder: &Path, snapshots: usize, bonds: usize) {
     let particles = counts(&read("prism.dump"));
     assert_eq!(particles.len(), snapshots);
     assert!(read("prism.data").contains(&format!("{bonds} bonds")));
-    // Our own reader takes the data file and the dump as packings: the same particles.
-    for name in ["prism.data", "prism.dump"] {
+    // Our own reader takes the data file without its bonds, which a packing cannot hold, and the dump: the same particles.
+    let data = read("prism.data");
+    let (spheres, _) = data.split_once("\nBonds").expect("bonds");
+    write(folder, "spheres.data", spheres);
+    for (name, code) in [("prism.data", exit::USAGE), ("spheres.data", exit::DONE), ("prism.dump", exit::DONE)] {
         let scenario = crate::PRISM.replace("STEPS", "1").replace(
             "kind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\nshape = { kind = \"box\", size = [\"9 mm\", \"9 mm\", \"16 mm\"] }",
             &format!("kind = \"file\"\npath = \"{name}\""),
         );
         let scenario = write(folder, "again.toml", &scenario);
         let given = concordem(["pack", "--force", text(&scenario)]);
-        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        assert_eq!(given.code, code, "{}", given.err);
+        if code == exit::USAGE {
+            assert!(given.err.contains("the section `Bonds` is not read"), "{}", given.err);
+            continue;
+        }
         assert!(given.out.contains("spheres  ") && given.out.contains(&particles[0].to_string()), "{}", given.out);
     }
 }

@@ -13,6 +13,7 @@ mod interruption;
 mod matrix;
 mod measure;
 mod mistakes;
+mod pages;
 mod results;
 mod settings;
 mod sweep;

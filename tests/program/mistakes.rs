@@ -447,9 +447,9 @@ const MISTAKES: &[Mistake] = &[
         "rate of a laboratory",
         (
             "strain_rate = \"20 1/s\"\n[stop]\nstrain = 1e-3\nsteps = 1_000",
-            "strain_rate = \"1e-6 1/s\"\n[stop]\nstrain = 1e-3",
+            "strain_rate = \"1e-7 1/s\"\n[stop]\nstrain = 1e-3",
         ),
-        &["loading.strain_rate = \"1e-6 1/s\"", "days on one core"],
+        &["loading.strain_rate = \"1e-7 1/s\"", "days on one core"],
         "rates of 0.1 to 100 1/s",
     ),
     scenario("strain in percent", ("strain = 1e-3", "strain = 0.5"), &["stop.strain = 0.5", "is 50 %"], "\"0.5 %\""),
@@ -623,7 +623,7 @@ fn missing(mistake: &Mistake, folder: &Path) -> (Vec<String>, String) {
 
 /// A cube with edges of 20 units, the same without its top, and a triangle as OBJ.
 fn write_surfaces(folder: &Path) {
-    let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|bit| 20 * bit);
+    let corner = |k: usize| [k & 1, k >> 1 & 1, k >> 2 & 1].map(|bit| if bit == 0 { -10 } else { 10 });
     let faces = [
         [0, 2, 1],
         [1, 2, 3],

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::json_schema::{items_are_tables, type_name};
-use super::wording::listing;
+use super::wording::{last_key, listing};
 use super::{Checker, Key};
 use crate::schema::ProblemKind;
 use crate::schema::quantity::{QuantityError, parse_quantity};
@@ -54,7 +54,12 @@ impl Checker<'_> {
     /// Reports a wrong value, with its text.
     fn wrong(&mut self, kind: ProblemKind, key: &Key<'_>, value: &TomlValue<'_>, message: String, help: &str) {
         let text = Some(self.document.excerpt(&value.span())).filter(|text| !text.is_empty());
-        self.report(kind, key.path, (value.span(), text), message, help);
+        // The parser takes a semicolon behind a number as a part of it.
+        let number = text.as_deref().and_then(|text| text.strip_suffix(';'));
+        let slip = number
+            .map(|number| format!("lines end without a semicolon: {} = {number}. ", last_key(key.path)))
+            .unwrap_or_default();
+        self.report(kind, key.path, (value.span(), text), message, &(slip + help));
     }
 
     /// Reports a value of the wrong type.
