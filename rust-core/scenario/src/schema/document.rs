@@ -29,14 +29,16 @@ impl<'a> Document<'a> {
         }
         // A file that is no scenario has an error in each of its lines.
         let lines: Vec<&str> = source.text.split('\n').map(|line| line.trim_end_matches('\r')).collect();
-        let starts: Vec<usize> = std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        let starts: Vec<usize> =
+            std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         let headers = headers(&lines);
         let (mut problems, mut seen) = (Vec::new(), BTreeSet::new());
         for error in &errors {
             let span = error.span().unwrap_or(0..0);
             let line = starts.partition_point(|start| *start <= span.start) - 1;
             // The keys below a table that is given twice are given twice, too.
-            let follows = error.message().contains("duplicate key") && headers[line].is_some_and(|at| seen.contains(&at));
+            let follows =
+                error.message().contains("duplicate key") && headers[line].is_some_and(|at| seen.contains(&at));
             // Report one error per line: the others usually follow from the first.
             if !follows && seen.insert(line) {
                 problems.push(syntax::problem(&lines, line, span, error.message()));
