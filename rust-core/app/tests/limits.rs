@@ -55,12 +55,12 @@ fn a_small_stack_suffices() {
 fn too_little_memory_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let large = scenario(folder.path(), 300);
-    // 2 GB for 27 million spheres.
-    assert_ends(&limited("-v 2000000", &large), exit::PHYSICS, "memory");
+    // 2 GB for 27 million spheres: the message names the key.
+    assert_ends(&limited("-v 2000000", &large), exit::USAGE, "of memory for 2.7000e7 particles");
     // Some limit lies between what the program needs to start and what it needs for the run.
-    let small = scenario(folder.path(), 60);
+    let small = scenario(folder.path(), 40);
     let mut refused = false;
-    for megabytes in (80..=480).step_by(40) {
+    for megabytes in (80..=320).step_by(60) {
         let found = limited(&format!("-v {}", megabytes * 1000), &small);
         let text = String::from_utf8_lossy(&found.stderr).into_owned();
         // Below that limit the system cannot load the program, or start a thread.

@@ -79,7 +79,7 @@ fn a_history_without_a_value_ends_the_run() {
         (
             "prescribed heat",
             &line,
-            format!("{heat}[[heat.prescribe]]\nset = \"first\"\ntemperature = 300\nhistory = \"fade\""),
+            format!("{heat}[[heat.boundary]]\nset = \"first\"\ntemperature = 300\nhistory = \"fade\""),
         ),
         (
             "heat without motion",
@@ -102,7 +102,7 @@ fn a_history_without_a_value_ends_the_run() {
         (
             "uniaxial",
             &line,
-            staged("kind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = 1\nlayer_thickness = 0.005\narea = 1e-4"),
+            staged("kind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = 1\nlayer_thickness = 0.015\narea = 1e-4"),
         ),
         (
             "platens",
@@ -126,11 +126,13 @@ fn a_history_without_a_value_ends_the_run() {
         let step = run.state.clock.step;
         // The factor is not a number from 10 µs on; some read it in the middle or at the end of a step.
         assert!((9..=13).contains(&step), "{case}: step {step}: {error}");
+        // Conjugate gradients stop at once at a power that is not a number.
+        let unsolved = matches!(&error, RunError::Solver(SolverError::HeatNotConverged { .. }));
         let known = matches!(
             &error,
             RunError::Solver(SolverError::NotFinite { .. } | SolverError::NoNumber { .. } | SolverError::Mesh { .. })
         );
-        assert!(known, "{case}: {error:?}");
-        assert!(error.to_string().contains("finite"), "{case}: {error}");
+        assert!(if case == "implicit heat" { unsolved } else { known }, "{case}: {error:?}");
+        assert!(unsolved || error.to_string().contains("finite"), "{case}: {error}");
     }
 }
