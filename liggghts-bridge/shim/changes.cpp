@@ -61,6 +61,15 @@ void FixBondBase::prepare_exchange()
   neighbor->setup_bins();
 }
 
+// The hosts send radii to ghosts before fixes change those of owned atoms, or not at all.
+void FixBondBase::send_sizes()
+{
+  if (room_ == 0.0) return;
+  sends_sizes_ = true;
+  communicate_ghosts();
+  sends_sizes_ = false;
+}
+
 // Ghosts cover growth by room_ until the next rebuild, which must come before that is used up.
 void FixBondBase::follow_growth()
 {

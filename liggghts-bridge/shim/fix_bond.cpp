@@ -110,6 +110,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
   // Fixes that insert or delete atoms come before us.
   call_last(modify->*ListsOfModify::pre_exchange, modify->n_pre_exchange, modify->my_index(this));
   check_box(true);
+  send_sizes();
   communicate(true);
   follow_changes();
   give_heat_network();
@@ -128,6 +129,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
 void FixConcordemBond::pre_force(int vflag)
 {
   check_box(false);
+  send_sizes();
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
   communicate(neighbor->ago == 0);
