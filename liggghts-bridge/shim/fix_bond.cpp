@@ -211,8 +211,10 @@ void FixConcordemBond::check_pair_style()
 
 void FixBondBase::fail(const std::string &text)
 {
-  error->fix_error(FLERR, this, concordem_message("ERROR", text, comm->me == 0, screen, logfile).c_str());
-  abort();   // unreachable: fix_error ends the program
+  // Not fix_error, which copies the text without its end.
+  const std::string whole = std::string("Fix concordem/bond (id ") + id + "): " + text;
+  error->all(FLERR, concordem_message("ERROR", whole, comm->me == 0, screen, logfile).c_str());
+  abort();   // unreachable: all ends the program
 }
 
 void FixBondBase::fail_on_this_processor()

@@ -355,6 +355,8 @@ void FixBondBase::rebuild()
   ConcordemAtoms atoms = arrays();
   if (restored_) deliver_restored();
   const ConcordemBondLists lists = lists_of_atoms();
+  concordem_network_exclude(network_, exclusion_rules_.data(), exclusion_rules_.size(),
+                            reinterpret_cast<const int64_t(*)[2]>(excluded_pairs_.data()), excluded_pairs_.size());
   if (concordem_network_rebuild(network_, &atoms, made_ && lists_ ? &lists : NULL, neighbor->skin, reach_, mean_radius_, &message_) < 0)
     fail_on_this_processor();
   if (compares_) compare_heat_network();

@@ -136,6 +136,8 @@ class FixBondBase : public Fix {
   bigint atoms_before_ = -1;      // on all processors at the last rebuild; -1 before
   bool told_lost_ = false;        // a warning about lost bonds in this run
   double checked_step_ = 0.0;     // time step that check_step has compared, s
+  std::vector<ConcordemRules> exclusion_rules_;               // for rebuild()
+  std::vector<std::array<int64_t, 2> > excluded_pairs_;       // the same
   bool restored_ = false;         // records of a restart or data file wait for their delivery to the owners of their atoms
   int64_t records_of_restart_ = -1;   // their number in the file
   std::string source_;            // the file, for messages
