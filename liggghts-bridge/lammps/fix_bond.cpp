@@ -200,6 +200,7 @@ void FixConcordemBond::pre_reverse(int, int vflag)
 
 void FixConcordemBond::find_forces(bool energies, bool virial_wanted)
 {
+  send_sizes();
   FixBondBase::find_forces(setup_, energies, virial_wanted);
   if (lists_) remove_broken_from_lists();
 }

@@ -61,6 +61,15 @@ void FixBondBase::prepare_exchange()
   neighbor->setup_bins();
 }
 
+// The hosts send radii to ghosts before fixes change those of owned atoms, or not at all.
+void FixBondBase::send_sizes()
+{
+  if (room_ == 0.0) return;
+  sends_sizes_ = true;
+  communicate_ghosts();
+  sends_sizes_ = false;
+}
+
 // Ghosts cover growth by room_ until the next rebuild, which must come before that is used up.
 void FixBondBase::follow_growth()
 {
@@ -121,7 +130,8 @@ void FixBondBase::find_exclusions()
   if (!contacts_) return;
   const int count = atom->nlocal + atom->nghost;
   const ExclusionsOfHost host = exclusions_of_host();
-  std::vector<ConcordemRules> rules;
+  std::vector<ConcordemRules> &rules = exclusion_rules_;
+  rules.clear();
   if (facts_.follows_exclusions != 0 && host.types + host.groups + host.molecules > 0) {
     if (host.types + host.groups > 64 || host.molecules > 64) fail("supports up to 64 `neigh_modify exclude` for types and groups, and 64 for molecules; combine some");
     const ConcordemRules none = {0, 0, 0, 0, 0};
@@ -153,9 +163,8 @@ void FixBondBase::find_exclusions()
              "have no contacts");
     }
   }
-  std::vector<std::array<int64_t, 2> > pairs;
-  find_special_pairs(pairs);
-  concordem_network_exclude(network_, rules.data(), rules.size(), reinterpret_cast<const int64_t(*)[2]>(pairs.data()), pairs.size());
+  excluded_pairs_.clear();
+  find_special_pairs(excluded_pairs_);
 }
 
 // Not a fault: a script may have reasons. `contact none` says so.

@@ -110,6 +110,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
   // Fixes that insert or delete atoms come before us.
   call_last(modify->*ListsOfModify::pre_exchange, modify->n_pre_exchange, modify->my_index(this));
   check_box(true);
+  send_sizes();
   communicate(true);
   follow_changes();
   give_heat_network();
@@ -128,6 +129,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
 void FixConcordemBond::pre_force(int vflag)
 {
   check_box(false);
+  send_sizes();
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
   communicate(neighbor->ago == 0);
@@ -209,8 +211,10 @@ void FixConcordemBond::check_pair_style()
 
 void FixBondBase::fail(const std::string &text)
 {
-  error->fix_error(FLERR, this, concordem_message("ERROR", text, comm->me == 0, screen, logfile).c_str());
-  abort();   // unreachable: fix_error ends the program
+  // Not fix_error, which copies the text without its end.
+  const std::string whole = std::string("Fix concordem/bond (id ") + id + "): " + text;
+  error->all(FLERR, concordem_message("ERROR", whole, comm->me == 0, screen, logfile).c_str());
+  abort();   // unreachable: all ends the program
 }
 
 void FixBondBase::fail_on_this_processor()

@@ -85,7 +85,7 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   extvector = 1;
   time_depend = 1;
   periodic_ = concordem_has_images(domain);
-  comm_forward = facts_.communicated + 1 + (periodic_ ? 3 : 0);   // the most
+  comm_forward = std::max(2, facts_.communicated + 1 + (periodic_ ? 3 : 0));   // the most
 
   FixBondBase::grow_arrays(atom->nmax);
   atom->add_callback(0);   // growing arrays
@@ -208,6 +208,13 @@ int FixBondBase::pack_ghosts(int count, const int *list, double *buffer) const
     for (int k = 0; k < count; k++) buffer[k] = body_mass_[list[k]];
     return count;
   }
+  if (sends_sizes_) {
+    for (int k = 0; k < count; k++) {
+      buffer[2 * k] = atom->radius[list[k]];
+      buffer[2 * k + 1] = atom->rmass[list[k]];
+    }
+    return 2 * count;
+  }
   return concordem_pack_ghosts(count, list, buffer, facts_.atom_width - facts_.communicated - rebuilds_, facts_.atom_width, memory_,
                                periodic_ ? original_ : NULL);
 }
@@ -216,6 +223,13 @@ void FixBondBase::unpack_ghosts(int count, int first_atom, const double *buffer)
 {
   if (sends_masses_) {
     std::copy(buffer, buffer + count, body_mass_.begin() + first_atom);
+    return;
+  }
+  if (sends_sizes_) {
+    for (int k = 0; k < count; k++) {
+      atom->radius[first_atom + k] = buffer[2 * k];
+      atom->rmass[first_atom + k] = buffer[2 * k + 1];
+    }
     return;
   }
   concordem_unpack_ghosts(count, first_atom, buffer, facts_.atom_width - facts_.communicated - rebuilds_, facts_.atom_width, memory_,
@@ -341,6 +355,8 @@ void FixBondBase::rebuild()
   ConcordemAtoms atoms = arrays();
   if (restored_) deliver_restored();
   const ConcordemBondLists lists = lists_of_atoms();
+  concordem_network_exclude(network_, exclusion_rules_.data(), exclusion_rules_.size(),
+                            reinterpret_cast<const int64_t(*)[2]>(excluded_pairs_.data()), excluded_pairs_.size());
   if (concordem_network_rebuild(network_, &atoms, made_ && lists_ ? &lists : NULL, neighbor->skin, reach_, mean_radius_, &message_) < 0)
     fail_on_this_processor();
   if (compares_) compare_heat_network();

@@ -93,7 +93,8 @@ class FixBondBase : public Fix {
 
   // What other commands change (changes.cpp).
   void prepare_exchange();       // before atoms change their processors; collective
-  void follow_growth();          // at each step but rebuilds; collective
+  void send_sizes();             // before forces, after fixes have changed radii; collective
+  void follow_growth();          // after forces; collective
   void follow_changes();         // before rebuild(), when the ghosts are known; collective
   void check_step();             // after the bonds exist; collective
   void warn_without_contacts();
@@ -102,7 +103,7 @@ class FixBondBase : public Fix {
   void communicate(bool rebuilds);
   int pack_ghosts(int count, const int *list, double *buffer) const;
   void unpack_ghosts(int count, int first_atom, const double *buffer);
-  int reals_of_ghost() const { return sends_masses_ ? 1 : facts_.communicated + rebuilds_ + (periodic_ ? 3 : 0); }
+  int reals_of_ghost() const { return sends_masses_ ? 1 : sends_sizes_ ? 2 : facts_.communicated + rebuilds_ + (periodic_ ? 3 : 0); }
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
@@ -127,6 +128,7 @@ class FixBondBase : public Fix {
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
   bool rebuilds_ = false;         // ghosts also get their place in the order of the particles
   bool sends_masses_ = false;     // ghosts get the masses of their bodies, and nothing else
+  bool sends_sizes_ = false;      // ghosts get radii and masses, and nothing else
   int frozen_ = 0;                // bits of the groups of fix freeze
   Fix *bodies_ = nullptr;         // rigid bodies, if there are any
   std::vector<double> body_mass_;       // of each atom's body, kg; 0 outside bodies
@@ -134,6 +136,8 @@ class FixBondBase : public Fix {
   bigint atoms_before_ = -1;      // on all processors at the last rebuild; -1 before
   bool told_lost_ = false;        // a warning about lost bonds in this run
   double checked_step_ = 0.0;     // time step that check_step has compared, s
+  std::vector<ConcordemRules> exclusion_rules_;               // for rebuild()
+  std::vector<std::array<int64_t, 2> > excluded_pairs_;       // the same
   bool restored_ = false;         // records of a restart or data file wait for their delivery to the owners of their atoms
   int64_t records_of_restart_ = -1;   // their number in the file
   std::string source_;            // the file, for messages

@@ -14,7 +14,7 @@ namespace LAMMPS_NS {
 // because another process does.
 inline std::string concordem_message(const std::string &kind, const std::string &text, bool prints, FILE *screen, FILE *logfile)
 {
-  const size_t most = 350;
+  const size_t most = 150;
   if (text.size() <= most) return text;
   if (prints) {
     fprintf(screen ? screen : stderr, "%s: %s\n", kind.c_str(), text.c_str());

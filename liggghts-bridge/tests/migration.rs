@@ -83,11 +83,13 @@ fn bodies(host: Host, folder: &Path, seed: u64, edge: i32, steps: usize) -> Stri
     let mut atoms = Vec::new();
     for k in 0..8 {
         let cell = Vec3::new(f64::from(k % 2), f64::from(k / 2 % 2), f64::from(k / 4)) * 0.1 - Vec3::repeat(0.07);
-        atoms.extend(cube(edge, cell + dice.vector() * 0.01, dice.vector() * 60.0, dice.vector() * 500.0));
+        // Towards the middle of them, and beside it.
+        let velocity = (Vec3::repeat(-0.02) - cell) * 2000.0 + dice.vector() * 20.0;
+        atoms.extend(cube(edge, cell + dice.vector() * 0.01, velocity, dice.vector() * 500.0));
     }
     write(host, folder, &atoms);
     let mut script = head_for(host, "atoms.data", "p p p", 4e-3, 1e-6);
-    script += &styles(host, "2e6");
+    script += &styles(host, "5e5");
     script += "fix integrate all nve/sphere\n";
     script += &dump_for(host, "out.dump", steps);
     writeln!(script, "thermo {steps}\nrun {steps}").unwrap();
@@ -114,7 +116,7 @@ fn continued(host: Host, steps: usize) -> String {
         Host::Liggghts => "units si\natom_modify sort 0 0\nnewton off\ncommunicate single vel yes\nread_restart half\n",
         Host::Lammps => "comm_modify vel yes\nread_restart half\n",
     };
-    let styles = styles(host, "2e6").replace("bond distance 1.05", "bond none");
+    let styles = styles(host, "5e5").replace("bond distance 1.05", "bond none");
     format!(
         "{head}neighbor 4e-3 bin\nneigh_modify delay 0\ntimestep 1e-6\n{styles}fix integrate all nve/sphere\n{}thermo {steps}\nrun {steps}\n",
         dump_for(host, "out.dump", steps)

@@ -173,7 +173,11 @@ fn special_bonds_are_followed_as_long_as_no_bond_breaks() {
             let script = format!("{head}special_bonds {special}\n{pair}{}run 10\n", bonds("1e30"));
             let printed = run_in(Host::Lammps, folder.path(), &script, 2);
             let last = thermo(&printed).pop().unwrap();
-            assert!(last[1..] == [7.0, 0.0] && printed.contains("ends the run when a bond breaks"), "{printed}");
+            // Rounding of the positions times the stiffness of a beam.
+            assert!(
+                last[1] == 7.0 && last[2].abs() < 1e-9 && printed.contains("ends the run when a bond breaks"),
+                "{printed}"
+            );
         }
         let script = format!(
             "{head}special_bonds lj 0 0 0 coul 1 1 1\n{pair}{}group end id 1\nvelocity end set -100 0 0\nrun 100\n",
@@ -186,12 +190,12 @@ fn special_bonds_are_followed_as_long_as_no_bond_breaks() {
             "{printed}"
         );
     }
-    // Third neighbors touch, second ones do not, if that is asked for.
+    // Second neighbors touch, or do not, as asked for.
     let apart = |special: &str| {
         let script = format!("{head}special_bonds {special}\n{ours}{}run 2\n", bonds("1e30"));
         thermo(&run_in(Host::Lammps, folder.path(), &script, 1)).pop().unwrap()[2]
     };
-    assert!(apart("lj 0 1 1 coul 1 1 1") > 1.0 && apart("lj 0 0 1 coul 1 1 1") == 0.0);
+    assert!(apart("lj 0 1 1 coul 1 1 1") > 1.0 && apart("lj 0 0 1 coul 1 1 1").abs() < 1e-9);
     for (special, wanted) in [
         ("lj 0 0.5 1 coul 1 1 1", "no weights between 0 and 1"),
         ("lj 1 1 1 coul 1 1 1", "bonded atoms have no contact beside their bond"),
