@@ -55,7 +55,8 @@ static int fails(enum kind kind) {
 static int is_written(int file) {
   struct stat data;
   int flags = fcntl(file, F_GETFL);
-  return flags >= 0 && (flags & O_ACCMODE) != O_RDONLY && !fstat(file, &data) && S_ISREG(data.st_mode);
+  // Messages are no files of a command.
+  return file > 2 && flags >= 0 && (flags & O_ACCMODE) != O_RDONLY && !fstat(file, &data) && S_ISREG(data.st_mode);
 }
 
 #define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
