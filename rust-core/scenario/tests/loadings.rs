@@ -5,6 +5,7 @@ mod shared;
 
 use std::path::Path;
 
+use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{assemble, restart};
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::{Advance, Simulation};
@@ -250,7 +251,7 @@ fn a_motion_set_before_a_step_is_part_of_the_state() {
     }
     let unset = columns(&whole);
     let n = whole.state.particles.len();
-    whole.state.motion = Some(vec![(concordem_contact::math::Vec3::new(0.1, 0.05, 0.02), Default::default()); n]);
+    whole.state.motion = Some(vec![(Vec3::new(0.1, 0.05, 0.02), Vec3::zeros()); n]);
     let set = columns(&whole);
     assert!(set != unset);
     let kept = whole.state.clone();
@@ -262,7 +263,7 @@ fn a_motion_set_before_a_step_is_part_of_the_state() {
     let mut loaded = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
     to_the_end(&mut loaded);
     assert_states("loaded", &loaded, &whole);
-    assert_eq!(whole.state.particles.velocity.iter().filter(|v| v.z == 0.02).count() > 0, true);
+    assert!(whole.state.particles.velocity.iter().any(|v| v.z == 0.02));
 
     let mut without = simulation(&text);
     to_the_end(&mut without);

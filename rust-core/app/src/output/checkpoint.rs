@@ -106,9 +106,10 @@ pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
         segments: hdf::read_attribute(&file, "segments", path)?,
     };
     let provenance = hdf::read_text(&file, "provenance", path)?;
-    let kept = match file.link_exists(KEPT) {
-        true => hdf::read_columns(&file.group(KEPT).at(path)?, path)?,
-        false => ColumnStore::default(),
+    let kept = if file.link_exists(KEPT) {
+        hdf::read_columns(&file.group(KEPT).at(path)?, path)?
+    } else {
+        ColumnStore::default()
     };
     Ok(Checkpoint { columns, state_hash: stored, provenance, kept, run })
 }

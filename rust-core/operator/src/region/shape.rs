@@ -53,8 +53,7 @@ impl Region {
                 let r = positive("cylinder", "radius", *radius)?;
                 let h = positive("cylinder", "half length", *half_length)?;
                 // The tolerance accepts a unit vector whose components are rounded to 1e-6.
-                let off = (axis.norm() - 1.0).abs();
-                if off.is_nan() || off > 1e-6 {
+                if axis.norm().is_nan() || (axis.norm() - 1.0).abs() > 1e-6 {
                     let (name, value) = ("length of its axis", axis.norm());
                     return Err(OperatorError::Region { kind: "cylinder", name, value, demand: "it must be 1" });
                 }
