@@ -20,7 +20,9 @@ impl Network {
         let Some(block) = &mut self.state.contacts else { return Ok(()) };
         let (block, radius) = (block.contacts_mut(), &self.state.particles.radius);
         let mut change = vec![0.0; radius.len()];
-        changes.iter().for_each(|&(p, by)| change[p] = by);
+        for &(p, by) in changes {
+            change[p] = by;
+        }
         let width: usize = block.history_fields().iter().map(|field| field.components).sum();
         let (mut places, mut contacts) = (Vec::new(), Vec::new());
         for k in 0..block.len() {

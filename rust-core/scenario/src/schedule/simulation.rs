@@ -259,7 +259,7 @@ impl Simulation {
         let (solver, last) = start(&mut state, model, &self.schedule).ok()?;
         let (schedule, mesh) = (std::mem::take(&mut self.schedule), std::mem::take(&mut self.mesh));
         let (guard, radius) = (self.guard, self.radius);
-        let mut ahead = Self { state, solver, schedule, last, device: None, guard, radius, mesh };
+        let mut ahead = Self { state, solver, schedule, last, device: None, guard, watches: Vec::new(), radius, mesh };
         let guarded = std::mem::replace(&mut ahead.schedule.allow_energy_error, true);
         let rows = ahead.step(true);
         ahead.schedule.allow_energy_error = guarded;
