@@ -74,7 +74,8 @@ fn rows_of_local_computes_equal_those_of_liggghts() {
         let model = format!("model {prefix}hertz tangential history {beside}");
         // Shear, and the rolling spring.
         let histories = if beside.is_empty() { 3 } else { 6 };
-        let more: String = (10..=10 + histories).map(|column| format!(" c_pairs[{column}]")).collect();
+        let columns: Vec<String> = (10..=10 + histories).map(|column| format!(" c_pairs[{column}]")).collect();
+        let more = columns.concat();
         let pair = format!(
             "fix r1 all property/global coefficientRollingFriction peratomtypepair 2 0.5 0.3 0.3 0.4\n\
              fix r2 all property/global cohesionEnergyDensity peratomtypepair 2 2e5 1e5 1e5 3e5\npair_style gran {model}\npair_coeff * *\nfix mesh all mesh/surface file floor.stl type 1\n\

@@ -81,9 +81,9 @@ fn boxes_of_two_dimensions_may_be_thin() {
         let folder = tempfile::tempdir().unwrap();
         let mut ends = Vec::new();
         for depth in [0.005, 0.05] {
-            let at = |k| Atom {
-                velocity: Vec3::y() * (0.1 * k as f64),
-                ..Atom::resting(Vec3::x() * (0.01 * k as f64), 0.005)
+            let at = |k: i32| Atom {
+                velocity: Vec3::y() * (0.1 * f64::from(k)),
+                ..Atom::resting(Vec3::x() * (0.01 * f64::from(k)), 0.005)
             };
             let atoms: Vec<Atom> = (0..6).map(at).collect();
             let (low, high) = (Vec3::new(-0.05, -0.05, -depth), Vec3::new(0.1, 0.05, depth));

@@ -39,7 +39,7 @@ pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, keywords: &[&str]) 
             0 => lines.swap(at, other),
             1 => lines.insert(other, lines[at].clone()),
             2 => drop(lines.remove(at)),
-            3 => lines[at] = keywords[random.below(keywords.len())].to_owned(),
+            3 => keywords[random.below(keywords.len())].clone_into(&mut lines[at]),
             4 => lines.insert(at, keywords[random.below(keywords.len())].to_owned()),
             5 => lines.truncate(at),
             kind => {
@@ -50,7 +50,7 @@ pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, keywords: &[&str]) 
                     6 => fields.swap(field, second),
                     7 => fields.insert(second, fields[field].clone()),
                     8 => drop(fields.remove(field)),
-                    _ => fields[field] = WORDS[random.below(WORDS.len())].to_owned(),
+                    _ => WORDS[random.below(WORDS.len())].clone_into(&mut fields[field]),
                 }
                 let another = [separator, separator, separator, ' ', ',', ';', '\t'][random.below(7)];
                 lines[at] = fields.join(&another.to_string());

@@ -153,8 +153,8 @@ fn to_the_end(simulation: &mut Simulation) -> Vec<Advance> {
 /// Bits of the record and of all operators of step `step`.
 fn rows(steps: &[Advance], step: u64) -> (Vec<u64>, Vec<Vec<u64>>) {
     let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<u64>>();
-    let records = steps.iter().flat_map(|advance| advance.sample.iter().chain(&advance.last));
-    let record = records.filter(|record| record.step == step as f64).next_back().expect("a record");
+    let mut records = steps.iter().flat_map(|advance| advance.sample.iter().chain(&advance.last));
+    let record = records.rfind(|record| record.step == step as f64).expect("a record");
     let operators = steps.iter().flat_map(|advance| &advance.operators).filter(|row| row.step == step);
     (bits(&record.to_row()), operators.map(|row| bits(&row.values)).collect())
 }

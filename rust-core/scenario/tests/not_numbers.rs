@@ -29,89 +29,114 @@ fn scenario(packing: &str, more: &str) -> String {
     )
 }
 
-#[test]
-fn a_history_without_a_value_ends_the_run() {
-    let line = spheres(&[[0.0, 0.0, 0.0, 0.01], [0.02, 0.0, 0.0, 0.01], [0.04, 0.0, 0.0, 0.01]]);
-    let cell = format!("{line}\ncell = [0.06, 0.1, 0.1]");
+/// A case: its name, its packing, and what follows it.
+type Case = (&'static str, String, String);
+
+/// Three spheres in a row.
+fn line() -> String {
+    spheres(&[[0.0, 0.0, 0.0, 0.01], [0.02, 0.0, 0.0, 0.01], [0.04, 0.0, 0.0, 0.01]])
+}
+
+/// The same in a periodic cell.
+fn cell() -> String {
+    format!("{}\ncell = [0.06, 0.1, 0.1]", line())
+}
+
+/// Motions, forces, and walls.
+fn motions() -> Vec<Case> {
     let held = "[[prescribe]]\nset = \"first\"\nvelocity = [0, 0, 0]\nangular_velocity = [0, 0, 0]\n";
-    let heat = "[heat]\nmodel = \"ordered\"\npairs = \"bonds\"\ntemperature = 293\n";
     // Far from the particles, so that nothing but the wall itself can tell.
     let plane = "shape = { kind = \"plane\", point = [0, 0, -1], normal = [0, 0, 1] }";
     let mesh =
         "shape = { kind = \"mesh\", vertices = [[-1, -1, -1], [1, -1, -1], [0, 1, -1]], triangles = [[0, 1, 2]] }";
-    let staged = |loading: &str| {
-        format!("[loading]\n{loading}\n[[stage]]\nname = \"s\"\nhistory = \"fade\"\nstop = {{ steps = 200 }}")
-    };
-    let cases = [
-        ("velocity", &line, "[[prescribe]]\nset = \"first\"\nvelocity = [1, 0, 0]\nhistory = \"fade\"".to_owned()),
+    vec![
+        ("velocity", line(), "[[prescribe]]\nset = \"first\"\nvelocity = [1, 0, 0]\nhistory = \"fade\"".to_owned()),
         (
             "displacement",
-            &line,
+            line(),
             "[[prescribe]]\nset = \"first\"\ndisplacement = [1e-6, 0, 0]\nhistory = \"fade\"".to_owned(),
         ),
-        ("spin", &line, "[[prescribe]]\nset = \"first\"\nangular_velocity = [1, 0, 0]\nhistory = \"fade\"".to_owned()),
-        ("force", &line, "[[force]]\nset = \"last\"\nforce = [1, 0, 0]\nhistory = \"fade\"".to_owned()),
+        ("spin", line(), "[[prescribe]]\nset = \"first\"\nangular_velocity = [1, 0, 0]\nhistory = \"fade\"".to_owned()),
+        ("force", line(), "[[force]]\nset = \"last\"\nforce = [1, 0, 0]\nhistory = \"fade\"".to_owned()),
         (
             "force on a held particle",
-            &line,
+            line(),
             format!("{held}[[force]]\nset = \"first\"\nforce = [1, 0, 0]\nhistory = \"fade\""),
         ),
         (
             "wall",
-            &line,
+            line(),
             format!("[[wall]]\nname = \"w\"\nmaterial = \"m\"\n{plane}\nvelocity = [0, 0, 1]\nhistory = \"fade\""),
         ),
         (
             "turning wall",
-            &line,
+            line(),
             format!(
                 "[[wall]]\nname = \"w\"\nmaterial = \"m\"\n{plane}\nrotation = {{ angular_velocity = 1, history = \"fade\" }}"
             ),
         ),
         (
             "mesh",
-            &line,
+            line(),
             format!(
                 "[[wall]]\nname = \"w\"\nmaterial = \"m\"\n{mesh}\nmotion = {{ displacement = [0, 0, 1e-6], history = \"fade\" }}"
             ),
         ),
-        ("heat source", &line, format!("{heat}[[heat.source]]\nset = \"first\"\npower = 1\nhistory = \"fade\"")),
+    ]
+}
+
+/// Heat and loadings.
+fn heat_and_loadings() -> Vec<Case> {
+    let heat = "[heat]\nmodel = \"ordered\"\npairs = \"bonds\"\ntemperature = 293\n";
+    let staged = |loading: &str| {
+        format!("[loading]\n{loading}\n[[stage]]\nname = \"s\"\nhistory = \"fade\"\nstop = {{ steps = 200 }}")
+    };
+    vec![
+        ("heat source", line(), format!("{heat}[[heat.source]]\nset = \"first\"\npower = 1\nhistory = \"fade\"")),
         (
             "prescribed heat",
-            &line,
+            line(),
             format!("{heat}[[heat.boundary]]\nset = \"first\"\ntemperature = 300\nhistory = \"fade\""),
         ),
         (
             "heat without motion",
-            &line,
+            line(),
             format!("{heat}motion = false\n[[heat.source]]\nset = \"first\"\npower = 1\nhistory = \"fade\""),
         ),
         (
             "implicit heat",
-            &line,
+            line(),
             format!("{heat}scheme = \"implicit\"\n[[heat.source]]\nset = \"first\"\npower = 1\nhistory = \"fade\""),
         ),
-        ("cell-strain", &cell, staged("kind = \"cell-strain\"\nvelocity_gradient = [[1, 0, 0], [0, 0, 0], [0, 0, 0]]")),
+        (
+            "cell-strain",
+            cell(),
+            staged("kind = \"cell-strain\"\nvelocity_gradient = [[1, 0, 0], [0, 0, 0], [0, 0, 0]]"),
+        ),
         (
             "cell-stress",
-            &cell,
+            cell(),
             staged(
                 "kind = \"cell-stress\"\nmaximum_strain_rate = 1\nstress = [[-1e3, 0, 0], [0, -1e3, 0], [0, 0, -1e3]]",
             ),
         ),
         (
             "uniaxial",
-            &line,
+            line(),
             staged("kind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = 1\nlayer_thickness = 0.015\narea = 1e-4"),
         ),
         (
             "platens",
-            &line,
+            line(),
             staged("kind = \"platens\"\naxis = \"x\"\nclosing_velocity = 1\nmaterial = \"m\"\narea = 1e-4"),
         ),
-    ];
-    for (case, packing, more) in cases {
-        let mut text = scenario(packing, &more);
+    ]
+}
+
+#[test]
+fn a_history_without_a_value_ends_the_run() {
+    for (case, packing, more) in motions().into_iter().chain(heat_and_loadings()) {
+        let mut text = scenario(&packing, &more);
         if more.contains("[heat]") {
             text =
                 text.replace("density = 2500", "density = 2500\nthermal = { specific_heat = 800, conductivity = 1 }");

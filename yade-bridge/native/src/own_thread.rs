@@ -78,20 +78,18 @@ impl Workers {
         let process = std::process::id();
         // Made before it is stored, so that no other thread can be in the middle of that when the process forks.
         let make = || Made::new(self.threads).expect("the threads of a forked process can be started");
-        let mut made = match self.first.get() {
-            Some(first) => first,
-            None => {
-                let first = make();
-                self.first.get_or_init(|| first)
-            }
+        let mut made = if let Some(first) = self.first.get() {
+            first
+        } else {
+            let first = make();
+            self.first.get_or_init(|| first)
         };
         while made.process != process {
-            made = match made.next.get() {
-                Some(next) => next,
-                None => {
-                    let next = Box::new(make());
-                    made.next.get_or_init(|| next)
-                }
+            made = if let Some(next) = made.next.get() {
+                next
+            } else {
+                let next = Box::new(make());
+                made.next.get_or_init(|| next)
             };
         }
         made.pool.as_ref().expect("a pool that is not dropped")

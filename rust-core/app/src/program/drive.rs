@@ -464,7 +464,8 @@ impl Run {
         let mut text =
             format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
         if !unmet.is_empty() {
-            text.push_str(&format!(". Not reached: {unmet}"));
+            text += ". Not reached: ";
+            text += &unmet;
         }
         Ok(Outcome::Finished { path, text })
     }

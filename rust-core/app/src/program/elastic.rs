@@ -208,19 +208,28 @@ fn table(answers: &Results) -> String {
     if let Some(derivatives) = &cell.derivatives {
         text += &sensitivities(answers, derivatives);
     }
-    let (places, names): (&[usize], _) =
-        if n == 2 { (&[0, 1, 5], "11, 22, 12") } else { (&[0, 1, 2, 3, 4, 5], "11, 22, 33, 23, 31, 12") };
-    let _ = writeln!(text, "\nStiffness of the network, {unit} ({names}; engineering shear strains)");
+    text += &stiffness(network, unit, scale);
+    let _ = writeln!(text, "\nStatic solution: at most {} iterations, {:.2} s", cell.iterations, answers.time);
+    if let Some((_, steps)) = &answers.dynamics {
+        let _ = writeln!(text, "Relaxed dynamics: at most {steps} steps");
+    }
+    text
+}
+
+/// The matrix of the stiffness.
+fn stiffness(network: &ElasticConstants, unit: &str, scale: f64) -> String {
+    let (places, names): (&[usize], _) = if network.dimension == 2 {
+        (&[0, 1, 5], "11, 22, 12")
+    } else {
+        (&[0, 1, 2, 3, 4, 5], "11, 22, 33, 23, 31, 12")
+    };
+    let mut text = format!("\nStiffness of the network, {unit} ({names}; engineering shear strains)\n");
     for &i in places {
         text += " ";
         for &j in places {
             let _ = write!(text, "{:>13.6}", network.stiffness[(i, j)] * scale);
         }
         text += "\n";
-    }
-    let _ = writeln!(text, "\nStatic solution: at most {} iterations, {:.2} s", cell.iterations, answers.time);
-    if let Some((_, steps)) = &answers.dynamics {
-        let _ = writeln!(text, "Relaxed dynamics: at most {steps} steps");
     }
     text
 }

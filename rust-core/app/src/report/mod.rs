@@ -129,7 +129,7 @@ impl<'a> Run<'a> {
         let length =
             provenance.iter().find(|(name, _)| name == SPECIMEN_LENGTH).and_then(|(_, value)| value.parse().ok());
         let color = RUN_COLORS[k % RUN_COLORS.len()];
-        Ok(Self { file, name, title, figures, test, meaning, length, strain, history, coverage, color })
+        Ok(Self { file, name, title, strain, history, coverage, figures, test, meaning, length, color })
     }
 
     /// The slope at the beginning of the curve, Pa, where it is a modulus.

@@ -4,6 +4,7 @@
 use super::{Checker, length};
 use crate::schema::quantity::{Component, Stress};
 use crate::schema::{LawName, Loading};
+use concordem_contact::quantity::Quantity;
 use toml::de::DeValue;
 
 /// Densities of solids (kg/m³): from aerogel to osmium.
@@ -94,7 +95,7 @@ impl Checker<'_> {
             let plain = self.plain_number(&key);
             let with_unit = || {
                 let text = self.document.locate(&key).1?;
-                Stress::parse(text.trim_matches(['"', '\''])).ok().map(|stress| stress.si())
+                Stress::parse(text.trim_matches(['"', '\''])).ok().map(Quantity::si)
             };
             let Some(young) = plain.or_else(with_unit) else { continue };
             let concrete = law == "cpm" && young < SOFT_CONCRETE;

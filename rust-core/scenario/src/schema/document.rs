@@ -144,7 +144,8 @@ mod tests {
     #[test]
     fn each_line_of_a_file_that_is_no_scenario_has_one_problem() {
         let count = 20_000;
-        let text: String = (0..count).map(|k| format!("{}.5 0.25 0.125 1e-3\r\n", k % 7)).collect();
+        let lines: Vec<String> = (0..count).map(|k| format!("{}.5 0.25 0.125 1e-3\r\n", k % 7)).collect();
+        let text = lines.concat();
         let source = Source::new("packing.txt", &text);
         let problems = Document::parse(&source).err().expect("no scenario");
         assert_eq!(problems.len(), count);

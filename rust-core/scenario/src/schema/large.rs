@@ -4,6 +4,7 @@
 //! holds it as written between two marks.
 
 use std::borrow::Cow;
+use std::fmt::Write as _;
 use std::ops::Range;
 
 use toml::Spanned;
@@ -24,7 +25,7 @@ pub fn protect(text: &str) -> Cow<'_, str> {
     let (mut protected, mut end) = (String::with_capacity(text.len()), 0);
     for span in found {
         protected += &text[end..span.start];
-        protected += &format!("\"{MARK}{}{MARK}\"", &text[span.clone()]);
+        let _ = write!(protected, "\"{MARK}{}{MARK}\"", &text[span.clone()]);
         end = span.end;
     }
     protected += &text[end..];

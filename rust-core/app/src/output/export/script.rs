@@ -10,15 +10,12 @@ pub(super) fn filled(template: &str, values: &[(&str, String)]) -> String {
     while let Some((before, after)) = rest.split_once('@') {
         script += before;
         let found = values.iter().find_map(|(name, value)| Some((value, after.strip_prefix(name)?.strip_prefix('@')?)));
-        rest = match found {
-            Some((value, after)) => {
-                script += value;
-                after
-            }
-            None => {
-                script.push('@');
-                after
-            }
+        rest = if let Some((value, after)) = found {
+            script += value;
+            after
+        } else {
+            script.push('@');
+            after
         };
     }
     script + rest
@@ -32,7 +29,7 @@ pub(super) fn literal(name: &OsStr) -> String {
             match character {
                 '"' | '\\' => text.extend(['\\', character]),
                 _ if character.is_ascii_graphic() || character == ' ' || character.is_alphanumeric() => {
-                    text.push(character)
+                    text.push(character);
                 }
                 _ => _ = write!(text, "\\U{:08x}", u32::from(character)),
             }
