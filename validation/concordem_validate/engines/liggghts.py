@@ -114,6 +114,9 @@ def _bond_fix(document):
     bonds = f"{document['bonds']['law']} bond list bonds.txt" if "bonds" in document else "none"
     line = f"fix bonds all concordem/bond {bonds} materials materials.toml"
     line += f" kinematics {document.get('kinematics', 'finite')} contact {document['contacts']['law']}"
+    if document.get("loading", {}).get("kind") == "platens":
+        # the pairs that `_plates` excludes are ours
+        line += " exclude ignore"
     if "heat" in document:
         line += " heat heat.toml"
     if "deformable" in document:

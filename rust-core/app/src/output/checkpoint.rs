@@ -39,10 +39,10 @@ pub fn write(path: &Path, state: &dyn WriteColumns, provenance: &str) -> Result<
     write_in_run(path, state, provenance, &RunMark::default())
 }
 
-/// [`write`] with columns besides the state, which its hash does not cover.
+/// [`write()`] with columns besides the state, which its hash does not cover.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_with(
     path: &Path,
     state: &dyn WriteColumns,

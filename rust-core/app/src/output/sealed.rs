@@ -1,6 +1,6 @@
 //! Writes files completely or not at all, and verifies them before reading.
 //!
-//! A file is written under another name in the same folder, closed, read back ([`super::read_back`]), sealed, synchronized to the
+//! A file is written under another name in the same folder, closed, read back (`read_back`), sealed, synchronized to the
 //! disk, and only then renamed. The seal is described in [`concordem_scenario::assembly::seal`]. A file whose seal does not match is refused
 //! before the HDF5 library reads it: damaged files can crash that library.
 //!

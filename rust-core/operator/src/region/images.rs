@@ -38,7 +38,7 @@ impl Region {
         search
     }
 
-    /// Reject half-spaces that contain infinitely many periodic images, and regions that reach over more than [`MOST_IMAGES`]. In every
+    /// Reject half-spaces that contain infinitely many periodic images, and regions that reach over more than 1,000 images. In every
     /// direction of the cell half-spaces must be bounded, or continue unchanged from cell to cell.
     ///
     /// # Errors

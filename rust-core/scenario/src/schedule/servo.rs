@@ -47,7 +47,7 @@ pub enum Aim {
 pub struct Gain {
     /// Gain of a wall that presses on nothing, m/(N·s).
     pub free: f64,
-    /// Gain that removes [`SERVO_STEP`] of the error in a step if the wall presses on a whole layer of particles, m/(N·s).
+    /// Gain that removes `SERVO_STEP` of the error in a step if the wall presses on a whole layer of particles, m/(N·s).
     pub on_layer: f64,
     /// Mass of this layer, kg.
     pub layer: f64,
