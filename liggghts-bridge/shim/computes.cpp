@@ -8,10 +8,11 @@
 
 #include "atom.h"
 #include "error.h"
-#include "long_text.h"
 #include "memory.h"
 #include "modify.h"
 #include "update.h"
+
+#include "tip.h"
 
 #ifdef CONCORDEM_LAMMPS
 #include "../lammps/fix_bond.h"
@@ -42,9 +43,8 @@ void ComputeOfBonds::fail(const std::string &text)
 #ifdef CONCORDEM_LAMMPS
   error->all(FLERR, "Compute {} {}: {}", id, style, text);
 #else
-  int me;
-  MPI_Comm_rank(world, &me);
-  error->compute_error(FLERR, this, concordem_message("ERROR", text, me == 0, screen, logfile).c_str());
+  concordem_leave_out_tip(universe);
+  error->compute_error(FLERR, this, text.c_str());
 #endif
 }
 
@@ -52,7 +52,8 @@ void ComputeOfBonds::fail(const std::string &text)
 void ComputeOfBonds::fail_on_this_processor()
 {
   const std::string text = std::string("compute ") + id + " " + style + ": " + text_;
-  error->one(FLERR, concordem_message("ERROR", text, true, screen, logfile).c_str());
+  concordem_leave_out_tip(universe);
+  error->one(FLERR, text.c_str());
 }
 
 double ComputeOfBonds::number(const char *key, const char *word)

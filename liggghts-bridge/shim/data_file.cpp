@@ -200,8 +200,8 @@ void FixBondBase::write_data_section_keyword(int part, FILE *fp)
     const std::string data_file = name_of(fp);
     beside = data_file.empty() ? NULL : fopen(name_of_state(data_file, id).c_str(), "w");
     if (!beside) {
-      const std::string text = std::string("fix ") + id + " concordem/bond: cannot write the histories of bonds beside the data file: " + strerror(errno);
-      error->one(FLERR, text.c_str());
+      snprintf(text_, sizeof(text_), "cannot write the histories of bonds beside the data file: %s", strerror(errno));
+      fail_on_this_processor();
     }
   }
   fp = beside;
@@ -221,7 +221,10 @@ void FixBondBase::write_data_section_keyword(int part, FILE *fp)
   } else if (part == END) {
     fprintf(fp, "# end of the %s\n", title(id).c_str());
 #ifndef CONCORDEM_LAMMPS
-    if (fclose(beside) != 0) error->one(FLERR, "fix concordem/bond: cannot write the histories of bonds beside the data file");
+    if (fclose(beside) != 0) {
+      snprintf(text_, sizeof(text_), "cannot write the histories of bonds beside the data file: %s", strerror(errno));
+      fail_on_this_processor();
+    }
     beside = NULL;
 #endif
   }

@@ -24,8 +24,8 @@
 #include "pair_hybrid.h"
 #include "update.h"
 
-#include "long_text.h"
 #include "pair_contact.h"
+#include "tip.h"
 
 using namespace LAMMPS_NS;
 
@@ -211,10 +211,9 @@ void FixConcordemBond::check_pair_style()
 
 void FixBondBase::fail(const std::string &text)
 {
-  // Not fix_error, which copies the text without its end.
-  const std::string whole = std::string("Fix concordem/bond (id ") + id + "): " + text;
-  error->all(FLERR, concordem_message("ERROR", whole, comm->me == 0, screen, logfile).c_str());
-  abort();   // unreachable: all ends the program
+  concordem_leave_out_tip(universe);
+  error->fix_error(FLERR, this, text.c_str());
+  abort();   // unreachable: fix_error ends the program
 }
 
 void FixBondBase::fail_on_this_processor()
@@ -222,7 +221,8 @@ void FixBondBase::fail_on_this_processor()
   // error->one ends the program before the message is written to a pipe.
   if (comm->nprocs == 1) fail(text_);
   const std::string text = std::string("fix ") + id + " concordem/bond: " + text_;
-  error->one(FLERR, concordem_message("ERROR", text, true, screen, logfile).c_str());
+  concordem_leave_out_tip(universe);
+  error->one(FLERR, text.c_str());
   abort();   // unreachable: one ends the program
 }
 
@@ -315,5 +315,5 @@ void FixBondBase::print(const std::string &text)
 void FixBondBase::warn(const std::string &text)
 {
   const std::string whole = std::string("fix ") + id + " concordem/bond " + text;
-  error->warning(FLERR, concordem_message("WARNING", whole, true, screen, logfile).c_str());
+  error->warning(FLERR, whole.c_str());
 }

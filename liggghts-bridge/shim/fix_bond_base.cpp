@@ -386,7 +386,10 @@ int FixBondBase::pack_exchange(int i, double *buf)
   int m = 0;
   for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
   const int64_t count = concordem_network_pack(network_, atom->tag[i], 1, buf + m + 1, exchange_size_);
-  if (count > exchange_size_) error->one(FLERR, "internal error of fix concordem/bond, please report it: the buffer for migrating atoms is too small");
+  if (count > exchange_size_) {
+    snprintf(text_, sizeof(text_), "the buffer for migrating atoms is too small: an internal error; please report it");
+    fail_on_this_processor();
+  }
   buf[m++] = static_cast<double>(count);
   return m + static_cast<int>(count);
 }

@@ -24,6 +24,7 @@
 #include "abi.h"
 #include "pair_contact.h"
 #include "pair_model.h"
+#include "tip.h"
 
 using namespace LAMMPS_NS;
 using namespace LIGGGHTS;
@@ -58,8 +59,10 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   {
     if (comm_rank() != 0) return;
     int64_t selected = -1;
-    if (fread(&selected, sizeof(selected), 1, fp) != 1 || (hash != -1 ? hash : selected) != hash_)
+    if (fread(&selected, sizeof(selected), 1, fp) != 1 || (hash != -1 ? hash : selected) != hash_) {
+      concordem_leave_out_tip(universe);
       error->one(FLERR, "the restart file was written with other models of pair_style gran; use the same models in the script");
+    }
   }
 
   void settings(int narg, char **arg, IContactHistorySetup *setup)

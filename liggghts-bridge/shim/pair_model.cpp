@@ -20,8 +20,8 @@
 #include "update.h"
 
 #include "fix_bond.h"
-#include "long_text.h"
 #include "pair_model.h"
+#include "tip.h"
 
 using namespace LIGGGHTS;
 
@@ -89,14 +89,14 @@ void ConcordemModel::fail(const char *format, ...)
   va_start(arguments, format);
   vsnprintf(text + begun, sizeof(text) - begun, format, arguments);
   va_end(arguments);
-  int me;
-  MPI_Comm_rank(world, &me);
-  error->all(FLERR, concordem_message("ERROR", text, me == 0, screen, logfile).c_str());
+  concordem_leave_out_tip(universe);
+  error->all(FLERR, text);
 }
 
 void ConcordemModel::fail_with_message()
 {
-  error->one(FLERR, concordem_message("ERROR", text_, true, screen, logfile).c_str());
+  concordem_leave_out_tip(universe);
+  error->one(FLERR, text_);
 }
 
 int ConcordemModel::add_history(IContactHistorySetup *setup, bool hosts_names)

@@ -260,8 +260,12 @@ fn a_bond_style_after_a_run_warns_about_lost_histories() {
     let pair = format!("pair_style concordem/frictional\npair_coeff * * {LINEAR}\n");
     let bonds = format!("bond_style concordem/cohesive_beam\nbond_coeff * {}\n", BEAM.split_once(' ').unwrap().1);
     let warning = "contacts lose their history";
+    // At first, the atoms of the lists touch.
+    let without = format!(
+        "{head}special_bonds lj 1 1 1 coul 1 1 1\n{pair}run 10\nspecial_bonds lj 0 1 1 coul 1 1 1\n{bonds}run 10\n"
+    );
     for processors in [1, 2] {
-        let after = run_in(Host::Lammps, folder.path(), &format!("{head}{pair}run 10\n{bonds}run 10\n"), processors);
+        let after = run_in(Host::Lammps, folder.path(), &without, processors);
         assert_eq!(after.matches(warning).count(), 1, "{after}");
         // Repeating the same parameters changes nothing.
         let again = format!("{head}{pair}{bonds}run 10\npair_coeff * * {LINEAR}\nrun 10\n");

@@ -161,3 +161,27 @@ fn bodies_on_any_number_of_processors() {
 fn many_bodies_on_any_number_of_processors() {
     compare(3, 2000, 6, &[1, 2, 4, 8, 16]);
 }
+
+/// Three layers fall into an empty box and meet at the borders of four processors: the first atoms decide how far ghosts must reach.
+#[test]
+fn poured_spheres_on_one_and_four_processors() {
+    let script = format!(
+        "units si\natom_style sphere\nboundary p p f\nnewton off\ncomm_modify vel yes\nprocessors * 2 2\n\
+         region box block -0.05 0.05 -0.05 0.05 0 0.18\ncreate_box 1 box\nneighbor 0.002 bin\nneigh_modify every 1 delay 0\n\
+         pair_style concordem/hertz_mindlin\npair_coeff * * {SPHERES}\ntimestep 1e-5\nfix integrate all nve/sphere\n\
+         fix weight all gravity 1000 vector 0 0 -1\nregion above block -0.045 0.045 -0.045 0.045 0.15 0.17\n\
+         fix pour all pour 300 1 4767548 vol 0.3 20 diam one 0.01 dens 2500 2500 region above\n\
+         fix floor all wall/gran granular hertz/material 1e8 0.5 0.3 tangential mindlin NULL 1.0 0.4 damping coeff_restitution zplane 0 NULL\n\
+         thermo_style custom step atoms f_concordem_contacts[3]\nthermo 2000\nrun 2000\n\
+         write_dump all custom out.dump id x y z vx vy vz modify sort id format float %.17g\n"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let [one, four] = [1, 4].map(|processors| {
+        let script = if processors == 1 { script.replace("processors * 2 2\n", "") } else { script.clone() };
+        let rows = thermo(&run_in(Host::Lammps, folder.path(), &script, processors));
+        let last = rows.last().unwrap();
+        assert!(last[..2] == [2000.0, 300.0] && last[2] > 40.0, "atoms touch: {rows:?}");
+        std::fs::read_to_string(folder.path().join("out.dump")).unwrap()
+    });
+    assert!(one == four);
+}

@@ -1,12 +1,13 @@
 //! What is said, allowed, or refused when a run is set up: time steps beyond the bound, unbonded atoms without a law, two dimensions, units,
-//! special bonds, long messages.
+//! special bonds, messages.
 
 mod harness;
 
 use std::path::Path;
+use std::process::Command;
 
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
+use harness::{Atom, Host, attempt_in, built, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 
@@ -210,30 +211,41 @@ fn special_bonds_are_followed_as_long_as_no_bond_breaks() {
     }
 }
 
-/// LIGGGHTS has a buffer of 512 bytes for a message. What is longer is complete nevertheless, and nothing follows it.
+/// LIGGGHTS picks its tip of the day by `rand()`; 0 picks one.
 #[test]
-fn long_messages_are_complete() {
-    for host in BOTH {
-        let folder = tempfile::tempdir().unwrap();
-        row(host, folder.path(), 3, 0.01, false);
-        let name = "deep/".repeat(60) + "missing.toml";
-        let script = head_for(host, "row.data", "f f f", 2e-3, 1e-7)
-            + &format!(
-                "fix bonds all concordem/bond linear_bond materials {name} contact cpm bond distance 1.05\nrun 1\n"
-            );
-        for processors in [1, 2] {
-            let output = attempt_in(host, folder.path(), &script, processors);
-            let printed = text(&output);
-            assert!(
-                !output.status.success() && printed.contains(&format!("cannot read {name}: ")),
-                "{host:?}: {printed}"
-            );
-            let odd = output
-                .stdout
-                .iter()
-                .chain(&output.stderr)
-                .any(|byte| !byte.is_ascii_graphic() && !b" \n\t\r".contains(byte));
-            assert!(!odd, "{host:?}: {printed}");
-        }
+fn messages_are_complete_and_end_without_a_tip() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("rand.c"), "int rand(void) { return 0; }\n").unwrap();
+    let compiler =
+        Command::new("cc").args(["-shared", "-fPIC", "-o", "rand.so", "rand.c"]).current_dir(folder).status().unwrap();
+    assert!(compiler.success());
+    row(Host::Liggghts, folder, 3, 0.01, false);
+    let name = "deep/".repeat(120) + "missing.toml";
+    let head = head_for(Host::Liggghts, "row.data", "f f f", 2e-3, 1e-7);
+    let tail = format!("materials {name} contact cpm bond distance 1.05\n");
+    for (command, wanted) in [
+        (format!("fix bonds all concordem/bond linear_bond {tail}"), format!("cannot read {name}: ")),
+        (
+            "compute stress all concordem/stress/atom\n".to_owned(),
+            "the id of a fix concordem/bond is missing".to_owned(),
+        ),
+        ("pair_style gran model concordem/hertz nonsense on\n".to_owned(), "nonsense".to_owned()),
+    ] {
+        let script = folder.join("script.in");
+        std::fs::write(&script, format!("{head}{command}run 1\n")).unwrap();
+        let output = Command::new(built("liggghts/concordem-liggghts", "liggghts-bridge/build"))
+            .arg(&script)
+            .args(["-log", "none"])
+            .env("LD_PRELOAD", folder.join("rand.so"))
+            .current_dir(folder)
+            .output()
+            .unwrap();
+        let printed = text(&output);
+        let ending = printed.split("ERROR: ").nth(1).unwrap_or_else(|| panic!("{printed}"));
+        assert!(
+            !output.status.success() && ending.contains(&wanted) && ending.trim_end().lines().count() == 1,
+            "{printed}"
+        );
     }
 }
