@@ -177,7 +177,7 @@ def picture(path, program):
         axis.plot(*positions.T, "k.", markersize=1.5)
         axis.set(xlim=(0, PLATE[0]), ylim=(0, 22), aspect="equal", ylabel="depth, mm", title=f"severity {severity}")
         axis.title.set_size("medium")
-    axes[-1].set_xlabel("mm")
+    axes[-1].set_xlabel("x, mm (cooled face at depth 0; dots: broken bonds)")
     figure.savefig(path, dpi=110)
 
 

@@ -15,6 +15,7 @@ INCLUDE = re.compile(r"```\{include\} (\S+)\n:start-after: (.+)\n:end-before: (.
 # Pages by command; those of styles have the fixed heading of fixes, too, because they keep histories in a fix.
 COMPUTES = {
     "concordem/bond/local": "liggghts/compute-bond-local.md",
+    "concordem/broken/local": "liggghts/compute-broken-local.md",
     "concordem/stress/atom": "liggghts/compute-stress-atom.md",
     "concordem/couple": "liggghts/compute-couple.md",
 }

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Check that pages stay short and plain: evidence stands apart, cells of tables are short, and turns that sound translated are rare.
+"""Check that pages stay short and plain: evidence stands apart, cells of tables are short, and turns that sound translated are rare;
+tutorials and how-to pages show a picture of their result.
 
 Pages outside of docs/book/evidence hold at most a quarter of evidence. The counts are printed; what is above its limit fails.
 """
@@ -20,6 +21,12 @@ SHARE = 0.25
 CELL = 40  # words
 TURNS = re.compile(r"\b(that of|those of|of its own|in turn|the bits of)\b|, too\b|\bsome \d|without a word")
 PER_THOUSAND = 0.3
+PICTURE = re.compile(r"^!\[.+\]\(\.\./images/.+\.png\)$", re.M)
+# Tutorials and how-to pages whose result is no picture, and why.
+WITHOUT_PICTURE = {
+    "how-to/use-the-command-line.md": "its results are texts on the terminal",
+    "how-to/use-a-graphics-processor.md": "its results are those without it, bit by bit",
+}
 # A page may name a turn that its code prints.
 README_WORDS, CHANGELOG_LINES, LIMITS_ROWS = 500, 150, 80
 
@@ -63,6 +70,17 @@ def rows(text):
     return sum(line.startswith("|") and not line.startswith("|---") and not (after.startswith("|---")) for line, after in zip(lines, [*lines[1:], ""]))
 
 
+def without_picture():
+    """Tutorials and how-to pages that show no picture of their result, and pages excused for nothing."""
+    for folder in "tutorials", "how-to":
+        for path in sorted((ROOT / "docs/book" / folder).glob("*.md")):
+            name, shown = f"{folder}/{path.name}", bool(PICTURE.search(path.read_text(encoding="utf-8")))
+            if not shown and name not in WITHOUT_PICTURE:
+                yield f"docs/book/{name}: no picture of its result; draw one with docs/book/make_gallery.py"
+            if shown and name in WITHOUT_PICTURE:
+                yield f"docs/book/{name}: has a picture; remove it from WITHOUT_PICTURE"
+
+
 def main():
     names, wrong = pages(), []
     turns = words = longest = 0
@@ -92,6 +110,7 @@ def main():
     ):
         if count > limit:
             wrong.append(f"{what}: {count}, more than {limit}")
+    wrong += without_picture()
     for problem in wrong:
         print(problem, file=sys.stderr)
     print(f"{words} words in {len(names)} pages, turns per 1,000 words {rate:.2f}, longest cell {longest} words")

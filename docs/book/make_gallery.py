@@ -10,10 +10,10 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from pictures import pages, templates
+from pictures import guides, pages, templates
 from pictures.style import BOOK, Runs
 
-PICTURES = {**pages.PICTURES, **templates.PICTURES}
+PICTURES = {**pages.PICTURES, **guides.PICTURES, **templates.PICTURES}
 
 
 def main():

@@ -230,13 +230,16 @@ def main():
 
     figure, axes = pyplot.subplots(figsize=(7, 4.5), layout="constrained")
     axes.plot(-curve[:, 0] * 1e3, -curve[:, 1] / 1e6, "k", lw=2, label="particles (CPM)")
-    axes.plot(-whole[:, 0] * 1e3, -whole[:, 1] / 1e6, "C0", lw=2, label="continuum (DPM)")
+    axes.plot(-whole[:, 0] * 1e3, -whole[:, 1] / 1e6, "#0072B2", lw=2, label="continuum (DPM)")
     axes.plot(-np.array(PUBLISHED["strain"]) * 1e3, -np.array(PUBLISHED["cpm"]), "ko", mfc="w", label="Stránský 2018, CPM")
-    axes.plot(-np.array(PUBLISHED["strain"]) * 1e3, -np.array(PUBLISHED["dpm"]), "C0s", mfc="w", label="Stránský 2018, DPM")
-    for k, (strain, continued) in enumerate(curves):
-        axes.plot(-(continued[:, 0] + strain) * 1e3, -continued[:, 1] / 1e6, "C1", lw=0.8, label="continued after hand-over" if k == 0 else None)
+    axes.plot(-np.array(PUBLISHED["strain"]) * 1e3, -np.array(PUBLISHED["dpm"]), "s", color="#0072B2", mfc="w", label="Stránský 2018, DPM")
+    shades = matplotlib.colormaps["viridis"](np.linspace(0.25, 0.95, len(curves)))
+    for k, ((strain, continued), shade) in enumerate(zip(curves, shades)):
+        way = -(continued[:, 0] + strain) * 1e3, -continued[:, 1] / 1e6
+        axes.plot(*way, color=shade, lw=0.9, label="continued by an element (light: later)" if k == len(curves) // 2 else None)
+        axes.plot(way[0][0], way[1][0], "o", color=shade, ms=5)
     axes.set(xlabel="compressive strain, 10⁻³", ylabel="stress, MPa", xlim=(0, 5), ylim=(0, None))
-    axes.legend(frameon=False, fontsize=8)
+    axes.legend(frameon=False, fontsize=9)
     figure.savefig(options.output / "curves.png", dpi=130)
     difference = max(abs(row["start_stress"] / row["stress"] - 1) for row in rows)
     coupling.write_page(

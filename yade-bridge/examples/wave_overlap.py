@@ -103,10 +103,11 @@ def main():
 
     figure, axis = pyplot.subplots(figsize=(6, 4), layout="constrained")
     e = np.linspace(0, 2, 201)
-    for color, length in enumerate((6, 10, 20)):
+    # Colors that color-blind readers tell apart (Okabe and Ito), and a mark and a line style for each length.
+    for length, color, mark, style in (6, "#0072B2", "o", "-"), (10, "#D55E00", "s", "--"), (20, "#009E73", "^", ":"):
         rows = [row for row in result["overlap"] if row["wavelength"] == length]
-        axis.semilogy([row["overlap"] for row in rows], [row["reflected"] for row in rows], f"C{color}o", label=f"wavelength {length} d")
-        axis.semilogy(e, theory(e, length), f"C{color}", linewidth=0.8)
+        axis.semilogy([row["overlap"] for row in rows], [row["reflected"] for row in rows], mark, color=color, label=f"wavelength {length} d")
+        axis.semilogy(e, theory(e, length), style, color=color, linewidth=1)
     axis.set(xlabel="overlap behind the slave, spacings d", ylabel="reflected share of the energy (lines: theory)", ylim=(1e-7, 1))
     axis.legend(frameon=False)
     figure.savefig(options.output / "overlap.png", dpi=110)
