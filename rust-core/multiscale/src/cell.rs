@@ -34,7 +34,7 @@ pub struct Response {
     pub damage: Option<LinkDamage>,
     /// Intact bonds.
     pub bonds: usize,
-    /// Work that the deformation has done on the cell since its start, J.
+    /// Work that the deformation has done on the cell since its start, J. While the cell moves, it contains the kinetic energy of the mean motion.
     pub work: f64,
 }
 

@@ -114,10 +114,11 @@ fn what_a_cell_cannot_do_is_refused() {
     assert!(matches!(cell.deform(&(Mat3::identity() * 1.002), 5), Err(CellError::NoBonds { .. })));
 }
 
-/// The work at the end of every deformation is that of the stress: `½ D e² V` of a linear lattice, also after one step, and it stays while the cell
-/// is held (Hill and Mandel). Tolerance: the strain itself, 1e-4, since the volume and the branches change.
+/// Once the cell is held, the work is the one of the stress (Hill and Mandel): `½ D e² V` of a linear lattice, however many steps the deformation
+/// took. Tolerance: the strain itself, 1e-4, since the volume and the branches change. While the cell moves, the work contains the kinetic
+/// energy of its mean motion.
 #[test]
-fn work_is_that_of_the_stress() {
+fn work_is_that_of_the_stress_once_the_cell_is_held() {
     let strain = 1e-4;
     for steps in [1, 2, 10] {
         let mut cell = lattice("", "").unwrap();
@@ -129,10 +130,11 @@ fn work_is_that_of_the_stress() {
             gradient[(0, 0)] = 1.0 + strain * f64::from(k) / f64::from(steps);
             cell.deform(&gradient, 1).unwrap();
         }
-        for _ in 0..3 {
-            let work = cell.response().unwrap().work;
-            assert!((work / wanted - 1.0).abs() < 2.0 * strain, "{steps}: {work} {wanted}");
+        for held in 0..4 {
             cell.deform(&gradient, 1).unwrap();
+            let work = cell.response().unwrap().work;
+            // The first held step still books half of the kinetic energy of the mean motion.
+            assert!(held == 0 || (work / wanted - 1.0).abs() < strain, "{steps}, {held}: {work} {wanted}");
         }
     }
 }
