@@ -225,7 +225,8 @@ def test_two_names_of_one_command_are_refused(folder, engines, monkeypatch):
     assert cli.main(["run", "--cases", str(folder / "cases"), "--output", str(folder / "out")]) == rounds.WRONG_INPUT
 
 
-def test_a_peer_that_does_not_run_is_named(folder, engines, no_page, capsys):
+def test_a_peer_that_does_not_run_is_named(folder, engines, no_page, monkeypatch, capsys):
+    monkeypatch.delenv("CI", raising=False)
     engines["two"].number = None
     round_ = judged(folder)
     assert round_.exit_code(strict=False) == rounds.AGREES and round_.exit_code(strict=True) == rounds.ENGINE_MISSING
@@ -509,6 +510,7 @@ def test_any_engine_can_be_the_reference(folder, engines):
 
 
 def test_reports_need_no_engine(folder, engines, monkeypatch, capsys):
+    monkeypatch.delenv("CI", raising=False)
     place = ["--cases", str(folder / "cases"), "--output", str(folder / "out")]
     assert cli.main(["run", *place, "small"]) == 0
     for engine in engines.values():
