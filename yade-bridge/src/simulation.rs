@@ -64,12 +64,18 @@ pub struct Simulation {
 }
 
 impl Inner {
+    /// Book what Python has written since the last step.
+    fn book_written(&mut self) {
+        if let Some(written) = &mut self.written {
+            written.book(&mut self.run.state);
+            *written = Written::of(&self.run.state);
+        }
+    }
+
     /// Advance until the interval ends, `steps` steps are done, or the run ends.
     fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::schedule::simulation::RunError> {
         let start = Instant::now();
-        if let Some(written) = &self.written {
-            written.book(&mut self.run.state);
-        }
+        self.book_written();
         // Python may have written velocities since the last step; what is prescribed starts from them, as in a checkpoint.
         self.run.solver.set_targets(None);
         while *steps > 0 {
@@ -237,15 +243,18 @@ impl Simulation {
 
     /// Write the complete state and the records so far to a checkpoint; returns the state hash.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<String> {
-        let inner = self.lock()?;
+        let mut inner = self.lock()?;
+        inner.change(py, Inner::book_written)?;
         let (state, text) = (&inner.run.state, &self.scenario.get().inner.source.text);
         let kept = Kept { records: &inner.records, histories: &self.histories };
         detach_here(py, || self.pool.inside(|| checkpoint::write_with(&path, state, text, &kept)))?.or_raise()
     }
 
     /// Everything that steps change, in memory, to go back to with `restore`: state, motion and loads set from Python, records so far.
-    fn snapshot(&self) -> PyResult<SimulationSnapshot> {
-        Ok(SimulationSnapshot::of(&*self.lock()?, &self.identity))
+    fn snapshot(&self, py: Python<'_>) -> PyResult<SimulationSnapshot> {
+        let mut inner = self.lock()?;
+        inner.change(py, Inner::book_written)?;
+        Ok(SimulationSnapshot::of(&*inner, &self.identity))
     }
 
     /// Go back to a snapshot of this simulation; it then continues bit by bit, with its threads and its laws in Python. Arrays of `state`
@@ -255,7 +264,13 @@ impl Simulation {
     fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, SimulationSnapshot>) -> PyResult<()> {
         let kept = snapshot.get();
         kept.check(&self.identity)?;
-        self.lock()?.change(py, |inner| self.pool.inside(|| kept.restore(inner)))?.or_raise()
+        let mut inner = self.lock()?;
+        inner.change(py, |inner| self.pool.inside(|| kept.restore(inner)))?.or_raise()?;
+        inner.change(py, |inner| {
+            if inner.written.is_some() {
+                inner.written = Some(Written::of(&inner.run.state));
+            }
+        })
     }
 
     /// Run until a condition of the scenario's `[stop]` is met; returns its name.
@@ -572,8 +587,9 @@ impl Simulation {
     }
 
     /// Hash of the complete state.
-    fn state_hash(&self) -> PyResult<String> {
-        let inner = self.lock()?;
+    fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
+        let mut inner = self.lock()?;
+        inner.change(py, Inner::book_written)?;
         self.pool.inside(|| hash::state_hash(&inner.run.state)).or_raise()
     }
 
