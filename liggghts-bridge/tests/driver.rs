@@ -176,9 +176,9 @@ fn scenario(host: &mut Liggghts) {
     assert!(matches!(host.fix("nobody", None), Err(DriverError::NoFix(_))));
     assert!(matches!(host.fix("nobody", Some(1)), Err(DriverError::NoFix(_))));
     assert!(host.fix("bonds", Some(12)).unwrap() > 0.0099);
-    for index in [0, 16, usize::MAX] {
+    for index in [0, 17, usize::MAX] {
         let error = host.fix("bonds", Some(index)).unwrap_err().to_string();
-        assert!(error.contains(&format!("has no output {index}: its vector has 15 elements")), "{error}");
+        assert!(error.contains(&format!("has no output {index}: its vector has 16 elements")), "{error}");
     }
     assert!(matches!(host.fix("integrate", Some(1)), Err(DriverError::NoNumber { length: 0, .. })));
     assert!(matches!(host.commands("run 0 &\n"), Err(DriverError::Unfinished)));
