@@ -254,7 +254,7 @@ impl Simulation {
     fn snapshot(&self, py: Python<'_>) -> PyResult<SimulationSnapshot> {
         let mut inner = self.lock()?;
         inner.change(py, Inner::book_written)?;
-        Ok(SimulationSnapshot::of(&*inner, &self.identity))
+        Ok(SimulationSnapshot::of(&inner, &self.identity))
     }
 
     /// Go back to a snapshot of this simulation; it then continues bit by bit, with its threads and its laws in Python. Arrays of `state`
