@@ -21,12 +21,12 @@ fn each_bond_that_broke_is_listed_once() {
         };
         let atoms: Vec<Atom> = (0..6).map(atom).collect();
         data_file_for(host, &folder.join("row.data"), &atoms, &[], Vec3::repeat(-0.05), Vec3::repeat(0.05));
-        let columns: String = (1..=11).map(|k| format!(" c_broken[{k}]")).collect();
+        let columns = (1..=11).map(|k| format!("c_broken[{k}]")).collect::<Vec<_>>().join(" ");
         let script = head_for(host, "row.data", "f f f", 2e-3, 1e-7)
             + &format!(
                 "fix bonds all concordem/bond cohesive_beam young 1e8 poisson 0.3 radius 0.004 tensile_strength 1e6 \
                  bond distance 1.05 contact none\nfix integrate all nve/sphere\nfix steady all setforce 0 0 0\n\
-                 compute broken all concordem/broken/local bonds\ndump broken all local 200 broken.dump{columns}\n\
+                 compute broken all concordem/broken/local bonds\ndump broken all local 200 broken.dump {columns}\n\
                  thermo_style custom step f_bonds f_bonds[2]\nthermo 200\nrun 3000\n"
             );
         for processors in [1, 2] {

@@ -133,8 +133,8 @@ print("done")
 def test_invalid_indices_of_a_fix_are_errors():
     done = run("""
 host.run(0)
-for name, index, message in [("bonds", 0, "has no output 0: its vector has 15 elements, counted from 1"),
-                             ("bonds", 16, "has no output 16"), ("integrate", 1, "has 0 elements"),
+for name, index, message in [("bonds", 0, "has no output 0: its vector has 16 elements, counted from 1"),
+                             ("bonds", 17, "has no output 17"), ("integrate", 1, "has 0 elements"),
                              ("nobody", 1, "there is no fix `nobody`")]:
     try:
         host.fix(name, index)

@@ -63,3 +63,16 @@ fn written_positions_start_the_balance_anew() {
         assert!(record.residual.abs() < 1e-9 * 5e-6, "{}", record.residual);
     }
 }
+
+/// Velocities written before the first step are energy of the start, not work: counted twice, they would be missing from the first step on.
+#[test]
+fn velocities_written_before_the_first_step_are_no_work() {
+    let mut run = simulation(TWO);
+    let before = Written::of(&run.state);
+    run.state.particles.velocity[0] = Vec3::new(0.01, 0.0, 0.0);
+    before.book(&mut run.state);
+    let energy = 0.5 * run.state.particles.mass[0] * 1e-4;
+    let first = run.advance().unwrap().sample.unwrap();
+    assert!((first.kinetic / energy - 1.0).abs() < 1e-12, "{} {energy}", first.kinetic);
+    assert_eq!((first.external_work, first.residual), (0.0, 0.0));
+}

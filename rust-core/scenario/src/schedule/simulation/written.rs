@@ -26,8 +26,11 @@ impl Written {
 
     /// Books what a caller has written since. The change of the kinetic energy is external work. Other positions have energies that no motion
     /// connects with those before: the balance starts anew with the next step. Velocities of members of clumps and of prescribed components
-    /// have no effect.
+    /// have no effect. Before the first step there is nothing to book: that step takes the energies of the start as they are.
     pub fn book(&self, state: &mut State) {
+        if !state.ledger.started {
+            return;
+        }
         let particles = &state.particles;
         if particles.position != self.position {
             state.ledger = Ledger::default();
