@@ -79,7 +79,7 @@ def concrete(**tables):
     """Concrete with an interface, from dictionaries alone."""
     cpm = dict(young=25e9, shear_ratio=0.2, crack_onset_strain=1e-4, relative_ductility=30, cohesion=3e6, friction_coefficient=0.8)
     return concordem.Scenario(
-        packing=dict(kind="lattice", lattice="fcc", radius=1e-3, shape=dict(kind="box", size=[0.02, 0.02, 0.019])),
+        packing=dict(kind="lattice", lattice="fcc", radius=1e-3, shape=dict(kind="box", size=[0.019, 0.019, 0.019])),
         material=[
             dict(name="mortar", density=4800, cpm=cpm),
             dict(name="stone", density=5600, cpm=cpm | dict(young=62.5e9, crack_onset_strain=2e-4, cohesion=15e6)),

@@ -21,6 +21,8 @@ const DEGREES: std::ops::Range<f64> = 10.0..90.0;
 const LARGE_STRAIN: f64 = 0.1;
 /// Brittle materials crack at strains far below this.
 const LARGE_ONSET: f64 = 0.01;
+/// From this onset on, no bond is meant to break: a model of elasticity, not of concrete.
+const NO_CRACKS: f64 = 1.0;
 
 impl Checker<'_> {
     /// Warns about implausible numbers.
@@ -89,6 +91,10 @@ impl Checker<'_> {
         paths.filter_map(|path| self.plain_number(&path).map(|number| (path, number))).collect()
     }
 
+    fn never_cracks(&self, path: &str) -> bool {
+        self.plain_number(&format!("{path}.crack_onset_strain")).is_some_and(|strain| strain >= NO_CRACKS)
+    }
+
     fn moduli(&mut self) {
         for (law, path) in self.tables_of_laws() {
             let key = format!("{path}.young");
@@ -98,7 +104,7 @@ impl Checker<'_> {
                 Stress::parse(text.trim_matches(['"', '\''])).ok().map(Quantity::si)
             };
             let Some(young) = plain.or_else(with_unit) else { continue };
-            let concrete = law == "cpm" && young < SOFT_CONCRETE;
+            let concrete = law == "cpm" && young < SOFT_CONCRETE && !self.never_cracks(&path);
             if young < SOFT && plain.is_some() {
                 let help =
                     format!("write \"{young} GPa\", or \"{young} Pa\" if pascals are meant; plain numbers are Pa");
@@ -159,8 +165,7 @@ impl Checker<'_> {
 
     fn onsets(&mut self) {
         for (key, strain) in self.of_laws("crack_onset_strain") {
-            // From 1 on, no bond is meant to break.
-            if (LARGE_ONSET..1.0).contains(&strain) {
+            if (LARGE_ONSET..NO_CRACKS).contains(&strain) {
                 let help = "write the strain itself, such as 1e-4 for 0.1 per mille";
                 self.warn(&key, format!("a brittle material breaks long before a strain of {strain}"), help);
             }
