@@ -83,7 +83,7 @@ def test_cells_do_not_depend_on_threads_and_continue_bit_by_bit():
 
 def test_damage_of_a_cell_is_seen():
     brittle = {"name": "m", "density": "2000 kg/m^3", "cpm": {
-        "young": "4 MPa", "shear_ratio": 0.2, "crack_onset_strain": 1e-4, "relative_ductility": 10, "cohesion": "1 GPa",
+        "young": "25 GPa", "shear_ratio": 0.2, "crack_onset_strain": 1e-4, "relative_ductility": 10, "cohesion": "1 GPa",
         "friction_coefficient": 0.0}}
     cells = coupling.RepresentativeCells(cell_scenario(material=brittle), 1)
     cells.deform(gradients([0, 0, 1e-3, 0, 0, 0]), 2000)
