@@ -4,8 +4,9 @@ mod harness;
 
 use harness::built;
 
-/// Stripped, each has 6.6 to 6.8 MB; with its symbols, that for LAMMPS had 12.1 MB when it had 6.2 MB without. The bound leaves 3 % for
-/// growth: a loop that is compiled twice by mistake added 2.5 MB.
+/// Stripped, LIGGGHTS' has 7.25 MB and LAMMPS' 7.11 MB; with its symbols, the latter had 12.1 MB when it had 6.2 MB without. The check of the
+/// time step at set-up (eigenvalues by Lanczos' method, in parallel) took 0.25 MB of it. The bound leaves 3 % for growth: a loop that is
+/// compiled twice by mistake added 2.5 MB.
 #[test]
 fn the_libraries_are_stripped_and_small() {
     for (name, script) in [
@@ -14,6 +15,6 @@ fn the_libraries_are_stripped_and_small() {
     ] {
         let size = std::fs::metadata(built(name, script)).unwrap().len();
         println!("{name}: {size} bytes");
-        assert!(size < 7_000_000, "{name} has {size} bytes");
+        assert!(size < 7_500_000, "{name} has {size} bytes");
     }
 }
