@@ -1,10 +1,12 @@
 //! The program does what its help says: commands, exit codes, interruption, resumption, bitwise reproducible results.
 
 mod characterise;
+mod charts;
 mod command_line;
 mod contents;
 mod cracks;
 mod device;
+mod drawing;
 mod elastic;
 mod export;
 mod heat_network;
@@ -14,6 +16,7 @@ mod matrix;
 mod measure;
 mod mistakes;
 mod pages;
+mod pictures;
 mod results;
 mod settings;
 mod sweep;

@@ -17,6 +17,12 @@ fn page_of(folder: &Path, name: &str, scenario: &str) -> String {
     std::fs::read_to_string(file.with_extension("html")).expect("a page")
 }
 
+/// Page and result of a prism of two materials that softens.
+pub fn page_of_prism(folder: &Path) -> (String, ResultFile) {
+    let page = page_of(folder, "prism", &crate::PRISM.replace("STEPS", "700"));
+    (page, ResultFile::open(&folder.join("prism.h5")).expect("a result"))
+}
+
 /// A template with other keys.
 fn changed(name: &str, changes: &[(&str, &str)]) -> String {
     let mut scenario = template(name).expect("a template").text.to_owned();

@@ -213,6 +213,18 @@ DEFECTS = {
         concordem=[ours(heat__contact__resistance=1.0001e-4)])),
     "conductivity 0.01 % too high in LAMMPS": ("heat-collisions", "constriction", "lammps", dict(
         lammps=[other("heat radius 7.0", "heat radius 7.0007")])),
+    "friction 1 % too high in a settling bed": ("granular-settling", "sliding", "analytic", dict(
+        concordem=[ours(material__0__hertz_mindlin__friction_coefficient=0.505)])),
+    "Poisson's ratio of a sphere 10 % too high": ("hertz-oblique", "main", "analytic", dict(
+        concordem=[ours(material__0__hertz_mindlin__poisson=1.1 * 0.23)])),
+    "restitution 0.05 % too low": ("hertz-restitution", "main", "analytic", dict(concordem=[ours(**{
+        f"material__{k}__hertz_mindlin__restitution": 0.9995 * e for k, e in enumerate((0.2, 0.4, 0.6, 0.8, 1.0))})])),
+    "restitution on a plane 0.05 % too low": ("hertz-oblique", "main", "analytic", dict(concordem=[ours(
+        material__0__hertz_mindlin__restitution=0.9995 * 0.98, material__1__hertz_mindlin__restitution=0.9995 * 0.98)])),
+    "strength of lattices 0.05 % too high": ("lattice-strength", "fcc", "analytic", dict(
+        concordem=[ours(material__0__linear_bond__normal_strength="0.10005 N")])),
+    "ductility 2 % too high": ("notched-beam", "notched", "yade", dict(concordem=[ours(material__0__cpm__relative_ductility=30.6)])),
+    "shear ratio 0.1 % too high": ("triaxial-cell", "confined", "yade", dict(concordem=[ours(material__0__cpm__shear_ratio=0.2002)])),
     "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
                                    {"result:concordem": [result("stress", np.negative)]}),
 }
@@ -220,7 +232,7 @@ DEFECTS = {
 # Each takes 7 to 40 s, and another defect of the same case and peer is planted in every run: only with CONCORDEM_LONG=1.
 LONG = {
     "lateral stress 2 % too high", "loads that do not strain their particles", "damping twice", "a beam without its notch",
-    "sign of the particle's stress in its strain", "a strip narrower by 5 %",
+    "sign of the particle's stress in its strain", "a strip narrower by 5 %", "ductility 2 % too high", "shear ratio 0.1 % too high",
 }
 
 

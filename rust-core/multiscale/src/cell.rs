@@ -1,12 +1,15 @@
 //! One cell, and many in parallel.
 
+use concordem_contact::Cell;
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_continuum::LinkDamage;
 use concordem_operator::couple_stress::conjugate;
 use concordem_operator::{Period, Region};
 use concordem_scenario::assembly::Assembly;
 use concordem_scenario::sampling::Bonds;
+use concordem_scenario::schedule::simulation::STRESS_WORK;
 use concordem_scenario::schedule::{Histories, Loading, Schedule, Simulation};
+use concordem_solver::energy::Sum;
 use concordem_solver::state::State;
 use concordem_statics::{Accuracy, LinkNetwork, cell_stiffness};
 use nalgebra::Matrix6;
@@ -34,7 +37,7 @@ pub struct Response {
     pub damage: Option<LinkDamage>,
     /// Intact bonds.
     pub bonds: usize,
-    /// Work that the deformation has done on the cell since its start, J. While the cell moves, it contains the kinetic energy of the mean motion.
+    /// Work that this stress has done since the start of the cell, `∫ V σ:L dt`, J: by the trapezoidal rule over the steps.
     pub work: f64,
 }
 
@@ -117,15 +120,27 @@ impl RepresentativeCell {
                 return Err(CellError::Inverted { determinant: now.determinant() });
             };
             let rate = (target * inverse - Mat3::identity()) / run.state.clock.dt;
+            let virial = run.last_report().virial;
             run.solver.set_velocity_gradient(&cell, rate);
-            if let Some(reason) = run.advance()?.stopped {
-                return Err(CellError::Ended { step: run.state.clock.step, reason });
+            let stopped = run.advance()?.stopped;
+            self.book_work(&cell, &virial);
+            if let Some(reason) = stopped {
+                return Err(CellError::Ended { step: self.run.state.clock.step, reason });
             }
         }
         if self.bonded && self.run.state.bond_count() == 0 {
             return Err(CellError::NoBonds { step: self.run.state.clock.step });
         }
         Ok(())
+    }
+
+    /// Books the work of the step before the one that has just been taken, whose forces at the end are now known. `cell`, `virial` (J): of its end
+    /// and of its begin.
+    fn book_work(&mut self, cell: &Cell, virial: &Mat3) {
+        let Simulation { state, .. } = &self.run;
+        let mut work = work_done(state);
+        work.add(work_of_step(cell, state.clock.dt, [virial, &self.run.last_report().virial]));
+        self.run.state.schedule_memory[STRESS_WORK..STRESS_WORK + 2].copy_from_slice(&work.parts());
     }
 
     /// Stress, couple stress, and damage at the present positions. Does not change the state.
@@ -142,9 +157,7 @@ impl RepresentativeCell {
         for (branch, force) in contacts.branch.iter().zip(&contacts.force) {
             sum += branch * force.transpose();
         }
-        // The ledger has the work up to the forces of the last step. The rest is the trapezoid between these forces and the present ones.
-        let virials = run.last_report().virial + sum;
-        let last_work = 0.5 * (virials * cell.velocity_gradient).trace() * run.state.clock.dt;
+        let last_work = work_of_step(&cell, run.state.clock.dt, [&run.last_report().virial, &sum]);
         let center = cell.matrix * Vec3::repeat(0.5);
         let couple = if contacts.pair.is_empty() {
             Mat3::zeros()
@@ -161,7 +174,7 @@ impl RepresentativeCell {
             volume,
             damage,
             bonds: run.state.bond_count(),
-            work: run.state.ledger.boundary_work.get() + last_work,
+            work: work_done(&run.state).get() + last_work,
         })
     }
 
@@ -193,6 +206,24 @@ impl RepresentativeCell {
         self.run = Simulation::new(snapshot.0.clone(), self.run.solver.model().clone(), schedule)?;
         Ok(())
     }
+}
+
+/// Work of the stress over all steps but the last one, J. Without the state's ledger, which also has the kinetic energy of the mean motion.
+fn work_done(state: &State) -> Sum {
+    let place = &state.schedule_memory[STRESS_WORK..];
+    Sum::from_parts([place[0], place[1]])
+}
+
+/// Work of the stress over the last step of a cell (J), the trapezoid of the forces over the change of the edges. `virials`: `Σ l⊗f` at the begin and
+/// at the end of the step, J.
+///
+/// At both ends the branches change by the same `ΔF X`: by `G l` at the begin, with `G = L Δt`, and by `G (1+G)⁻¹ l` at the end. So the work of a
+/// spring that keeps its direction is exact.
+fn work_of_step(cell: &Cell, dt: f64, virials: [&Mat3; 2]) -> f64 {
+    let begin = cell.velocity_gradient * dt;
+    // A cell that turned inside out in this step has no volume, and no work.
+    let end = (Mat3::identity() + begin).try_inverse().map_or_else(Mat3::zeros, |inverse| begin * inverse);
+    0.5 * ((virials[0] * begin).trace() + (virials[1] * end).trace())
 }
 
 /// Deform all cells, each to its gradient, on all processors. Cells whose deformation failed have an error; the others are deformed.

@@ -1,8 +1,9 @@
-"""A random cloud of spheres, and measures of the bed after it has settled."""
+"""A random cloud of spheres, and measures of the bed after it has settled; of a layer that slides down a floor, its friction."""
 import random
 
 import numpy as np
-from concordem_validate.quantity import si
+from concordem_validate.quantity import si, vector
+from concordem_validate.result import Result
 
 
 def scenario(document):
@@ -19,10 +20,32 @@ def scenario(document):
     return document
 
 
+def analytic(task):
+    """A layer of sliding spheres: the impulse of the floor along it is the friction coefficient times that across it."""
+    result = Result("analytic", task.start.dt)
+    count = len(task.start.radius)
+    result.numbers["measures"] = {"friction": [si(task.scenario["material"][0]["hertz_mindlin"]["friction_coefficient"])] * count}
+    return result
+
+
+def friction(task, result):
+    """Impulse of the floor along x over that along z, of each sphere, in the last fifth of the run, when no sphere bounces any more.
+
+    While a sphere lands, its contact sticks until the shear spring has its force."""
+    velocity = result.series["velocity"]
+    first = int(np.searchsorted(velocity.steps, 0.8 * velocity.steps[-1]))
+    gravity = np.array(vector(task.scenario["integration"]["gravity"]))
+    fall = gravity * (velocity.steps[-1] - velocity.steps[first]) * result.dt
+    impulse = velocity.values[-1] - velocity.values[first] - fall
+    return (-impulse[:, 0] / impulse[:, 2]).tolist()
+
+
 def measures(task, result):
     """Mean height while falling and at rest, height of the bed, contacts per sphere, and remaining motion.
 
     90 % of the centers are below the height of the bed; a contact is a distance below 1.001 diameters."""
+    if task.variant == "sliding":
+        return {"friction": friction(task, result)}
     series = result.series["position"]
     x = series.values
     end, radius = x[-1], result.fields["radius"][0][0]

@@ -364,7 +364,8 @@ class CellResponse(NamedTuple):
     bonds: NDArray[np.uint64]
     """Intact bonds, (n,)."""
     work: Reals
-    """Work of the deformation on the cell since its start, J, (n,)."""
+    """Work of this stress since the start of the cell, by the trapezoidal rule over its steps, J, (n,). Without the kinetic energy of the mean
+    motion."""
 
 
 class CellParticles(NamedTuple):

@@ -237,6 +237,52 @@ fn the_color_scale_has_equal_steps_per_power_of_ten_of_the_remaining_stiffness()
     assert!(((steps[2] - steps[1]) - (steps[1] - steps[0])).abs() < 1e-12, "{steps:?}");
 }
 
+/// The page about a result, without its scenario.
+fn before_provenance(result: &ResultFile) -> String {
+    let html = page(std::slice::from_ref(result), &ReferenceFigures::default()).unwrap();
+    html.split_once("<h2>Provenance</h2>").unwrap().0.to_owned()
+}
+
+/// Table and chart name slope and largest stress by the kind of loading, with the values of the curve.
+#[test]
+fn slope_and_largest_stress_have_the_names_of_their_loading() {
+    let folder = tempfile::tempdir().unwrap();
+    let sheared = ("    [0, 0, 0],", "    [0, 0, 0.1],");
+    let unstrained = ("[0, 0, 0.4],", "[0, 0, 0],");
+    let membrane = ("[loading]", "[[membrane]]\npressure = \"1 MPa\"\nopen_along = \"z\"\n[loading]");
+    for (template, changes, (symbol, slope), largest) in [
+        ("cpm-small", &[][..], ("E", "Young’s modulus, from the strain between the ends"), "tensile strength"),
+        ("cpm-small", &[membrane], ("dσ/dε", "no Young’s modulus"), "largest axial stress of the enclosed specimen"),
+        ("cpm-periodic", &[], ("M", "oedometric modulus"), "largest axial stress, the other axes keep their length"),
+        ("cpm-periodic", &[sheared, unstrained], ("G", "shear modulus"), "largest shear stress"),
+        ("concrete-triaxial", &[], ("dσ/dε", "slope beside a lateral stress"), "beside the lateral stress"),
+        ("concrete-bending", &[], ("E<sub>b</sub>", "modulus in bending"), "largest nominal stress in the outer fiber"),
+        ("beam-torsion", &[], ("G", "shear modulus in torsion"), "largest shear stress"),
+    ] {
+        let mut scenario = concordem_scenario::schema::template(template).unwrap().text.to_owned();
+        for (from, to) in changes {
+            assert!(scenario.contains(from), "{template}: {from}");
+            scenario = scenario.replacen(from, to, 1);
+        }
+        let path = folder.path().join(format!("{template}-{}.h5", changes.len()));
+        let result = synthetic_run(&path, 3.5e6, 1.6e-4, scenario);
+        let [strain, stress] = ["strain", "stress"].map(|name| result.samples(name).unwrap());
+        let modulus = CurveFigures::of(&strain, &stress).unwrap().modulus.unwrap();
+        let html = before_provenance(&result);
+        let gpa = number(modulus * 1e-9);
+        let row = html.lines().find(|line| line.contains(&format!("<td class=\"symbol\">{symbol}</td>"))).unwrap();
+        assert!(row.contains(slope) && row.contains(&format!("<td class=\"number\">{gpa}</td>")), "{template}: {row}");
+        assert!(html.contains(largest) && html.contains("3.500</td>"), "{template}: {largest}");
+        let legend = symbol.replace("<sub>", "").replace("</sub>", "");
+        assert!(html.contains(&format!("{legend} = {gpa} GPa")), "{template}: {legend}");
+    }
+    // A cylinder that splits has no modulus.
+    let splitting = concordem_scenario::schema::template("concrete-splitting").unwrap().text;
+    let result = synthetic_run(&folder.path().join("splitting.h5"), 3.5e6, 1.6e-4, splitting.to_owned());
+    let html = before_provenance(&result);
+    assert!(html.contains("splitting strength") && !html.contains(" GPa"), "a modulus");
+}
+
 #[test]
 fn numbers_have_four_significant_digits() {
     for (value, text) in [

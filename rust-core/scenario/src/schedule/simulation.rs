@@ -25,6 +25,7 @@ use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::{Model, Solver, SolverError, StepReport, time_step};
 
 pub use error::RunError;
+pub use memory::STRESS_WORK;
 pub(crate) use memory::{continue_memory, forget_turnover};
 pub use written::Written;
 

@@ -22,6 +22,9 @@ pub(super) const LASTING: usize = 16;
 /// Lasting speed of a loading that follows the opening of a gauge, m/s, and after it those of up to [`super::OPENINGS`] walls. Such loadings do
 /// not drive a cell, so that the place is free.
 pub(super) const OPENING: usize = LASTING;
+/// Work of the stress of a cell that a host deforms, J: a [sum](concordem_solver::energy::Sum) and its correction. Such a cell has no loading, so
+/// that the place is free.
+pub const STRESS_WORK: usize = LASTING;
 /// Which bonds have been made during the run: one bit for each [`Bonding`](crate::schedule::Bonding).
 pub(super) const BONDED: usize = LASTING + CellServoMemory::LENGTH;
 /// First value of [`StageProgress`]. After it come time (s) and step of the end of each stage.
