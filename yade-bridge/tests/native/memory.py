@@ -84,9 +84,10 @@ run(50)
 assert O.engines[3].broken > 0
 again(10)
 
-beams = BeamMat_Rust(young=6e10, poisson=0.3, radiusRatio=0.5, tensileStrength=1e8, density=2500)
-laws = [Law2_ScGeom6D_BeamPhys_Rust(), Law2_ScGeom_FrictPhys_CundallStrack()]
-scene(beams, Ig2_Sphere_Sphere_ScGeom6D, Ip2_BeamMat_BeamMat_BeamPhys_Rust(cohesiveThresholdIter=1), laws)
+beams = CohesiveBeamMat_Rust(young=6e10, poisson=0.3, radiusRatio=0.5, tensileStrength=1e8, density=2500)
+laws = [Law2_ScGeom_CohesiveBeamPhys_Rust(), Law2_ScGeom_FrictPhys_CundallStrack()]
+make_beams = Ip2_CohesiveBeamMat_CohesiveBeamMat_CohesiveBeamPhys_Rust(cohesiveThresholdIter=1)
+scene(beams, Ig2_Sphere_Sphere_ScGeom6D, make_beams, laws)
 run(60)
 assert laws[0].broken > 0
 again(10)
