@@ -50,7 +50,7 @@ struct ConcordemCpmContact {
   double shearModulus;
   double tanFriction;
   double cohesion;
-  double crackOnset;
+  double crackOnsetStrain;
   double fracture;
   double shearContribution;
   double prestress;
@@ -304,7 +304,7 @@ struct ConcordemPairCoefficients {
   double shearRatio;
   double cohesion;
   double frictionAngle;
-  double crackOnset;
+  double crackOnsetStrain;
   double ductility;
   double shearContribution;
   double prestress;
@@ -524,7 +524,7 @@ static_assert(offsetof(ConcordemCpmContact, young) == 0 && sizeof(ConcordemCpmCo
 static_assert(offsetof(ConcordemCpmContact, shearModulus) == 8 && sizeof(ConcordemCpmContact::shearModulus) == 8, "ConcordemCpmContact::shearModulus");
 static_assert(offsetof(ConcordemCpmContact, tanFriction) == 16 && sizeof(ConcordemCpmContact::tanFriction) == 8, "ConcordemCpmContact::tanFriction");
 static_assert(offsetof(ConcordemCpmContact, cohesion) == 24 && sizeof(ConcordemCpmContact::cohesion) == 8, "ConcordemCpmContact::cohesion");
-static_assert(offsetof(ConcordemCpmContact, crackOnset) == 32 && sizeof(ConcordemCpmContact::crackOnset) == 8, "ConcordemCpmContact::crackOnset");
+static_assert(offsetof(ConcordemCpmContact, crackOnsetStrain) == 32 && sizeof(ConcordemCpmContact::crackOnsetStrain) == 8, "ConcordemCpmContact::crackOnsetStrain");
 static_assert(offsetof(ConcordemCpmContact, fracture) == 40 && sizeof(ConcordemCpmContact::fracture) == 8, "ConcordemCpmContact::fracture");
 static_assert(offsetof(ConcordemCpmContact, shearContribution) == 48 && sizeof(ConcordemCpmContact::shearContribution) == 8, "ConcordemCpmContact::shearContribution");
 static_assert(offsetof(ConcordemCpmContact, prestress) == 56 && sizeof(ConcordemCpmContact::prestress) == 8, "ConcordemCpmContact::prestress");
@@ -676,7 +676,7 @@ static_assert(offsetof(ConcordemPairCoefficients, young) == 8 && sizeof(Concorde
 static_assert(offsetof(ConcordemPairCoefficients, shearRatio) == 16 && sizeof(ConcordemPairCoefficients::shearRatio) == 8, "ConcordemPairCoefficients::shearRatio");
 static_assert(offsetof(ConcordemPairCoefficients, cohesion) == 24 && sizeof(ConcordemPairCoefficients::cohesion) == 8, "ConcordemPairCoefficients::cohesion");
 static_assert(offsetof(ConcordemPairCoefficients, frictionAngle) == 32 && sizeof(ConcordemPairCoefficients::frictionAngle) == 8, "ConcordemPairCoefficients::frictionAngle");
-static_assert(offsetof(ConcordemPairCoefficients, crackOnset) == 40 && sizeof(ConcordemPairCoefficients::crackOnset) == 8, "ConcordemPairCoefficients::crackOnset");
+static_assert(offsetof(ConcordemPairCoefficients, crackOnsetStrain) == 40 && sizeof(ConcordemPairCoefficients::crackOnsetStrain) == 8, "ConcordemPairCoefficients::crackOnsetStrain");
 static_assert(offsetof(ConcordemPairCoefficients, ductility) == 48 && sizeof(ConcordemPairCoefficients::ductility) == 8, "ConcordemPairCoefficients::ductility");
 static_assert(offsetof(ConcordemPairCoefficients, shearContribution) == 56 && sizeof(ConcordemPairCoefficients::shearContribution) == 8, "ConcordemPairCoefficients::shearContribution");
 static_assert(offsetof(ConcordemPairCoefficients, prestress) == 64 && sizeof(ConcordemPairCoefficients::prestress) == 8, "ConcordemPairCoefficients::prestress");
@@ -721,4 +721,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x43e2c7481d316e94)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x9a00569b76aa0b26)

@@ -207,14 +207,14 @@ impl Cpm {
             prestress_strain: parameters.prestress_strain(),
             inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if shear_modulus > 0.0 { 1.0 / shear_modulus } else { 0.0 },
-            linear_factor: 1.0 / (1.0 - parameters.limit_strain / softening_strain),
+            linear_factor: 1.0 / (1.0 - parameters.crack_onset_strain / softening_strain),
             plain: parameters.mode == CpmFormulation::Thesis
                 && parameters.yield_surface == YieldSurface::MohrCoulomb
                 && parameters.shear_contribution == 0.0
                 && parameters.soft_strain >= 0.0
                 && parameters.isotropic_prestress == 0.0
                 && parameters.damage_time == 0.0
-                && parameters.plastic_time == 0.0,
+                && parameters.plasticity_time == 0.0,
         })
     }
 
@@ -318,7 +318,7 @@ impl Cpm {
     #[inline(always)]
     fn add_damage(&self, energy: &mut EnergySplit, volume: f64, [e_old, e]: [f64; 2], [old, damage]: [f64; 2]) {
         if damage != old {
-            let product = volume * 0.5 * self.parameters.normal_modulus * e_old * e * (damage - old);
+            let product = volume * 0.5 * self.parameters.young * e_old * e * (damage - old);
             if e_old * e < 0.0 {
                 energy.integration += product;
             } else {
@@ -411,9 +411,9 @@ impl ContactLaw for Cpm {
         let TemperatureFactors { stiffness, strength } = *factors;
         let strain = strength / stiffness;
         let mut law = *self;
-        law.parameters.normal_modulus *= stiffness;
+        law.parameters.young *= stiffness;
         law.parameters.cohesion *= strength;
-        law.parameters.limit_strain *= strain;
+        law.parameters.crack_onset_strain *= strain;
         law.parameters.soft_strain *= strain;
         law.shear_modulus *= stiffness;
         law.inverse_shear_modulus /= stiffness;
@@ -466,7 +466,7 @@ impl ContactLaw for Cpm {
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
         let area_by_length = geometry.area / geometry.reference_length;
         Stiffness {
-            normal: self.parameters.normal_modulus * area_by_length,
+            normal: self.parameters.young * area_by_length,
             shear: self.shear_modulus * area_by_length,
             ..Stiffness::default()
         }

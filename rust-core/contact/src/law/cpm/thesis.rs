@@ -41,7 +41,7 @@ impl Cpm {
         }
         let damage_old = if elastic_old > 0.0 { omega_before(k, old) } else { 0.0 };
         let damage = if elastic > 0.0 { omega } else { 0.0 };
-        let normal_stress = (1.0 - damage) * p.normal_modulus * elastic;
+        let normal_stress = (1.0 - damage) * p.young * elastic;
         let mut energy = EnergySplit::default();
         self.add_damage(&mut energy, step.volume, [elastic_old, elastic], [damage_old, damage]);
 
