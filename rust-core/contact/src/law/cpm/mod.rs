@@ -77,25 +77,26 @@
 //!
 //! # Files
 //!
-//! `parameters` (and their validation), `damage` (g, its inverse, strength), `thesis` (Stránský's published form), `woo` (the
-//! full model with all options), `yade` (YADE's form), `columns` (batches).
+//! `parameters` (and their validation), `damage` (g, its inverse, strength), `yield_surface` (the bound of the shear stress),
+//! `thesis` (Stránský's published form), `full_model` (all options, also in Woo's form), `yade` (YADE's form), `columns` (batches).
 
 mod columns;
 mod damage;
+mod full_model;
 mod parameters;
 #[cfg(feature = "std")]
 mod table;
 #[cfg(test)]
 mod tests;
 mod thesis;
-mod woo;
 mod yade;
+mod yield_surface;
 
 pub use crate::geometry::contact_area;
+pub use full_model::solve_beta;
 pub use parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
 #[cfg(feature = "std")]
 pub use table::CpmTable;
-pub use woo::solve_beta;
 pub use yade::YadeParameters;
 
 use super::{

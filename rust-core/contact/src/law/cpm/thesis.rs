@@ -1,7 +1,7 @@
 //! The published form of the cohesive particle model (Stránský 2018, (2.3)–(2.20)) without options: Mohr–Coulomb yield
 //! surface, no viscosity, no plasticity in compression, no prestress, no shear in the equivalent strain.
 //!
-//! With options see [`woo`](super::woo).
+//! With options see [`full_model`](super::full_model).
 
 use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;

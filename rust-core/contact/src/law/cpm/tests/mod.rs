@@ -2,7 +2,7 @@
 
 mod energy;
 
-use super::woo::beta_residual;
+use super::full_model::beta_residual;
 use super::*;
 
 /// Two unit spheres 2 m apart, bonded: A = π m², L = 2 m.

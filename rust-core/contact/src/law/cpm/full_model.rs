@@ -1,9 +1,10 @@
-//! The full model with all options (Šmilauer 2010), in the thesis formulation and in Woo's: yield surfaces, viscous damage and
-//! slip, plasticity in compression, isotropic prestress, shear in the equivalent strain.
+//! The full model with all options (Šmilauer 2010), in the thesis formulation and in Woo's: [yield
+//! surfaces](super::yield_surface), viscous damage and slip, plasticity in compression, isotropic prestress, shear in the
+//! equivalent strain.
 //!
 //! [`thesis`](super::thesis) is the same model without options. The [parent module](super) lists Woo's quirks.
 
-use super::parameters::{CpmFormulation, YieldSurface};
+use super::parameters::CpmFormulation;
 use super::{Cpm, CpmState, Step, StressResponse, normal_before, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
@@ -12,35 +13,6 @@ use crate::math::Real as _;
 use crate::math::{self, Vec3};
 
 impl Cpm {
-    /// Largest shear stress y(σ_N, ω) without flow, Pa (formulas in the [module documentation](super)).
-    #[inline(always)]
-    pub fn yield_stress(&self, normal_stress: f64, omega: f64) -> f64 {
-        let p = &self.parameters;
-        let (cohesion, tangent) = (p.cohesion, self.tan_friction);
-        let radius = match p.yield_surface {
-            YieldSurface::MohrCoulomb => self.mohr_coulomb(normal_stress, omega),
-            YieldSurface::Parabolic => {
-                (cohesion * (cohesion - 2.0 * tangent * normal_stress)).max(0.0).sqrt() - cohesion * omega
-            }
-            YieldSurface::LogarithmicLinear if normal_stress > 0.0 => self.mohr_coulomb(normal_stress, omega),
-            YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear => {
-                let relative = normal_stress / (cohesion * p.yield_log_speed);
-                if relative >= 1.0 {
-                    0.0
-                } else {
-                    cohesion * ((1.0 - omega) + tangent * p.yield_log_speed * libm::log1p(-relative))
-                }
-            }
-        };
-        radius.max(0.0)
-    }
-
-    /// `c₀(1−ω) − σ_N tan φ`, Pa; can be negative.
-    #[inline(always)]
-    pub(super) fn mohr_coulomb(&self, normal_stress: f64, omega: f64) -> f64 {
-        self.parameters.cohesion * (1.0 - omega) - normal_stress * self.tan_friction
-    }
-
     /// Response in the thesis formulation with options, or in Woo's.
     #[inline(always)]
     pub(super) fn respond_full(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
