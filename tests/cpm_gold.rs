@@ -84,11 +84,11 @@ impl Replay {
     fn new(law: Cpm, gold: &Row<'_>, constants: &Row<'_>) -> Self {
         let place = "constants";
         let p = law.parameters();
-        same(p.normal_modulus, constants.real("young"), "young", place);
+        same(p.young, constants.real("young"), "young", place);
         same(p.shear_modulus(), constants.real("shear_modulus"), "shear modulus", place);
         same(law.tan_friction(), constants.real("tan_friction"), "tan_friction", place);
         same(p.cohesion, constants.real("cohesion"), "cohesion", place);
-        same(p.limit_strain, constants.real("eps_crack_onset"), "limit strain", place);
+        same(p.crack_onset_strain, constants.real("eps_crack_onset"), "crack onset strain", place);
         same(p.softening_strain(), constants.real("eps_fracture"), "softening strain", place);
         same(p.shear_contribution, constants.real("shear_contribution"), "shear contribution", place);
         same(p.isotropic_prestress, constants.real("iso_prestress"), "prestress", place);
@@ -98,7 +98,7 @@ impl Replay {
         let area = contact_area(radius_a, radius_b);
         same(area, constants.real("area"), "area", place);
         same(radius_a + radius_b - length, constants.real("reference_penetration"), "reference penetration", place);
-        same(area * p.normal_modulus / length, constants.real("kn"), "kn", place);
+        same(area * p.young / length, constants.real("kn"), "kn", place);
         same(area * p.shear_modulus() / length, constants.real("ks"), "ks", place);
         let shift = gold.vector("shift");
         Self {

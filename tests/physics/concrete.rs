@@ -53,23 +53,23 @@ fn the_calibration_recovers_planted_parameters() {
     assert_eq!(first.runs, 2);
     let mean =
         |f: fn(&concordem::calibration::concrete::StrengthFunctions) -> f64| functions.iter().map(f).sum::<f64>() / 2.0;
-    let (onset, young) = (1e-4, base.normal_modulus);
+    let (onset, young) = (1e-4, base.young);
     let tensile_strength = mean(|f| f.tension) * young * onset;
     let wanted = StrengthTargets {
         tensile_strength,
         compressive_strength: tensile_strength * mean(|f| f.ratio),
         fracture_energy: None,
     };
-    let other = CpmParameters { cohesion: 20e6, limit_strain: 3e-4, ..base };
+    let other = CpmParameters { cohesion: 20e6, crack_onset_strain: 3e-4, ..base };
     let mut second = laboratory(other, StrengthTable::default());
     let fit = second.fit(&wanted).expect("within reach");
     let deviation = fit.cohesion_deviation.expect("two packings");
     let found = fit.parameters;
-    let cohesion = found.cohesion / (young * found.limit_strain);
+    let cohesion = found.cohesion / (young * found.crack_onset_strain);
     println!(
         "planted χ 1.2, ε₀ 1e-4; found {cohesion:.4} (deviation {:.0} %), {:.4e}; f_t {:.5}, f_c {:.5} of the targets; {} runs",
         100.0 * deviation,
-        found.limit_strain,
+        found.crack_onset_strain,
         fit.tensile_strength.mean / wanted.tensile_strength,
         fit.compressive_strength.mean / wanted.compressive_strength,
         fit.runs
@@ -77,7 +77,7 @@ fn the_calibration_recovers_planted_parameters() {
     assert!((fit.tensile_strength.mean / wanted.tensile_strength - 1.0).abs() < 0.01);
     assert!((fit.compressive_strength.mean / wanted.compressive_strength - 1.0).abs() < 0.01);
     assert!((cohesion / 1.2).ln().abs() < 3.0 * deviation, "{cohesion}");
-    assert!((found.limit_strain / onset - 1.0).abs() < 0.05);
+    assert!((found.crack_onset_strain / onset - 1.0).abs() < 0.05);
     // Known values are reused: only the final pair of runs with the found parameters is new.
     let mut third = laboratory(base, second.table.clone());
     assert_eq!(third.fit(&wanted).expect("the same").runs, 2);

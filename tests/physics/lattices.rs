@@ -76,14 +76,14 @@ fn compare(lattice: Lattice, d11: f64, d12: f64, d44: f64) {
 
 #[test]
 fn a_simple_cubic_lattice_has_its_elastic_constants() {
-    let (normal, shear) = (concrete().normal_modulus, concrete().shear_modulus());
+    let (normal, shear) = (concrete().young, concrete().shear_modulus());
     let pi = std::f64::consts::PI;
     compare(Lattice::SimpleCubic, pi * normal / 4.0, 0.0, pi * shear / 8.0);
 }
 
 #[test]
 fn a_face_centered_cubic_lattice_has_its_elastic_constants() {
-    let (normal, shear) = (concrete().normal_modulus, concrete().shear_modulus());
+    let (normal, shear) = (concrete().young, concrete().shear_modulus());
     let q = 3.0 * std::f64::consts::PI / 2.0_f64.sqrt();
     compare(
         Lattice::FaceCentered,

@@ -17,12 +17,8 @@ use concordem_tests::{
 fn specimen(factor: f64, density: f64) -> (State, Model) {
     // A threshold lets bonds break, so that unbonded contacts take part.
     let base = concrete();
-    let parameters = CpmParameters {
-        normal_modulus: factor * base.normal_modulus,
-        cohesion: factor * base.cohesion,
-        omega_threshold: 0.9,
-        ..base
-    };
+    let parameters =
+        CpmParameters { young: factor * base.young, cohesion: factor * base.cohesion, omega_threshold: 0.9, ..base };
     let mut state = bonded(particles(&random_packing(1, 23e-3), density), None, law(&parameters), 1.5);
     state.contacts = Some(Box::new(ContactBlock::new(vec![law(&parameters)])));
     state.clock.dt = TIME_STEP;

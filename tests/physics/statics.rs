@@ -35,7 +35,7 @@ fn lattice(lattice: Lattice, cells: u32) -> State {
 /// of D11: sums of a hundred links, each accurate to 1e-15.
 #[test]
 fn lattices_have_their_exact_constants() {
-    let (e, g) = (concrete().normal_modulus, concrete().shear_modulus());
+    let (e, g) = (concrete().young, concrete().shear_modulus());
     let pi = PI;
     let q = 3.0 * pi / 2.0_f64.sqrt();
     for (kind, cells, d11, d12, d44) in [
@@ -96,7 +96,7 @@ fn random_packings_between_closed_form_and_relaxation() {
     let packing = random(300, 1);
     for (ratio, most) in [(1.25, 1.15), (1.5, 1.05), (2.0, 1.04)] {
         for shear_ratio in [0.1, 1.0] {
-            let material = CpmParameters { shear_ratio, cohesion: 1e12, limit_strain: 1.0, ..concrete() };
+            let material = CpmParameters { shear_ratio, cohesion: 1e12, crack_onset_strain: 1.0, ..concrete() };
             let mut state = bonded(particles(&packing, DENSITY), packing.cell, law(&material), ratio);
             let network = LinkNetwork::of_state(&state).unwrap();
             let found = cell_stiffness(&network, Accuracy::default()).unwrap();

@@ -218,7 +218,7 @@ fn the_bound_of_concrete_is_tight_and_the_customary_rule_is_not_a_bound() {
     let packing = random_packing(1, 12e-3);
     let state = bonded(particles(&packing, DENSITY), None, law(&concrete()), 1.5);
     brackets("concrete", &state, 300);
-    let customary = time_step::p_wave(&state.particles, concrete().normal_modulus);
+    let customary = time_step::p_wave(&state.particles, concrete().young);
     println!("customary rule: {:.3} of the spectral bound", customary / time_step::bounds(&state).spectral);
     let single = block(Lattice::SimpleCubic, [2, 1, 1], LinearBond::new(1.0, 0.4, 0.0, 1.0, 1.0).unwrap());
     let soft = time_step::p_wave(&single.particles, 1e-6);

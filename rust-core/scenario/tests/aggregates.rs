@@ -108,7 +108,7 @@ fn bonds_have_the_parameters_of_their_phases() {
         let mut materials = [particles.material[a], particles.material[b]];
         materials.sort_unstable();
         let apart = particles.aggregate[a] != particles.aggregate[b];
-        // Modulus and limit strain, relative ductility, cohesion.
+        // Modulus and crack onset strain, relative ductility, cohesion.
         let zone = |k: f64, s: f64, d: f64| [25e9 * k, 1e-4 * (s / k), 30.0 * d, 3e6 * s];
         let expected = match (materials, apart) {
             ([0, 0], _) => zone(1.0, 1.0, 1.0),
@@ -123,7 +123,7 @@ fn bonds_have_the_parameters_of_their_phases() {
         };
         *kinds.entry((materials, apart)).or_default() += 1;
         let found = law.parameters();
-        let found = [found.normal_modulus, found.limit_strain, found.relative_ductility, found.cohesion];
+        let found = [found.young, found.crack_onset_strain, found.relative_ductility, found.cohesion];
         for (found, expected) in found.iter().zip(expected) {
             // One rounding of each product, and of the mean.
             assert!((found / expected - 1.0).abs() < 1e-14, "{materials:?} {apart}: {found:?} {expected:?}");

@@ -150,7 +150,7 @@ const DUMBBELLS: &str = "
 /// 1e-3: the plates approach by 0.2 mm of 70 mm, so the volumes of regions in which the column shortens are wrong by at
 /// most 3e-3; the sections of fixed boxes are exact. The unbalanced force at 1 mm/s is below 1e-4.
 #[test]
-fn rigid_bodies_carry_stress() {
+fn rigid_bodies_transmit_stress() {
     let mut run = simulation(DUMBBELLS);
     let last = to_the_end(&mut run);
     let traction = vector(&run, &last, "wall-traction", "traction").z;

@@ -130,7 +130,7 @@ fn last_forces_are_those_that_were_summed() {
     let linear = LinearBond::new(1.0, 0.4, 0.1, 0.03, 0.03).unwrap();
     let plain = CpmParameters { omega_threshold: 0.9, ..CpmParameters::new(2.0, 0.4, 0.03, 0.6, 0.002, 1.5) };
     let of_yade = CpmParameters { mode: CpmFormulation::YadePublic, soft_strain: -0.01, ..plain };
-    let viscous = CpmParameters { damage_time: 1.0, plastic_time: 1.0, soft_strain: -0.01, ..plain };
+    let viscous = CpmParameters { damage_time: 1.0, plasticity_time: 1.0, soft_strain: -0.01, ..plain };
     let woo = CpmParameters { mode: CpmFormulation::Woo, ..viscous };
     let beam = CohesiveBeam { strength: 0.09, ..CohesiveBeam::new(2.0, 0.2, Section::Radius(0.5)).unwrap() };
     let timoshenko = CohesiveBeam { model: BeamModel::Timoshenko { shear_coefficient: 0.9 }, ..beam };

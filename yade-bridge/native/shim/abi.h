@@ -31,8 +31,6 @@ enum class ConcordemBondOutcome : int32_t {
   Opened = 2,
   /// The force is not finite.
   NotANumber = -1,
-  /// The parameters are invalid; the check function of the law gives the reason.
-  Parameters = -2,
   /// The library panicked.
   Internal = -3,
 };
@@ -52,7 +50,7 @@ struct ConcordemCpmContact {
   double shearModulus;
   double tanFriction;
   double cohesion;
-  double crackOnset;
+  double crackOnsetStrain;
   double fracture;
   double shearContribution;
   double prestress;
@@ -89,24 +87,14 @@ struct ConcordemCpmContact {
   int32_t fresh;
 };
 
-/// Parameters of a beam.
-struct ConcordemBeamParameters {
-  /// Young's modulus, Pa.
-  double young;
-  /// Poisson's ratio.
-  double poisson;
-  /// Shear coefficient (Timoshenko) or stiffness ratio (dual spring); other models ignore it.
-  double shear;
-  /// Tensile strength, Pa; infinite for an unbreakable beam.
-  double strength;
-  /// Cross-section, m².
-  double area;
-  /// Reference length, m; 0 before the first step, which sets it.
-  double length;
-  /// Index of the model, in the order of `BeamModel`.
-  int32_t model;
-  /// Index of the bending term, in the order of `BendingTerm`.
-  int32_t bendingTerm;
+/// Parameters of `LinearBond`, SI units.
+struct ConcordemLinearBondParameters {
+  double normalStiffness;
+  double shearStiffness;
+  double dampingRatio;
+  double normalStrength;
+  double shearStrength;
+  int32_t subtractInitialGap;
 };
 
 /// Addresses of the position (m), velocity (m/s), angular velocity (rad/s), three reals each, and orientation (x, y, z, w) of a
@@ -116,54 +104,6 @@ struct ConcordemBodyMotion {
   const double *velocity;
   const double *angularVelocity;
   const double *orientation;
-};
-
-/// Parameters, motion, history, and results of one beam; SI units.
-struct ConcordemBeamContact {
-  ConcordemBeamParameters parameters;
-  ConcordemBodyMotion bodies[2];
-  /// Displacement of the second body's periodic image, m.
-  double shift[3];
-  /// Velocity of this displacement, m/s.
-  double shiftVelocity[3];
-  /// Time step, s.
-  double dt;
-  /// History, see `CohesiveBeamState`: address of three reals.
-  double *restDirection;
-  /// History, see `CohesiveBeamState`: address of three reals.
-  double *restRotation;
-  /// Force on the first body, N; the second gets the opposite.
-  double force[3];
-  /// Torques on both bodies about their centers, N·m.
-  double torque[2][3];
-  /// Moment of the middle section on the first body, N·m.
-  double moment[3];
-  /// Unit vector from the first body to the second.
-  double normal[3];
-  /// Stored energy, J.
-  double storedEnergy;
-  /// Energy released by breaking in this step, J.
-  double damageEnergy;
-  /// Error of the work rule in this step, J.
-  double integrationEnergy;
-};
-
-/// Caller's buffer for an error message, zero-terminated.
-struct ConcordemMessage {
-  /// First byte of the buffer; if null, the message is dropped.
-  char *text;
-  /// Size of the buffer, bytes.
-  size_t capacity;
-};
-
-/// Parameters of `LinearBond`, SI units.
-struct ConcordemLinearBondParameters {
-  double normalStiffness;
-  double shearStiffness;
-  double dampingRatio;
-  double normalStrength;
-  double shearStrength;
-  int32_t subtractInitialGap;
 };
 
 /// A body of a bond.
@@ -211,6 +151,14 @@ struct ConcordemLinearBondContact {
 struct ConcordemElasticity {
   double young;
   double poisson;
+};
+
+/// Caller's buffer for an error message, zero-terminated.
+struct ConcordemMessage {
+  /// First byte of the buffer; if null, the message is dropped.
+  char *text;
+  /// Size of the buffer, bytes.
+  size_t capacity;
 };
 
 /// A body of a contact.
@@ -356,7 +304,7 @@ struct ConcordemPairCoefficients {
   double shearRatio;
   double cohesion;
   double frictionAngle;
-  double crackOnset;
+  double crackOnsetStrain;
   double ductility;
   double shearContribution;
   double prestress;
@@ -441,21 +389,6 @@ ConcordemCpmOutcome concordem_yade_cpm(ConcordemCpmContact *contact);
 /// # Safety
 /// `contact` must point to a contact.
 ConcordemCpmOutcome concordem_yade_cpm_with_energy(ConcordemCpmContact *contact);
-
-/// Compute one step of a beam.
-///
-/// # Safety
-/// `contact` must point to a beam; its addresses must be those of existing bodies and of its history.
-ConcordemBondOutcome concordem_yade_beam(ConcordemBeamContact *contact);
-
-/// Write the stiffnesses of a beam of known length: tension (N/m), shear (N/m), bending (N·m/rad), and twist (N·m/rad). Returns 0, or
-/// −1 and a message if the parameters are invalid.
-///
-/// # Safety
-/// The pointers must be valid.
-int64_t concordem_yade_beam_stiffness(const ConcordemBeamParameters *parameters,
-                                      double (*stiffness)[4],
-                                      const ConcordemMessage *message);
 
 /// Compute one step of a bond.
 ///
@@ -591,7 +524,7 @@ static_assert(offsetof(ConcordemCpmContact, young) == 0 && sizeof(ConcordemCpmCo
 static_assert(offsetof(ConcordemCpmContact, shearModulus) == 8 && sizeof(ConcordemCpmContact::shearModulus) == 8, "ConcordemCpmContact::shearModulus");
 static_assert(offsetof(ConcordemCpmContact, tanFriction) == 16 && sizeof(ConcordemCpmContact::tanFriction) == 8, "ConcordemCpmContact::tanFriction");
 static_assert(offsetof(ConcordemCpmContact, cohesion) == 24 && sizeof(ConcordemCpmContact::cohesion) == 8, "ConcordemCpmContact::cohesion");
-static_assert(offsetof(ConcordemCpmContact, crackOnset) == 32 && sizeof(ConcordemCpmContact::crackOnset) == 8, "ConcordemCpmContact::crackOnset");
+static_assert(offsetof(ConcordemCpmContact, crackOnsetStrain) == 32 && sizeof(ConcordemCpmContact::crackOnsetStrain) == 8, "ConcordemCpmContact::crackOnsetStrain");
 static_assert(offsetof(ConcordemCpmContact, fracture) == 40 && sizeof(ConcordemCpmContact::fracture) == 8, "ConcordemCpmContact::fracture");
 static_assert(offsetof(ConcordemCpmContact, shearContribution) == 48 && sizeof(ConcordemCpmContact::shearContribution) == 8, "ConcordemCpmContact::shearContribution");
 static_assert(offsetof(ConcordemCpmContact, prestress) == 56 && sizeof(ConcordemCpmContact::prestress) == 8, "ConcordemCpmContact::prestress");
@@ -624,30 +557,6 @@ static_assert(offsetof(ConcordemCpmContact, neverDamage) == 372 && sizeof(Concor
 static_assert(offsetof(ConcordemCpmContact, cohesive) == 376 && sizeof(ConcordemCpmContact::cohesive) == 4, "ConcordemCpmContact::cohesive");
 static_assert(offsetof(ConcordemCpmContact, fresh) == 380 && sizeof(ConcordemCpmContact::fresh) == 4, "ConcordemCpmContact::fresh");
 static_assert(sizeof(ConcordemCpmContact) == 384 && alignof(ConcordemCpmContact) == 8, "ConcordemCpmContact");
-static_assert(offsetof(ConcordemBeamParameters, young) == 0 && sizeof(ConcordemBeamParameters::young) == 8, "ConcordemBeamParameters::young");
-static_assert(offsetof(ConcordemBeamParameters, poisson) == 8 && sizeof(ConcordemBeamParameters::poisson) == 8, "ConcordemBeamParameters::poisson");
-static_assert(offsetof(ConcordemBeamParameters, shear) == 16 && sizeof(ConcordemBeamParameters::shear) == 8, "ConcordemBeamParameters::shear");
-static_assert(offsetof(ConcordemBeamParameters, strength) == 24 && sizeof(ConcordemBeamParameters::strength) == 8, "ConcordemBeamParameters::strength");
-static_assert(offsetof(ConcordemBeamParameters, area) == 32 && sizeof(ConcordemBeamParameters::area) == 8, "ConcordemBeamParameters::area");
-static_assert(offsetof(ConcordemBeamParameters, length) == 40 && sizeof(ConcordemBeamParameters::length) == 8, "ConcordemBeamParameters::length");
-static_assert(offsetof(ConcordemBeamParameters, model) == 48 && sizeof(ConcordemBeamParameters::model) == 4, "ConcordemBeamParameters::model");
-static_assert(offsetof(ConcordemBeamParameters, bendingTerm) == 52 && sizeof(ConcordemBeamParameters::bendingTerm) == 4, "ConcordemBeamParameters::bendingTerm");
-static_assert(sizeof(ConcordemBeamParameters) == 56 && alignof(ConcordemBeamParameters) == 8, "ConcordemBeamParameters");
-static_assert(offsetof(ConcordemBeamContact, parameters) == 0 && sizeof(ConcordemBeamContact::parameters) == 56, "ConcordemBeamContact::parameters");
-static_assert(offsetof(ConcordemBeamContact, bodies) == 56 && sizeof(ConcordemBeamContact::bodies) == 64, "ConcordemBeamContact::bodies");
-static_assert(offsetof(ConcordemBeamContact, shift) == 120 && sizeof(ConcordemBeamContact::shift) == 24, "ConcordemBeamContact::shift");
-static_assert(offsetof(ConcordemBeamContact, shiftVelocity) == 144 && sizeof(ConcordemBeamContact::shiftVelocity) == 24, "ConcordemBeamContact::shiftVelocity");
-static_assert(offsetof(ConcordemBeamContact, dt) == 168 && sizeof(ConcordemBeamContact::dt) == 8, "ConcordemBeamContact::dt");
-static_assert(offsetof(ConcordemBeamContact, restDirection) == 176 && sizeof(ConcordemBeamContact::restDirection) == 8, "ConcordemBeamContact::restDirection");
-static_assert(offsetof(ConcordemBeamContact, restRotation) == 184 && sizeof(ConcordemBeamContact::restRotation) == 8, "ConcordemBeamContact::restRotation");
-static_assert(offsetof(ConcordemBeamContact, force) == 192 && sizeof(ConcordemBeamContact::force) == 24, "ConcordemBeamContact::force");
-static_assert(offsetof(ConcordemBeamContact, torque) == 216 && sizeof(ConcordemBeamContact::torque) == 48, "ConcordemBeamContact::torque");
-static_assert(offsetof(ConcordemBeamContact, moment) == 264 && sizeof(ConcordemBeamContact::moment) == 24, "ConcordemBeamContact::moment");
-static_assert(offsetof(ConcordemBeamContact, normal) == 288 && sizeof(ConcordemBeamContact::normal) == 24, "ConcordemBeamContact::normal");
-static_assert(offsetof(ConcordemBeamContact, storedEnergy) == 312 && sizeof(ConcordemBeamContact::storedEnergy) == 8, "ConcordemBeamContact::storedEnergy");
-static_assert(offsetof(ConcordemBeamContact, damageEnergy) == 320 && sizeof(ConcordemBeamContact::damageEnergy) == 8, "ConcordemBeamContact::damageEnergy");
-static_assert(offsetof(ConcordemBeamContact, integrationEnergy) == 328 && sizeof(ConcordemBeamContact::integrationEnergy) == 8, "ConcordemBeamContact::integrationEnergy");
-static_assert(sizeof(ConcordemBeamContact) == 336 && alignof(ConcordemBeamContact) == 8, "ConcordemBeamContact");
 static_assert(offsetof(ConcordemLinearBondParameters, normalStiffness) == 0 && sizeof(ConcordemLinearBondParameters::normalStiffness) == 8, "ConcordemLinearBondParameters::normalStiffness");
 static_assert(offsetof(ConcordemLinearBondParameters, shearStiffness) == 8 && sizeof(ConcordemLinearBondParameters::shearStiffness) == 8, "ConcordemLinearBondParameters::shearStiffness");
 static_assert(offsetof(ConcordemLinearBondParameters, dampingRatio) == 16 && sizeof(ConcordemLinearBondParameters::dampingRatio) == 8, "ConcordemLinearBondParameters::dampingRatio");
@@ -767,7 +676,7 @@ static_assert(offsetof(ConcordemPairCoefficients, young) == 8 && sizeof(Concorde
 static_assert(offsetof(ConcordemPairCoefficients, shearRatio) == 16 && sizeof(ConcordemPairCoefficients::shearRatio) == 8, "ConcordemPairCoefficients::shearRatio");
 static_assert(offsetof(ConcordemPairCoefficients, cohesion) == 24 && sizeof(ConcordemPairCoefficients::cohesion) == 8, "ConcordemPairCoefficients::cohesion");
 static_assert(offsetof(ConcordemPairCoefficients, frictionAngle) == 32 && sizeof(ConcordemPairCoefficients::frictionAngle) == 8, "ConcordemPairCoefficients::frictionAngle");
-static_assert(offsetof(ConcordemPairCoefficients, crackOnset) == 40 && sizeof(ConcordemPairCoefficients::crackOnset) == 8, "ConcordemPairCoefficients::crackOnset");
+static_assert(offsetof(ConcordemPairCoefficients, crackOnsetStrain) == 40 && sizeof(ConcordemPairCoefficients::crackOnsetStrain) == 8, "ConcordemPairCoefficients::crackOnsetStrain");
 static_assert(offsetof(ConcordemPairCoefficients, ductility) == 48 && sizeof(ConcordemPairCoefficients::ductility) == 8, "ConcordemPairCoefficients::ductility");
 static_assert(offsetof(ConcordemPairCoefficients, shearContribution) == 56 && sizeof(ConcordemPairCoefficients::shearContribution) == 8, "ConcordemPairCoefficients::shearContribution");
 static_assert(offsetof(ConcordemPairCoefficients, prestress) == 64 && sizeof(ConcordemPairCoefficients::prestress) == 8, "ConcordemPairCoefficients::prestress");
@@ -812,4 +721,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xfdc896ee09cf561b)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x9a00569b76aa0b26)

@@ -379,7 +379,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 			ConcordemPairCoefficients  r;
 			r.a = i, r.b = j;
 			r.young = mean(one.young, two.young), r.shearRatio = mean(one.poisson, two.poisson), r.cohesion = mean(one.sigmaT, two.sigmaT);
-			r.frictionAngle = mean(one.frictionAngle, two.frictionAngle), r.crackOnset = mean(one.epsCrackOnset, two.epsCrackOnset);
+			r.frictionAngle = mean(one.frictionAngle, two.frictionAngle), r.crackOnsetStrain = mean(one.epsCrackOnset, two.epsCrackOnset);
 			r.ductility = mean(one.relDuctility, two.relDuctility);
 			r.shearContribution = mean(one.equivStrainShearContrib, two.equivStrainShearContrib);
 			r.prestress = mean(one.isoPrestress, two.isoPrestress), r.omegaThreshold = law->omegaThreshold;

@@ -206,7 +206,7 @@ bool Law2_ScGeom_CpmPhys_Rust::go(shared_ptr<IGeom>& geometry, shared_ptr<IPhys>
 	c.shearModulus          = phys.G;
 	c.tanFriction           = phys.tanFrictionAngle;
 	c.cohesion              = phys.undamagedCohesion;
-	c.crackOnset            = phys.epsCrackOnset;
+	c.crackOnsetStrain      = phys.epsCrackOnset;
 	c.fracture              = phys.epsFracture;
 	c.shearContribution     = phys.equivStrainShearContrib;
 	c.prestress             = phys.isoPrestress;

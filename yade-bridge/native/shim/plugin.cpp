@@ -2,7 +2,6 @@
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "abi.h"
-#include "beams.hpp"
 #include "bonds.hpp"
 #include "concrete.hpp"
 #include "linear_bonds.hpp"

@@ -29,8 +29,6 @@ pub enum BondOutcome {
     Opened = 2,
     /// The force is not finite.
     NotANumber = -1,
-    /// The parameters are invalid; the check function of the law gives the reason.
-    Parameters = -2,
     /// The library panicked.
     Internal = -3,
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use concordem_c_abi::Message;
 use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
 
-use crate::beam::{BeamContact, BeamParameters};
 use crate::body_motion::BodyMotion;
 use crate::bonded_engine::{BodyArrays, BondedStep, CellArrays, ConcreteScene, ContactArrays, Facts, PairCoefficients};
 use crate::concrete::CpmContact;
@@ -19,7 +18,6 @@ fn c_header_is_current() {
     let mut sources: Vec<PathBuf> = [
         "body_motion",
         "concrete",
-        "beam",
         "linear_bond",
         "law_contact",
         "deformation",
@@ -41,8 +39,6 @@ fn c_header_is_current() {
             Message::type_layout(),
             BodyMotion::type_layout(),
             CpmContact::type_layout(),
-            BeamParameters::type_layout(),
-            BeamContact::type_layout(),
             LinearBondParameters::type_layout(),
             BondedBody::type_layout(),
             LinearBondContact::type_layout(),

@@ -20,7 +20,7 @@ pub struct CpmContact {
     pub shear_modulus: f64,
     pub tan_friction: f64,
     pub cohesion: f64,
-    pub crack_onset: f64,
+    pub crack_onset_strain: f64,
     pub fracture: f64,
     pub shear_contribution: f64,
     pub prestress: f64,
@@ -89,11 +89,11 @@ fn vector(a: &[f64; 3]) -> Vec3 {
 fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
     let c = contact;
     let law = Cpm::of_yade(&YadeParameters {
-        normal_modulus: c.young,
+        young: c.young,
         shear_modulus: c.shear_modulus,
         tan_friction: c.tan_friction,
         cohesion: c.cohesion,
-        limit_strain: c.crack_onset,
+        crack_onset_strain: c.crack_onset_strain,
         softening_strain: c.fracture,
         shear_contribution: c.shear_contribution,
         isotropic_prestress: c.prestress,
@@ -157,10 +157,10 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
     c.shear_stress = shear_stress.into();
     c.residual_strength = if c.cohesive == 0 {
         0.0
-    } else if c.kappa < c.crack_onset {
+    } else if c.kappa < c.crack_onset_strain {
         1.0
     } else {
-        (1.0 - c.omega) * c.kappa / c.crack_onset
+        (1.0 - c.omega) * c.kappa / c.crack_onset_strain
     };
     if ENERGY {
         // A deleted contact releases its stored energy.

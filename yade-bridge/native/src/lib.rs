@@ -4,7 +4,6 @@
 //! structures with the shim. `shim/abi.h` declares functions and structures; the test `c_header` generates it.
 
 pub mod assembly;
-pub mod beam;
 mod body_motion;
 mod bonded_engine;
 #[cfg(test)]

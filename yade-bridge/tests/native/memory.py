@@ -84,21 +84,24 @@ run(50)
 assert O.engines[3].broken > 0
 again(10)
 
-beams = BeamMat_Rust(young=6e10, poisson=0.3, radiusRatio=0.5, tensileStrength=1e8, density=2500)
-laws = [Law2_ScGeom6D_BeamPhys_Rust(), Law2_ScGeom_FrictPhys_CundallStrack()]
-scene(beams, Ig2_Sphere_Sphere_ScGeom6D, Ip2_BeamMat_BeamMat_BeamPhys_Rust(cohesiveThresholdIter=1), laws)
+beams = CohesiveBeamMat_Rust(young=6e10, poisson=0.3, radiusRatio=0.5, tensileStrength=1e8, density=2500)
+laws = [Law2_ScGeom_CohesiveBeamPhys_Rust(), Law2_ScGeom_FrictPhys_CundallStrack()]
+make_beams = Ip2_CohesiveBeamMat_CohesiveBeamMat_CohesiveBeamPhys_Rust(cohesiveThresholdIter=1)
+scene(beams, Ig2_Sphere_Sphere_ScGeom6D, make_beams, laws)
 run(60)
 assert laws[0].broken > 0
 again(10)
 
-springs = dict(normalStiffness=2e6, shearStiffness=4e5, normalStrength=0.05)
+springs = dict(normalStiffness=2e6, shearStiffness=4e5, normalStrength=1)
 ceramic = LinearBondMat_Rust(particleYoung=6e10, particlePoisson=0.25, density=2500, **springs)
 laws = [Law2_ScGeom_LinearBondPhys_Rust(), Law2_ScGeom_FrictPhys_CundallStrack()]
 bonds = Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust(cohesiveThresholdIter=1)
 scene(ceramic, Ig2_Sphere_Sphere_ScGeom, bonds, laws)
 O.engines = O.engines[:3] + [DeformableParticles_Rust()] + O.engines[3:]
-run(60)
-assert laws[0].broken > 0 and O.bodies[0].state.wideningBefore.norm() > 0
+run(4)
+assert all(b.state.wideningBefore.norm() > 0 for b in O.bodies)
+run(56)
+assert laws[0].broken > 0
 again(10)
 
 for text in SCENARIOS:

@@ -324,9 +324,9 @@ impl<'a> ConcreteCalibration<'a> {
 
     fn parameters(&self, arguments: StrengthArguments, onset: f64) -> CpmParameters {
         CpmParameters {
-            cohesion: arguments.cohesion * self.base.normal_modulus * onset,
+            cohesion: arguments.cohesion * self.base.young * onset,
             friction_angle: libm::atan(arguments.friction),
-            limit_strain: onset,
+            crack_onset_strain: onset,
             relative_ductility: arguments.ductility,
             ..self.base
         }
@@ -334,7 +334,7 @@ impl<'a> ConcreteCalibration<'a> {
 
     /// Runs one packing in tension and in compression.
     fn test(&mut self, parameters: &CpmParameters, pair: &SpecimenPair) -> Result<[LoadTest; 2], ConcreteError> {
-        let cohesion = parameters.cohesion / (parameters.normal_modulus * parameters.limit_strain);
+        let cohesion = parameters.cohesion / (parameters.young * parameters.crack_onset_strain);
         let missing = |direction| ConcreteError::NoPeak { direction, seed: pair.seed, cohesion };
         // Down to a tenth of the peak for the energy; otherwise by more than stress waves can cause.
         let drop_to = if self.with_energy { 0.1 } else { 0.6 };
@@ -358,9 +358,9 @@ impl<'a> ConcreteCalibration<'a> {
         }
         let parameters = self.parameters(arguments, self.onset);
         let [tension, compression] = self.test(&parameters, pair)?;
-        let onset_stress = parameters.normal_modulus * self.onset;
+        let onset_stress = parameters.young * self.onset;
         let found = StrengthFunctions {
-            stiffness: tension.young / parameters.normal_modulus,
+            stiffness: tension.young / parameters.young,
             tension: tension.stress / onset_stress,
             ratio: -compression.stress / tension.stress,
             dissipation: self.with_energy.then_some(tension.dissipation / (onset_stress * self.onset)),
@@ -445,7 +445,7 @@ impl<'a> ConcreteCalibration<'a> {
         let arguments = StrengthArguments { cohesion, friction, ductility };
         let functions = self.functions(arguments)?;
         let tension = Scatter::of(functions.iter().map(|f| f.tension)).mean;
-        let onset = wanted.tensile_strength / (self.base.normal_modulus * tension);
+        let onset = wanted.tensile_strength / (self.base.young * tension);
         let ratio_scatter = Scatter::of(functions.iter().map(|f| f.ratio));
         let parameters = self.parameters(arguments, onset);
         let pairs = self.pairs;
@@ -481,7 +481,7 @@ impl<'a> ConcreteCalibration<'a> {
             let functions = self.functions(StrengthArguments { cohesion, friction, ductility })?;
             let tension = Scatter::of(functions.iter().map(|f| f.tension)).mean;
             let dissipation = Scatter::of(functions.iter().filter_map(|f| f.dissipation)).mean;
-            Ok(dissipation * strength * strength / (self.base.normal_modulus * tension * tension))
+            Ok(dissipation * strength * strength / (self.base.young * tension * tension))
         };
         let (mut low, mut high) = (start, start);
         let first = energy_of(start)?;

@@ -124,7 +124,7 @@ pub struct ReferenceFigures {
     /// Normal modulus of the bonds Ē, Pa.
     pub link_modulus: Option<f64>,
     /// Crack onset strain of a bond, ε₀.
-    pub limit_strain: Option<f64>,
+    pub crack_onset_strain: Option<f64>,
     /// Young's modulus E, Pa.
     pub modulus: Option<Given>,
     /// Tensile strength f_t, Pa.
@@ -151,7 +151,7 @@ impl ReferenceFigures {
         Self {
             source: "Stránský 2018, section 2.5.3, specimen 1 (numbers of the author's result files)".into(),
             link_modulus: Some(25e9),
-            limit_strain: Some(1e-4),
+            crack_onset_strain: Some(1e-4),
             modulus: one(27.03e9, 0.018),
             tensile_strength: one(3.475e6, 0.060),
             tensile_strain: one(1.586e-4, 0.081),
@@ -169,7 +169,7 @@ impl ReferenceFigures {
         Self {
             source: "Stránský 2018, section 2.5.3, specimen 4 (numbers of the author's result files)".into(),
             link_modulus: Some(50e9),
-            limit_strain: Some(1e-4),
+            crack_onset_strain: Some(1e-4),
             modulus: Some(Given { low: 54.3e9, high: 54.7e9, scatter: None }),
             tensile_strength: one(6.930e6),
             tensile_strain: one(1.586e-4),
@@ -182,8 +182,8 @@ impl ReferenceFigures {
     }
 
     /// No published values; the bond parameters, if known.
-    pub fn none(link_modulus: Option<f64>, limit_strain: Option<f64>) -> Self {
-        Self { link_modulus, limit_strain, ..Self::default() }
+    pub fn none(link_modulus: Option<f64>, crack_onset_strain: Option<f64>) -> Self {
+        Self { link_modulus, crack_onset_strain, ..Self::default() }
     }
 }
 
@@ -214,7 +214,7 @@ pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, 
     let tensile = tension.map(|curve| curve.peak_stress);
     let compressive = compression.map(|curve| -curve.peak_stress);
     let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?);
-    let onset = given.link_modulus.zip(given.limit_strain).map(|(modulus, strain)| modulus * strain);
+    let onset = given.link_modulus.zip(given.crack_onset_strain).map(|(modulus, strain)| modulus * strain);
     let rows = vec![
         row("E", "Young’s modulus, from the strain between the ends", gpa, modulus, given.modulus),
         row("E<sub>g</sub>", "Young’s modulus, from the strain of the middle half", gpa, gauge_modulus, None),

@@ -122,7 +122,7 @@ fn notes(runs: &[Run], reference: &ReferenceFigures, compared: bool) -> String {
     if runs.iter().any(|run| run.meaning == Meaning::Layers && run.figures.is_some()) {
         html += " The layers that hold the ends are rigid; E measured between the ends contains their stiffness.";
     }
-    if let Some((modulus, strain)) = reference.link_modulus.zip(reference.limit_strain) {
+    if let Some((modulus, strain)) = reference.link_modulus.zip(reference.crack_onset_strain) {
         let _ = write!(html, " Bonds: Ē = {} GPa, ε<sub>0</sub> = {} ‰.", number(modulus * 1e-9), number(strain * 1e3));
     }
     if compared {

@@ -27,7 +27,7 @@ pub enum ParameterError {
     Unlike(&'static str),
     /// The concrete particle model rejects its parameters.
     #[cfg_attr(feature = "std", error(transparent))]
-    Cpm(#[cfg_attr(feature = "std", from)] super::cpm::CpmError),
+    Cpm(super::cpm::CpmError),
 }
 
 /// Return an error unless `accepted`. Comparisons with NaN are false, so NaN is an error too.

@@ -39,8 +39,8 @@ fn beams() -> CohesiveBeam {
     CohesiveBeam::new(200.0, 0.3, Section::Ratio(0.5)).unwrap()
 }
 
-fn concrete(normal_modulus: f64) -> Cpm {
-    Cpm::new(&CpmParameters::new(normal_modulus, 0.2, 30.0, 0.8_f64.atan(), 10.0, 2.0)).unwrap()
+fn concrete(young: f64) -> Cpm {
+    Cpm::new(&CpmParameters::new(young, 0.2, 30.0, 0.8_f64.atan(), 10.0, 2.0)).unwrap()
 }
 
 /// A lattice that is 100 K hotter and 1 % larger than at bonding carries no force: what is left is rounding of the lengths. The same

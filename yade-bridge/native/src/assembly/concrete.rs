@@ -85,12 +85,12 @@ pub const STORED: [&str; 10] = [
 /// The values of [`STORED`] between two materials.
 fn stored_of(parameters: &CpmParameters) -> [f64; STORED.len()] {
     [
-        parameters.normal_modulus,
-        parameters.normal_modulus * parameters.shear_ratio,
+        parameters.young,
+        parameters.young * parameters.shear_ratio,
         parameters.friction_angle.tan(),
         parameters.cohesion,
-        parameters.limit_strain,
-        parameters.limit_strain * parameters.relative_ductility,
+        parameters.crack_onset_strain,
+        parameters.crack_onset_strain * parameters.relative_ductility,
         parameters.shear_contribution,
         parameters.isotropic_prestress,
         f64::from(u8::from(parameters.damage_law == DamageLaw::Exponential)),

@@ -60,7 +60,7 @@ pub struct PairCoefficients {
     shear_ratio: f64,
     cohesion: f64,
     friction_angle: f64,
-    crack_onset: f64,
+    crack_onset_strain: f64,
     ductility: f64,
     shear_contribution: f64,
     prestress: f64,
@@ -239,7 +239,7 @@ impl PairCoefficients {
                 self.shear_ratio,
                 self.cohesion,
                 self.friction_angle,
-                self.crack_onset,
+                self.crack_onset_strain,
                 self.ductility,
             )
         };

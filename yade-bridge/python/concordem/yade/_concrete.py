@@ -88,11 +88,11 @@ class Settings:
 
         return {
             "mode": mode,
-            "normal_modulus": mean("young"),
+            "young": mean("young"),
             "shear_ratio": mean("poisson"),
             "cohesion": mean("sigmaT"),
             "friction_angle": mean("frictionAngle"),
-            "limit_strain": mean("epsCrackOnset"),
+            "crack_onset_strain": mean("epsCrackOnset"),
             "relative_ductility": mean("relDuctility"),
             "damage_law": "linear" if one.damLaw == 0 else "exponential",
             "omega_threshold": float(self.omega_threshold),
@@ -226,7 +226,7 @@ class Concrete:
             if row["isotropic_prestress"]:
                 one, two = self.material[self.pair[:, 0]], self.material[self.pair[:, 1]]
                 between = ((one == i) & (two == j)) | ((one == j) & (two == i))
-                prestress[between] = row["isotropic_prestress"] / row["normal_modulus"]
+                prestress[between] = row["isotropic_prestress"] / row["young"]
         history = np.concatenate(
             [
                 (physics("epsN") - prestress)[:, None],

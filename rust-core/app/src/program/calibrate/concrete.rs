@@ -95,9 +95,9 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
     };
     let parameters = &found.fit.parameters;
     let keys = [
-        ("cpm", "young", parameters.normal_modulus.into()),
+        ("cpm", "young", parameters.young.into()),
         ("cpm", "shear_ratio", parameters.shear_ratio.into()),
-        ("cpm", "crack_onset_strain", parameters.limit_strain.into()),
+        ("cpm", "crack_onset_strain", parameters.crack_onset_strain.into()),
         ("cpm", "relative_ductility", parameters.relative_ductility.into()),
         ("cpm", "cohesion", parameters.cohesion.into()),
     ];
@@ -316,9 +316,9 @@ fn facts(arguments: &CalibrateConcreteArguments, scenario: &Scenario, found: &Co
     let ConcreteResult { elastic, fit, width, known } = found;
     let p = &fit.parameters;
     let mut facts = Facts::default();
-    facts.add("young of the bonds", format!("{:.6e} Pa", p.normal_modulus));
+    facts.add("young of the bonds", format!("{:.6e} Pa", p.young));
     facts.add("shear_ratio", format!("{:.6}", p.shear_ratio));
-    facts.add("crack_onset_strain", format!("{:.5e}", p.limit_strain));
+    facts.add("crack_onset_strain", format!("{:.5e}", p.crack_onset_strain));
     facts.add("relative_ductility", format!("{:.5}", p.relative_ductility));
     let sure = fit
         .cohesion_deviation

@@ -37,20 +37,21 @@ fn passes_but(report: &Report, known: &[&str]) {
 /// Stránský 2018, (2.13)–(2.20), written out for two components of shear.
 fn cpm_closed_form(p: CpmParameters, area: f64) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
     let (mut kappa, mut slip) = (0.0_f64, [0.0; 2]);
-    let (young, shear_modulus) = (p.normal_modulus, p.normal_modulus * p.shear_ratio);
-    let fracture_strain = p.limit_strain * p.relative_ductility;
+    let (young, shear_modulus) = (p.young, p.young * p.shear_ratio);
+    let fracture_strain = p.crack_onset_strain * p.relative_ductility;
     move |now| {
         let strain = now.station.elongation / 2.0;
         kappa = kappa.max(strain);
-        let omega = if kappa <= p.limit_strain {
+        let omega = if kappa <= p.crack_onset_strain {
             0.0
         } else {
             match p.damage_law {
                 DamageLaw::Linear => {
-                    ((1.0 - p.limit_strain / kappa) / (1.0 - p.limit_strain / fracture_strain)).min(1.0)
+                    ((1.0 - p.crack_onset_strain / kappa) / (1.0 - p.crack_onset_strain / fracture_strain)).min(1.0)
                 }
                 DamageLaw::Exponential => {
-                    1.0 - p.limit_strain / kappa * crate::math::exp((p.limit_strain - kappa) / fracture_strain)
+                    1.0 - p.crack_onset_strain / kappa
+                        * crate::math::exp((p.crack_onset_strain - kappa) / fracture_strain)
                 }
             }
         };

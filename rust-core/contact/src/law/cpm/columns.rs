@@ -181,7 +181,7 @@ impl PlainThesis<'_> {
         let (geometry, previous, bonded) = input.constants();
         let k = motion.measure().point(&geometry, &previous, bonded);
         let stresses = law.evaluate_thesis(&k, &history, |kappa| {
-            if kappa <= law.parameters.limit_strain || law.parameters.never_damage {
+            if kappa <= law.parameters.crack_onset_strain || law.parameters.never_damage {
                 0.0
             } else if kappa == predicted_kappa {
                 predicted_damage
@@ -238,7 +238,7 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
         let stresses = law.evaluate_with_damage(&k, &old, |kappa| {
             if kappa == old.kappa {
                 old.omega
-            } else if kappa < law.parameters.limit_strain || law.parameters.never_damage {
+            } else if kappa < law.parameters.crack_onset_strain || law.parameters.never_damage {
                 0.0
             } else {
                 f64::NAN
@@ -285,7 +285,7 @@ const NEAR_ONSET: f64 = 0.9;
 /// Whether the damage of a contact of the batch is expected to grow, given the old normal strains.
 #[inline(always)]
 fn damage_may_grow(law: &Cpm, strains: &[f64; BATCH]) -> bool {
-    let onset = NEAR_ONSET * law.parameters.limit_strain;
+    let onset = NEAR_ONSET * law.parameters.crack_onset_strain;
     // A sum over all columns needs no branch. (Unused columns may count in vain.)
     strains.iter().map(|&strain| u64::from(strain > onset)).sum::<u64>() > 0
 }

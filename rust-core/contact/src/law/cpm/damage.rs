@@ -10,13 +10,15 @@ impl Cpm {
     pub fn damage_function(&self, kappa: f64) -> f64 {
         let p = &self.parameters;
         // With this comparison a NaN stays visible; `!(κ > ε₀)` would make it undamaged.
-        if kappa <= p.limit_strain || p.never_damage {
+        if kappa <= p.crack_onset_strain || p.never_damage {
             return 0.0;
         }
-        let ratio = p.limit_strain / kappa;
+        let ratio = p.crack_onset_strain / kappa;
         match p.damage_law {
             DamageLaw::Linear => ((1.0 - ratio) * self.linear_factor).min(1.0),
-            DamageLaw::Exponential => 1.0 - ratio * math::exp((p.limit_strain - kappa) * self.inverse_softening_strain),
+            DamageLaw::Exponential => {
+                1.0 - ratio * math::exp((p.crack_onset_strain - kappa) * self.inverse_softening_strain)
+            }
         }
     }
 
@@ -30,11 +32,11 @@ impl Cpm {
             return Err(CpmError::OutOfRange { name: "omega", value: omega, requirement: "from 0 to 1" });
         }
         if omega == 0.0 {
-            return Ok(p.limit_strain);
+            return Ok(p.crack_onset_strain);
         }
-        let a = p.limit_strain * self.inverse_softening_strain;
+        let a = p.crack_onset_strain * self.inverse_softening_strain;
         match p.damage_law {
-            DamageLaw::Linear => Ok(p.limit_strain / (1.0 - omega * (1.0 - a))),
+            DamageLaw::Linear => Ok(p.crack_onset_strain / (1.0 - omega * (1.0 - a))),
             DamageLaw::Exponential if omega == 1.0 => Ok(f64::INFINITY),
             DamageLaw::Exponential => {
                 // With κ = ε₀(1+t): a t + ln(1+t) = −ln(1−ω). The left side is concave and increasing, so Newton's method
@@ -49,7 +51,7 @@ impl Cpm {
                         break;
                     }
                 }
-                Ok(p.limit_strain * (1.0 + t))
+                Ok(p.crack_onset_strain * (1.0 + t))
             }
         }
     }
@@ -64,12 +66,14 @@ impl Cpm {
     /// Damage of the strength at κ, ω̂ = 1 − (1−ω)κ/ε₀ (Stránský 2018, (6.6)), clamped to 0 up to ε₀.
     pub fn strength_damage(&self, kappa: f64) -> f64 {
         let p = &self.parameters;
-        if kappa <= p.limit_strain || p.never_damage {
+        if kappa <= p.crack_onset_strain || p.never_damage {
             return 0.0;
         }
         match p.damage_law {
-            DamageLaw::Linear => ((kappa - p.limit_strain) / (self.softening_strain - p.limit_strain)).min(1.0),
-            DamageLaw::Exponential => -libm::expm1((p.limit_strain - kappa) * self.inverse_softening_strain),
+            DamageLaw::Linear => {
+                ((kappa - p.crack_onset_strain) / (self.softening_strain - p.crack_onset_strain)).min(1.0)
+            }
+            DamageLaw::Exponential => -libm::expm1((p.crack_onset_strain - kappa) * self.inverse_softening_strain),
         }
     }
 
@@ -80,8 +84,8 @@ impl Cpm {
             return Err(CpmError::OutOfRange { name: "omega_hat", value: omega_hat, requirement: "from 0 to 1" });
         }
         Ok(match p.damage_law {
-            DamageLaw::Linear => p.limit_strain + omega_hat * (self.softening_strain - p.limit_strain),
-            DamageLaw::Exponential => p.limit_strain - self.softening_strain * libm::log1p(-omega_hat),
+            DamageLaw::Linear => p.crack_onset_strain + omega_hat * (self.softening_strain - p.crack_onset_strain),
+            DamageLaw::Exponential => p.crack_onset_strain - self.softening_strain * libm::log1p(-omega_hat),
         })
     }
 

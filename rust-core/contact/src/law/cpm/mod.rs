@@ -77,25 +77,26 @@
 //!
 //! # Files
 //!
-//! `parameters` (and their validation), `damage` (g, its inverse, strength), `thesis` (Stránský's published form), `woo` (the
-//! full model with all options), `yade` (YADE's form), `columns` (batches).
+//! `parameters` (and their validation), `damage` (g, its inverse, strength), `yield_surface` (the bound of the shear stress),
+//! `thesis` (Stránský's published form), `full_model` (all options, also in Woo's form), `yade` (YADE's form), `columns` (batches).
 
 mod columns;
 mod damage;
+mod full_model;
 mod parameters;
 #[cfg(feature = "std")]
 mod table;
 #[cfg(test)]
 mod tests;
 mod thesis;
-mod woo;
 mod yade;
+mod yield_surface;
 
 pub use crate::geometry::contact_area;
+pub use full_model::solve_beta;
 pub use parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
 #[cfg(feature = "std")]
 pub use table::CpmTable;
-pub use woo::solve_beta;
 pub use yade::YadeParameters;
 
 use super::{
@@ -207,14 +208,14 @@ impl Cpm {
             prestress_strain: parameters.prestress_strain(),
             inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if shear_modulus > 0.0 { 1.0 / shear_modulus } else { 0.0 },
-            linear_factor: 1.0 / (1.0 - parameters.limit_strain / softening_strain),
+            linear_factor: 1.0 / (1.0 - parameters.crack_onset_strain / softening_strain),
             plain: parameters.mode == CpmFormulation::Thesis
                 && parameters.yield_surface == YieldSurface::MohrCoulomb
                 && parameters.shear_contribution == 0.0
                 && parameters.soft_strain >= 0.0
                 && parameters.isotropic_prestress == 0.0
                 && parameters.damage_time == 0.0
-                && parameters.plastic_time == 0.0,
+                && parameters.plasticity_time == 0.0,
         })
     }
 
@@ -318,7 +319,7 @@ impl Cpm {
     #[inline(always)]
     fn add_damage(&self, energy: &mut EnergySplit, volume: f64, [e_old, e]: [f64; 2], [old, damage]: [f64; 2]) {
         if damage != old {
-            let product = volume * 0.5 * self.parameters.normal_modulus * e_old * e * (damage - old);
+            let product = volume * 0.5 * self.parameters.young * e_old * e * (damage - old);
             if e_old * e < 0.0 {
                 energy.integration += product;
             } else {
@@ -411,9 +412,9 @@ impl ContactLaw for Cpm {
         let TemperatureFactors { stiffness, strength } = *factors;
         let strain = strength / stiffness;
         let mut law = *self;
-        law.parameters.normal_modulus *= stiffness;
+        law.parameters.young *= stiffness;
         law.parameters.cohesion *= strength;
-        law.parameters.limit_strain *= strain;
+        law.parameters.crack_onset_strain *= strain;
         law.parameters.soft_strain *= strain;
         law.shear_modulus *= stiffness;
         law.inverse_shear_modulus /= stiffness;
@@ -466,7 +467,7 @@ impl ContactLaw for Cpm {
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
         let area_by_length = geometry.area / geometry.reference_length;
         Stiffness {
-            normal: self.parameters.normal_modulus * area_by_length,
+            normal: self.parameters.young * area_by_length,
             shear: self.shear_modulus * area_by_length,
             ..Stiffness::default()
         }

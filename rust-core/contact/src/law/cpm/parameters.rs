@@ -21,7 +21,7 @@ pub enum CpmFormulation {
 
 impl CpmFormulation {
     /// Whether the formulation has the options of the full model: yield surfaces other than Mohr–Coulomb
-    /// (`yield_surface`), viscous damage (`damage_time`), and viscous slip (`plastic_time`).
+    /// (`yield_surface`), viscous damage (`damage_time`), and viscous slip (`plasticity_time`).
     ///
     /// In YADE's public form these parameters exist but have no effect.
     pub const fn has_full_model(self) -> bool {
@@ -69,7 +69,7 @@ pub struct CpmParameters {
     #[cfg_attr(feature = "std", serde(default))]
     pub mode: CpmFormulation,
     /// Normal modulus Ē, Pa (YADE `young`).
-    pub normal_modulus: f64,
+    pub young: f64,
     /// Ratio Ḡ/Ē of shear to normal modulus, 1 (YADE `poisson`, Woo `ktDivKn`). Not Poisson's ratio.
     pub shear_ratio: f64,
     /// Cohesion c₀ of the undamaged bond, Pa (YADE `sigmaT`).
@@ -77,7 +77,7 @@ pub struct CpmParameters {
     /// Angle of friction φ, rad.
     pub friction_angle: f64,
     /// Crack onset strain ε₀, 1 (YADE `epsCrackOnset`).
-    pub limit_strain: f64,
+    pub crack_onset_strain: f64,
     /// Ratio ε_f/ε₀, 1 (YADE `relDuctility`).
     pub relative_ductility: f64,
     /// Form of the damage function.
@@ -115,10 +115,10 @@ pub struct CpmParameters {
     pub damage_rate_exponent: f64,
     /// Characteristic time τ_p of viscous slip, s (`plTau`); 0 or less: none.
     #[cfg_attr(feature = "std", serde(default))]
-    pub plastic_time: f64,
+    pub plasticity_time: f64,
     /// Exponent M_p of viscous slip, 1 (`plRateExp`).
     #[cfg_attr(feature = "std", serde(default = "one"))]
-    pub plastic_rate_exponent: f64,
+    pub plasticity_rate_exponent: f64,
 }
 
 #[cfg(feature = "std")]
@@ -166,20 +166,20 @@ pub enum CpmError {
 impl CpmParameters {
     /// Parameters of the basic law (Stránský 2018, table 2.1): exponential softening, Mohr–Coulomb, no options.
     pub fn new(
-        normal_modulus: f64,
+        young: f64,
         shear_ratio: f64,
         cohesion: f64,
         friction_angle: f64,
-        limit_strain: f64,
+        crack_onset_strain: f64,
         relative_ductility: f64,
     ) -> Self {
         Self {
             mode: CpmFormulation::Thesis,
-            normal_modulus,
+            young,
             shear_ratio,
             cohesion,
             friction_angle,
-            limit_strain,
+            crack_onset_strain,
             relative_ductility,
             damage_law: DamageLaw::Exponential,
             omega_threshold: 1.0,
@@ -192,8 +192,8 @@ impl CpmParameters {
             yield_log_speed: 0.1,
             damage_time: 0.0,
             damage_rate_exponent: 1.0,
-            plastic_time: 0.0,
-            plastic_rate_exponent: 1.0,
+            plasticity_time: 0.0,
+            plasticity_rate_exponent: 1.0,
         }
     }
 
@@ -221,11 +221,11 @@ impl CpmParameters {
         };
         Ok(Self {
             mode: self.mode,
-            normal_modulus: mean(|p| p.normal_modulus),
+            young: mean(|p| p.young),
             shear_ratio: mean(|p| p.shear_ratio),
             cohesion: mean(|p| p.cohesion),
             friction_angle,
-            limit_strain: mean(|p| p.limit_strain),
+            crack_onset_strain: mean(|p| p.crack_onset_strain),
             relative_ductility: mean(|p| p.relative_ductility),
             damage_law: self.damage_law,
             omega_threshold: mean(|p| p.omega_threshold),
@@ -238,8 +238,8 @@ impl CpmParameters {
             yield_log_speed: mean(|p| p.yield_log_speed),
             damage_time: mean(|p| p.damage_time),
             damage_rate_exponent: mean(|p| p.damage_rate_exponent),
-            plastic_time: mean(|p| p.plastic_time),
-            plastic_rate_exponent: mean(|p| p.plastic_rate_exponent),
+            plasticity_time: mean(|p| p.plasticity_time),
+            plasticity_rate_exponent: mean(|p| p.plasticity_rate_exponent),
         })
     }
 
@@ -249,13 +249,13 @@ impl CpmParameters {
     /// [`CpmFormulation::YadePublic`] has neither other yield surfaces nor viscosity, see
     /// [`CpmFormulation::has_full_model`].
     pub fn validate(&self) -> Result<(), CpmError> {
-        check("normal_modulus", self.normal_modulus, self.normal_modulus > 0.0, "positive")?;
+        check("young", self.young, self.young > 0.0, "positive")?;
         check("shear_ratio", self.shear_ratio, self.shear_ratio >= 0.0, "zero or positive")?;
         check("cohesion", self.cohesion, self.cohesion >= 0.0, "zero or positive")?;
         let angle = self.friction_angle;
         let right_angle = core::f64::consts::FRAC_PI_2;
         check("friction_angle", angle, (0.0..right_angle).contains(&angle), "an angle from 0 to below π/2 rad")?;
-        check("limit_strain", self.limit_strain, self.limit_strain > 0.0, "positive")?;
+        check("crack_onset_strain", self.crack_onset_strain, self.crack_onset_strain > 0.0, "positive")?;
         let ductility = self.relative_ductility;
         match self.damage_law {
             DamageLaw::Exponential => check("relative_ductility", ductility, ductility > 0.0, "positive")?,
@@ -285,10 +285,10 @@ impl CpmParameters {
             let exponent = self.damage_rate_exponent;
             check("damage_rate_exponent", exponent, exponent > 0.0, "positive with viscous damage")?;
         }
-        if self.plastic_time > 0.0 {
-            check("plastic_time", self.plastic_time, true, "finite")?;
-            let exponent = self.plastic_rate_exponent;
-            check("plastic_rate_exponent", exponent, exponent > 0.0, "positive with viscous slip")?;
+        if self.plasticity_time > 0.0 {
+            check("plasticity_time", self.plasticity_time, true, "finite")?;
+            let exponent = self.plasticity_rate_exponent;
+            check("plasticity_rate_exponent", exponent, exponent > 0.0, "positive with viscous slip")?;
             check("cohesion", self.cohesion, self.cohesion > 0.0, "positive with viscous slip")?;
             check("shear_ratio", self.shear_ratio, self.shear_ratio > 0.0, "positive with viscous slip")?;
         }
@@ -299,8 +299,8 @@ impl CpmParameters {
             if self.damage_time > 0.0 {
                 return Err(CpmError::NotInYade { name: "damage_time" });
             }
-            if self.plastic_time > 0.0 {
-                return Err(CpmError::NotInYade { name: "plastic_time" });
+            if self.plasticity_time > 0.0 {
+                return Err(CpmError::NotInYade { name: "plasticity_time" });
             }
         }
         Ok(())
@@ -308,12 +308,12 @@ impl CpmParameters {
 
     /// Shear modulus Ḡ, Pa.
     pub fn shear_modulus(&self) -> f64 {
-        self.normal_modulus * self.shear_ratio
+        self.young * self.shear_ratio
     }
 
     /// Softening strain ε_f, 1.
     pub fn softening_strain(&self) -> f64 {
-        self.limit_strain * self.relative_ductility
+        self.crack_onset_strain * self.relative_ductility
     }
 
     /// Elastic strain at the plastic limit in compression, of a contact with the strain `strain` beyond it.
@@ -325,7 +325,7 @@ impl CpmParameters {
     fn prestress_is_beyond_the_plastic_limit(&self) -> bool {
         self.mode == CpmFormulation::Thesis
             && self.soft_strain < 0.0
-            && self.isotropic_prestress < self.normal_modulus * self.soft_strain
+            && self.isotropic_prestress < self.young * self.soft_strain
     }
 
     /// Normal strain of a bond under the isotropic prestress alone (Šmilauer 2010, "Isotropic confinement").
@@ -334,10 +334,10 @@ impl CpmParameters {
             0.0
         } else if self.prestress_is_beyond_the_plastic_limit() {
             self.soft_strain
-                + (self.isotropic_prestress - self.normal_modulus * self.soft_strain)
-                    / (self.normal_modulus * self.relative_soft_stiffness)
+                + (self.isotropic_prestress - self.young * self.soft_strain)
+                    / (self.young * self.relative_soft_stiffness)
         } else {
-            self.isotropic_prestress / self.normal_modulus
+            self.isotropic_prestress / self.young
         }
     }
 }

@@ -113,8 +113,8 @@ impl CpmTable {
             yield_log_speed: or(self.yield_log_speed, 0.1),
             damage_time: time(self.damage_time),
             damage_rate_exponent: or(self.damage_rate_exponent, 1.0),
-            plastic_time: time(self.plasticity_time),
-            plastic_rate_exponent: or(self.plasticity_rate_exponent, 1.0),
+            plasticity_time: time(self.plasticity_time),
+            plasticity_rate_exponent: or(self.plasticity_rate_exponent, 1.0),
             ..CpmParameters::new(
                 self.young.si(),
                 self.shear_ratio.si(),
@@ -244,21 +244,14 @@ impl LawTable for CpmTable {
     }
 }
 
-/// The error with the key of the table in place of the field of [`CpmParameters`].
-fn by_key(error: CpmError) -> ParameterError {
-    let key = |field: &'static str| match field {
-        "normal_modulus" => "young",
-        "limit_strain" => "crack_onset_strain",
-        "plastic_time" => "plasticity_time",
-        "plastic_rate_exponent" => "plasticity_rate_exponent",
-        same => same,
-    };
-    match error {
-        CpmError::OutOfRange { name, value, requirement } => {
-            ParameterError::OutOfRange { law: Cpm::NAME, parameter: key(name), value, requirement }
+impl From<CpmError> for ParameterError {
+    fn from(error: CpmError) -> Self {
+        match error {
+            CpmError::OutOfRange { name, value, requirement } => {
+                Self::OutOfRange { law: Cpm::NAME, parameter: name, value, requirement }
+            }
+            CpmError::NotInYade { .. } | CpmError::Unlike { .. } => Self::Cpm(error),
         }
-        CpmError::NotInYade { name } => ParameterError::Cpm(CpmError::NotInYade { name: key(name) }),
-        CpmError::Unlike { name } => ParameterError::Cpm(CpmError::Unlike { name: key(name) }),
     }
 }
 
@@ -272,8 +265,8 @@ impl RegisteredLaw for Cpm {
     fn row(a: &CpmTable, b: &CpmTable) -> Result<Self, ParameterError> {
         let (a, b) = (a.parameters(), b.parameters());
         // Averaging equal parameters could round, so they are used unchanged.
-        let mean = if a == b { a } else { a.average(&b).map_err(by_key)? };
-        Self::new(&mean).map_err(by_key)
+        let mean = if a == b { a } else { a.average(&b)? };
+        Ok(Self::new(&mean)?)
     }
 
     fn unbonded_row(a: &CpmTable, b: &CpmTable) -> Result<Self, ParameterError> {
@@ -306,7 +299,7 @@ impl RegisteredLaw for Cpm {
 mod tests {
     use super::*;
 
-    /// Errors name the keys of a scenario, not the fields of the law.
+    /// The fields of the law have the names of the keys, which errors give.
     #[test]
     fn errors_name_the_keys_of_the_table() {
         let error = |change: fn(&mut CpmTable)| {

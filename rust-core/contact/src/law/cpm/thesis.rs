@@ -1,7 +1,7 @@
 //! The published form of the cohesive particle model (Stránský 2018, (2.3)–(2.20)) without options: Mohr–Coulomb yield
 //! surface, no viscosity, no plasticity in compression, no prestress, no shear in the equivalent strain.
 //!
-//! With options see [`woo`](super::woo).
+//! With options see [`full_model`](super::full_model).
 
 use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;
@@ -41,7 +41,7 @@ impl Cpm {
         }
         let damage_old = if elastic_old > 0.0 { omega_before(k, old) } else { 0.0 };
         let damage = if elastic > 0.0 { omega } else { 0.0 };
-        let normal_stress = (1.0 - damage) * p.normal_modulus * elastic;
+        let normal_stress = (1.0 - damage) * p.young * elastic;
         let mut energy = EnergySplit::default();
         self.add_damage(&mut energy, step.volume, [elastic_old, elastic], [damage_old, damage]);
 

@@ -12,7 +12,7 @@ use crate::math::Vec3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct YadeParameters {
     /// `E`, Pa.
-    pub normal_modulus: f64,
+    pub young: f64,
     /// `G`, Pa.
     pub shear_modulus: f64,
     /// `tanFrictionAngle`, 1.
@@ -20,7 +20,7 @@ pub struct YadeParameters {
     /// `undamagedCohesion`, Pa.
     pub cohesion: f64,
     /// `epsCrackOnset`, 1.
-    pub limit_strain: f64,
+    pub crack_onset_strain: f64,
     /// `epsFracture`, 1.
     pub softening_strain: f64,
     /// `equivStrainShearContrib`, 1.
@@ -45,16 +45,16 @@ impl Cpm {
     #[inline(always)]
     pub fn of_yade(contact: &YadeParameters) -> Self {
         let c = contact;
-        let (young, softening_strain) = (c.normal_modulus, c.softening_strain);
+        let (young, softening_strain) = (c.young, c.softening_strain);
         Self {
             parameters: CpmParameters {
                 mode: CpmFormulation::YadePublic,
-                normal_modulus: young,
+                young,
                 shear_ratio: c.shear_modulus / young,
                 cohesion: c.cohesion,
                 friction_angle: f64::NAN,
-                limit_strain: c.limit_strain,
-                relative_ductility: softening_strain / c.limit_strain,
+                crack_onset_strain: c.crack_onset_strain,
+                relative_ductility: softening_strain / c.crack_onset_strain,
                 damage_law: c.damage_law,
                 omega_threshold: c.omega_threshold,
                 never_damage: c.never_damage,
@@ -66,8 +66,8 @@ impl Cpm {
                 yield_log_speed: 0.1,
                 damage_time: 0.0,
                 damage_rate_exponent: 1.0,
-                plastic_time: 0.0,
-                plastic_rate_exponent: 1.0,
+                plasticity_time: 0.0,
+                plasticity_rate_exponent: 1.0,
             },
             shear_modulus: c.shear_modulus,
             softening_strain,
@@ -75,7 +75,7 @@ impl Cpm {
             prestress_strain: c.isotropic_prestress / young,
             inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if c.shear_modulus > 0.0 { 1.0 / c.shear_modulus } else { 0.0 },
-            linear_factor: 1.0 / (1.0 - c.limit_strain / softening_strain),
+            linear_factor: 1.0 / (1.0 - c.crack_onset_strain / softening_strain),
             plain: false,
         }
     }
@@ -123,7 +123,7 @@ impl Cpm {
     ) -> StressResponse {
         use crate::math::yade_order::{dot, norm};
         let p = &self.parameters;
-        let (young, shear_modulus) = (p.normal_modulus, self.shear_modulus);
+        let (young, shear_modulus) = (p.young, self.shear_modulus);
         let length = k.geometry.reference_length;
         let area = k.geometry.area;
         let strain = k.elongation / length;
@@ -211,14 +211,16 @@ impl Cpm {
     #[inline(always)]
     fn damage_function_yade(&self, kappa: f64) -> f64 {
         let p = &self.parameters;
-        if kappa < p.limit_strain || p.never_damage {
+        if kappa < p.crack_onset_strain || p.never_damage {
             return 0.0;
         }
         match p.damage_law {
-            DamageLaw::Linear => (1.0 - p.limit_strain / kappa) / (1.0 - p.limit_strain / self.softening_strain),
+            DamageLaw::Linear => {
+                (1.0 - p.crack_onset_strain / kappa) / (1.0 - p.crack_onset_strain / self.softening_strain)
+            }
             // The system's `exp` as in YADE: this form reproduces the bits of a program that uses the C library.
             DamageLaw::Exponential => {
-                1.0 - (p.limit_strain / kappa) * (-(kappa - p.limit_strain) / self.softening_strain).exp()
+                1.0 - (p.crack_onset_strain / kappa) * (-(kappa - p.crack_onset_strain) / self.softening_strain).exp()
             }
         }
     }

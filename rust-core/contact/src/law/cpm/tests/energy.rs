@@ -70,7 +70,7 @@ impl Pair {
         }
         let elastic = state.normal_strain + self.law.prestress_strain - state.plastic_normal_strain;
         let damage = if elastic > 0.0 { state.omega } else { 0.0 };
-        let bound = self.law.yield_stress((1.0 - damage) * self.law.parameters.normal_modulus * elastic, state.omega);
+        let bound = self.law.yield_stress((1.0 - damage) * self.law.parameters.young * elastic, state.omega);
         if trial.norm() > bound { trial * (bound / trial.norm()) } else { trial }
     }
 
@@ -136,7 +136,7 @@ fn option(index: usize) -> CpmParameters {
         2 => CpmParameters { soft_strain: -3e-4, relative_soft_stiffness: 0.3, ..base },
         3 => CpmParameters { shear_contribution: 0.5, isotropic_prestress: -2e6, ..base },
         4 => CpmParameters { yield_surface: YieldSurface::LogarithmicLinear, never_damage: true, ..base },
-        _ => CpmParameters { cohesion: 0.5e6, limit_strain: 2e-4, relative_ductility: 3.0, ..base },
+        _ => CpmParameters { cohesion: 0.5e6, crack_onset_strain: 2e-4, relative_ductility: 3.0, ..base },
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod energy;
 
-use super::woo::beta_residual;
+use super::full_model::beta_residual;
 use super::*;
 
 /// Two unit spheres 2 m apart, bonded: A = π m², L = 2 m.
@@ -321,8 +321,8 @@ fn viscous(mode: CpmFormulation) -> CpmParameters {
         mode,
         damage_time: 1.0,
         damage_rate_exponent: 0.3,
-        plastic_time: 2.0,
-        plastic_rate_exponent: 0.4,
+        plasticity_time: 2.0,
+        plasticity_rate_exponent: 0.4,
         ..concrete()
     }
 }
@@ -385,7 +385,7 @@ fn stress_relaxation_of_damage() {
 #[test]
 fn stress_relaxation_of_slip() {
     let tau = 5.0;
-    let p = CpmParameters { plastic_time: tau, plastic_rate_exponent: 1.0, ..concrete() };
+    let p = CpmParameters { plasticity_time: tau, plasticity_rate_exponent: 1.0, ..concrete() };
     let mut bond = Bond::new(law(p));
     bond.dt = 1e-5;
     bond.go(0.0, Vec3::new(0.0, 1e-3, 0.0));
@@ -464,7 +464,7 @@ fn unbonded_contact() {
 fn stresses_scale_with_stiffness_and_cohesion() {
     let p = CpmParameters { soft_strain: -3e-4, relative_soft_stiffness: 0.2, ..concrete() };
     let mut one = Bond::new(law(p));
-    let mut two = Bond::new(law(CpmParameters { normal_modulus: 60e9, cohesion: 6e6, ..p }));
+    let mut two = Bond::new(law(CpmParameters { young: 60e9, cohesion: 6e6, ..p }));
     for (strain, shear) in [(1e-4, 1e-4), (3e-4, 2e-4), (-5e-4, 1e-3), (1e-3, -1e-3), (2e-4, 1e-4)] {
         let step = Vec3::new(0.0, shear, 0.3 * shear);
         one.go(strain, step);
@@ -507,10 +507,10 @@ fn damage_functions_and_their_inverses() {
 #[test]
 fn parameters_are_checked() {
     let bad = [
-        CpmParameters { normal_modulus: 0.0, ..concrete() },
-        CpmParameters { normal_modulus: f64::NAN, ..concrete() },
+        CpmParameters { young: 0.0, ..concrete() },
+        CpmParameters { young: f64::NAN, ..concrete() },
         CpmParameters { friction_angle: 1.6, ..concrete() },
-        CpmParameters { limit_strain: -1e-4, ..concrete() },
+        CpmParameters { crack_onset_strain: -1e-4, ..concrete() },
         CpmParameters { damage_law: DamageLaw::Linear, relative_ductility: 1.0, ..concrete() },
         CpmParameters { cohesion: 0.0, yield_surface: YieldSurface::Logarithmic, ..concrete() },
         CpmParameters { damage_time: 1.0, damage_rate_exponent: 0.0, ..concrete() },
@@ -520,9 +520,9 @@ fn parameters_are_checked() {
     }
     let yade = CpmParameters { mode: CpmFormulation::YadePublic, damage_time: 1.0, ..concrete() };
     assert_eq!(Cpm::new(&yade), Err(CpmError::NotInYade { name: "damage_time" }));
-    let soft = CpmParameters { normal_modulus: 10e9, friction_angle: 0.3, never_damage: true, ..concrete() };
+    let soft = CpmParameters { young: 10e9, friction_angle: 0.3, never_damage: true, ..concrete() };
     let mean = concrete().average(&soft).expect("alike");
-    assert_eq!((mean.normal_modulus, mean.shear_modulus(), mean.never_damage), (20e9, 0.2 * 20e9, true));
+    assert_eq!((mean.young, mean.shear_modulus(), mean.never_damage), (20e9, 0.2 * 20e9, true));
     let linear = CpmParameters { damage_law: DamageLaw::Linear, ..concrete() };
     assert_eq!(concrete().average(&linear), Err(CpmError::Unlike { name: "damage_law" }));
 }
@@ -535,7 +535,7 @@ fn options_belong_to_formulations() {
         ("yield_surface", |p| p.yield_surface = YieldSurface::Parabolic),
         ("yield_surface", |p| p.yield_surface = YieldSurface::LogarithmicLinear),
         ("damage_time", |p| p.damage_time = 1.0),
-        ("plastic_time", |p| p.plastic_time = 1.0),
+        ("plasticity_time", |p| p.plasticity_time = 1.0),
     ];
     for (name, set) in options {
         for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic, CpmFormulation::Woo] {

@@ -1,9 +1,10 @@
-//! The full model with all options (Šmilauer 2010), in the thesis formulation and in Woo's: yield surfaces, viscous damage and
-//! slip, plasticity in compression, isotropic prestress, shear in the equivalent strain.
+//! The full model with all options (Šmilauer 2010), in the thesis formulation and in Woo's: [yield
+//! surfaces](super::yield_surface), viscous damage and slip, plasticity in compression, isotropic prestress, shear in the
+//! equivalent strain.
 //!
 //! [`thesis`](super::thesis) is the same model without options. The [parent module](super) lists Woo's quirks.
 
-use super::parameters::{CpmFormulation, YieldSurface};
+use super::parameters::CpmFormulation;
 use super::{Cpm, CpmState, Step, StressResponse, normal_before, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
@@ -12,35 +13,6 @@ use crate::math::Real as _;
 use crate::math::{self, Vec3};
 
 impl Cpm {
-    /// Largest shear stress y(σ_N, ω) without flow, Pa (formulas in the [module documentation](super)).
-    #[inline(always)]
-    pub fn yield_stress(&self, normal_stress: f64, omega: f64) -> f64 {
-        let p = &self.parameters;
-        let (cohesion, tangent) = (p.cohesion, self.tan_friction);
-        let radius = match p.yield_surface {
-            YieldSurface::MohrCoulomb => self.mohr_coulomb(normal_stress, omega),
-            YieldSurface::Parabolic => {
-                (cohesion * (cohesion - 2.0 * tangent * normal_stress)).max(0.0).sqrt() - cohesion * omega
-            }
-            YieldSurface::LogarithmicLinear if normal_stress > 0.0 => self.mohr_coulomb(normal_stress, omega),
-            YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear => {
-                let relative = normal_stress / (cohesion * p.yield_log_speed);
-                if relative >= 1.0 {
-                    0.0
-                } else {
-                    cohesion * ((1.0 - omega) + tangent * p.yield_log_speed * libm::log1p(-relative))
-                }
-            }
-        };
-        radius.max(0.0)
-    }
-
-    /// `c₀(1−ω) − σ_N tan φ`, Pa; can be negative.
-    #[inline(always)]
-    pub(super) fn mohr_coulomb(&self, normal_stress: f64, omega: f64) -> f64 {
-        self.parameters.cohesion * (1.0 - omega) - normal_stress * self.tan_friction
-    }
-
     /// Response in the thesis formulation with options, or in Woo's.
     #[inline(always)]
     pub(super) fn respond_full(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
@@ -73,14 +45,14 @@ impl Cpm {
                 (damage * elastic, damage_old * elastic_old)
             };
             damage_strain = self.viscous_damage_strain(driving, old.damage_strain, omega, dt);
-            let overstress = p.normal_modulus * (driving - damage_strain);
-            let overstress_old = p.normal_modulus * (driving_old - old.damage_strain);
+            let overstress = p.young * (driving - damage_strain);
+            let overstress_old = p.young * (driving_old - old.damage_strain);
             normal_stress += overstress;
             energy.viscous += step.volume * 0.5 * (overstress_old + overstress) * (step.strain - step.strain_old);
         }
 
         energy.stored_normal =
-            step.volume * (0.5 * (stress * elastic - p.normal_modulus * shift * shift) - prestress * step.strain);
+            step.volume * (0.5 * (stress * elastic - p.young * shift * shift) - prestress * step.strain);
         self.add_shear(&mut energy, k, old, &step, &shear_stress);
         let state = CpmState {
             normal_strain: step.strain,
@@ -129,11 +101,11 @@ impl Cpm {
         }
         let damage_old = if elastic_old > 0.0 { omega_before(k, old) } else { 0.0 };
         let damage = if elastic > 0.0 { omega } else { 0.0 };
-        let stress_old = (1.0 - damage_old) * p.normal_modulus * elastic_old;
-        let mut stress = (1.0 - damage) * p.normal_modulus * elastic;
+        let stress_old = (1.0 - damage_old) * p.young * elastic_old;
+        let mut stress = (1.0 - damage) * p.young * elastic;
         if p.soft_strain < 0.0 && (if woo { elastic } else { adjusted }) < p.soft_strain {
             let line = p.strain_at_limit(adjusted);
-            let bound = p.normal_modulus * line;
+            let bound = p.young * line;
             if bound > stress {
                 stress = bound;
                 elastic = line;
@@ -161,7 +133,7 @@ impl Cpm {
         if flows {
             let trial_norm = trial_squared.sqrt();
             let mut scale = bound / trial_norm;
-            if p.plastic_time > 0.0 {
+            if p.plasticity_time > 0.0 {
                 scale = self.viscous_slip_scale(trial_norm, bound, dt);
                 energy.viscous = step.volume
                     * (trial_norm * scale - bound)
@@ -192,7 +164,7 @@ impl Cpm {
             return driving;
         }
         let n = p.damage_rate_exponent;
-        let ln_c = math::ln(p.limit_strain * (1.0 - omega))
+        let ln_c = math::ln(p.crack_onset_strain * (1.0 - omega))
             + n * math::ln(p.damage_time / dt)
             + (n - 1.0) * math::ln(distance);
         old + distance * math::exp(solve_beta(ln_c, n))
@@ -202,9 +174,9 @@ impl Cpm {
     #[inline(never)]
     fn viscous_slip_scale(&self, trial: f64, bound: f64, dt: f64) -> f64 {
         let p = &self.parameters;
-        let n = p.plastic_rate_exponent;
+        let n = p.plasticity_rate_exponent;
         let ln_c = math::ln(p.cohesion)
-            + n * math::ln(p.plastic_time / (self.shear_modulus * dt))
+            + n * math::ln(p.plasticity_time / (self.shear_modulus * dt))
             + (n - 1.0) * math::ln(trial - bound);
         1.0 - math::exp(solve_beta(ln_c, n)) * (1.0 - bound / trial)
     }
