@@ -1,10 +1,9 @@
 //! Contacts of LIGGGHTS' neighbor lists, stored in LIGGGHTS' contact history.
 
-use concordem_contact::kinematics::{
-    ContactInput, ImageShift, Motion, MotionMeasure, PointKinematics, PreviousGeometry, WallInput,
-};
-use concordem_contact::law::{ContactGeometry, Kinematics, LawState, Parity, Response, Status};
+use concordem_contact::kinematics::{ImageShift, Motion, MotionMeasure, PointKinematics, PreviousGeometry};
+use concordem_contact::law::{Kinematics, LawState, Parity, Response, Status};
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_contact::step::{AtWall, Contact, Ends, WallMotion, wrenches};
 use concordem_solver::PairCoefficients;
 use concordem_solver::state::walls::ClosestPoint;
 
@@ -247,19 +246,17 @@ impl<L: HostLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         let (radius_a, radius_b) = (pass.radius[i], pass.radius[j]);
         let reference = L::unbonded_reference(0.0, radius_a, radius_b);
         let mass = |p: usize| if pass.mask[p] & pass.frozen != 0 { 1e100 } else { pass.mass[p] };
-        let geometry = ContactGeometry {
-            reference_length: reference.length,
-            area: reference.area,
-            radius_a,
-            radius_b,
-            mass_a: mass(i),
-            mass_b: mass(j),
-        };
         // During setup nothing has moved.
         let dt = if pass.advance { pass.dt } else { 0.0 };
-        let image = ImageShift::default();
-        let input = ContactInput { a, b, image: &image, geometry: &geometry, previous: &previous, bonded: false, dt };
-        let k = L::Kinematics::measure(self.mode, &input);
+        let ends = Ends {
+            motion: [a, b],
+            radius: [radius_a, radius_b],
+            mass: [mass(i), mass(j)],
+            image: &ImageShift::default(),
+            surface_displacement: None,
+        };
+        let before = Contact { bonded: false, reference, previous, history: old };
+        let k: L::Kinematics = ends.measure(&before, self.mode, dt);
         let response = self.laws[row as usize].respond_beside(&k, &old, dt, added);
         if pass.advance {
             if FRAMED {
@@ -274,8 +271,8 @@ impl<L: HostLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     /// Torques on both particles, N·m.
     #[inline(always)]
     fn torques(response: &Response<L::State>, point: &PointKinematics) -> [Vec3; 2] {
-        let lever = point.normal.cross(&response.force);
-        [lever * point.arm_a + response.moment, lever * point.arm_b - response.moment]
+        let wrenches = wrenches::<L>(&point.normal, [point.arm_a, point.arm_b], response);
+        [wrenches.a.torque, wrenches.b.torque]
     }
 
     /// The response of law `row` as LIGGGHTS' models read it.
@@ -437,28 +434,23 @@ impl<L: HostLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
             }
         }
         let reference = L::unbonded_reference(contact.radius, contact.radius, 0.0);
-        let geometry = ContactGeometry {
-            reference_length: reference.length,
-            area: reference.area,
-            radius_a: contact.radius,
-            radius_b: 0.0,
-            mass_a: contact.mass,
-            mass_b: f64::INFINITY,
-        };
         let mut old = L::State::default();
         let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
         state.copy_from_slice(&reals[Self::HEAD..]);
-        let input = WallInput {
-            a: &motion,
-            closest_point: &closest_point,
-            wall_velocity: &velocity,
-            // The host has no rotation of its triangles.
-            wall_rotation: &Quat::identity(),
-            geometry: &geometry,
-            previous: &previous,
-            dt,
+        let sides = AtWall {
+            motion: WallMotion {
+                particle: &motion,
+                closest_point: &closest_point,
+                velocity,
+                // The host has no rotation of its triangles.
+                rotation: Quat::identity(),
+            },
+            radius: contact.radius,
+            mass: contact.mass,
+            surface_displacement: None,
         };
-        let Some(k) = L::Kinematics::measure_wall(self.mode, &input) else { return none };
+        let before = Contact { bonded: false, reference, previous, history: old };
+        let Some(k) = sides.measure::<L::Kinematics, _>(&before, self.mode, dt) else { return none };
         let response = self.laws[row as usize].respond_beside(&k, &old, dt, added);
         if dt > 0.0 {
             reals.fill(0.0);

@@ -8,10 +8,10 @@ use std::panic::resume_unwind;
 use std::sync::{Arc, Mutex, PoisonError, RwLock, Weak};
 
 use concordem::conformance::{self, Native, Properties, Station, Subject, Window};
-use concordem::kinematics::{MotionMeasure, PointKinematics, measure_contact};
-use concordem::law::{Batch, ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+use concordem::kinematics::PointKinematics;
+use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use concordem::math::Vec3;
-use concordem::solver::forces::{LawLoops, StepContext, Tile, Totals, evaluate_tile_in_blocks};
+use concordem::solver::forces::{self, BlockLaw, LawLoops, StepContext, Tile, Totals, evaluate_tile_in_blocks};
 use concordem::solver::{Model, record, walls};
 use concordem::state::columns::ColumnStore;
 use concordem::state::contacts::{ContactBlock, ContactFlags, Contacts};
@@ -290,28 +290,6 @@ impl ContactLaw for Scripted {
         or_unwind(self.law().respond(&[Moved { motion, old, materials: self.materials }], dt)).remove(0)
     }
 
-    fn respond_batch<B: Batch<Self>>(
-        mode: MotionMeasure,
-        count: usize,
-        dt: f64,
-        batch: &mut B,
-        _columns: &mut concordem::columns::Columns,
-    ) {
-        if count == 0 {
-            return;
-        }
-        let motions: Vec<PointKinematics> = (0..count).map(|i| measure_contact(mode, i, dt, batch)).collect();
-        let responses = {
-            let histories: Vec<ScriptedState> = (0..count).map(|i| batch.history(i)).collect();
-            let moved = |i: usize| Moved { motion: &motions[i], old: &histories[i], materials: batch.law(i).materials };
-            let moved: Vec<Moved<'_>> = (0..count).map(moved).collect();
-            or_unwind(batch.law(0).law().respond(&moved, dt))
-        };
-        for (i, (motion, response)) in motions.iter().zip(&responses).enumerate() {
-            batch.commit(i, motion, response);
-        }
-    }
-
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
         let law = self.law();
         let key = (self.materials, key(geometry));
@@ -328,15 +306,26 @@ impl ContactLaw for Scripted {
     }
 }
 
+impl BlockLaw for Scripted {
+    fn respond_to_all(contacts: &[forces::Moved<'_, Self>], dt: f64) -> Vec<Response<ScriptedState>> {
+        let Some(first) = contacts.first() else { return Vec::new() };
+        let moved: Vec<Moved<'_>> = contacts
+            .iter()
+            .map(|one| Moved { motion: &one.kinematics, old: &one.history, materials: one.law.materials })
+            .collect();
+        or_unwind(first.law.law().respond(&moved, dt))
+    }
+}
+
 impl LawLoops for Scripted {
     fn evaluate_tile(context: &StepContext<'_>, rows: &[Self], tile: Tile<'_, Self>) -> Totals {
-        evaluate_tile_in_blocks::<Self, BLOCK>(context, rows, tile)
+        evaluate_tile_in_blocks(context, rows, tile, BLOCK)
     }
     fn evaluate_walls(
         block: &mut ContactBlock<Self>,
         context: &StepContext<'_>,
         walls: &mut [Wall],
-        sums: concordem::solver::forces::ParticleSums<'_>,
+        sums: forces::ParticleSums<'_>,
         record: Option<&mut record::WallForces>,
     ) -> Totals {
         walls::evaluate(block, context, walls, sums, record)

@@ -9,8 +9,8 @@
 //! | [`geometry`], [`pair`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
 //! | [`material`], [`heat`], [`quantity`], [`ranges`] | tables of materials and of heat conduction, with units and ranges |
 //! | [`kinematics`] | relative motion of the two sides in a step |
-//! | [`law`] | force, moment, history, and energy from that motion |
-//! | [`mod@activate`] | beginning of an unbonded contact |
+//! | [`law`], [`straight`] | force, moment, history, and energy from that motion; many contacts at once |
+//! | [`step`], [`mod@activate`] | one step of a contact; beginning of an unbonded contact |
 //! | [`leapfrog`] | kick and drift of a free particle |
 //! | [`conformance`] | tests that every law must pass |
 
@@ -39,6 +39,8 @@ pub mod prefetch;
 pub mod quantity;
 #[cfg(feature = "std")]
 pub mod ranges;
+pub mod step;
+pub mod straight;
 pub mod wall;
 pub mod wrench;
 

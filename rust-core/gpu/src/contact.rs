@@ -1,12 +1,11 @@
 //! First kernel: a contact.
 
-use concordem_contact::activate::{activate, length_of};
-use concordem_contact::geometry::{ContactGeometry, PreviousGeometry, Reference};
-use concordem_contact::kinematics::{ContactInput, ImageShift, Kinematics, Motion, MotionMeasure};
+use concordem_contact::geometry::{PreviousGeometry, Reference};
+use concordem_contact::kinematics::{ImageShift, Motion, MotionMeasure};
 use concordem_contact::law::{ContactLaw, EnergySplit, Response, Status};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::pair::ContactFlags;
-use concordem_contact::wrench::torques;
+use concordem_contact::step::{self, Ends, How};
 
 use crate::arguments::Logged;
 
@@ -92,38 +91,30 @@ pub fn evaluate<L: ContactLaw>(
     law: &L,
     mut contact: Contact<L::State>,
     [a, b]: [&End; 2],
-    step: &Step,
+    shared: &Step,
     log: impl FnOnce(&Logged) -> bool,
 ) -> Option<Evaluated<L::State>> {
+    let ends = Ends {
+        motion: [&a.motion, &b.motion],
+        radius: [a.radius, b.radius],
+        mass: [a.mass, b.mass],
+        image: &ImageShift::default(),
+        surface_displacement: None,
+    };
     if !contact.flags.carries() {
-        if !begins::<L>(&mut contact, [a, b], step.dt) {
+        if !begins::<L>(&mut contact, &ends, shared.dt) {
             return Some(Evaluated::without_force(contact, EnergySplit::default()));
         }
-        if contact.flags.has(ContactFlags::KEPT_REFERENCE) || L::STIFFENS && step.watched {
+        if contact.flags.has(ContactFlags::KEPT_REFERENCE) || L::STIFFENS && shared.watched {
             return None;
         }
     }
-    let geometry = ContactGeometry {
-        reference_length: contact.reference.length,
-        area: contact.reference.area,
-        radius_a: a.radius,
-        radius_b: b.radius,
-        mass_a: a.mass,
-        mass_b: b.mass,
-    };
-    let input = ContactInput {
-        a: &a.motion,
-        b: &b.motion,
-        image: &ImageShift::default(),
-        geometry: &geometry,
-        previous: &contact.previous,
-        bonded: contact.flags.has(ContactFlags::BONDED),
-        dt: step.dt,
-    };
-    let measured = L::Kinematics::measure(MotionMeasure::Finite, &input);
-    let point = *measured.point();
-    let Response { force, moment, state, status, energy } = law.respond(&measured, &contact.history, step.dt);
-    contact.previous = PreviousGeometry { normal: point.normal, length: point.length };
+    let Contact { reference, previous, history, .. } = contact;
+    let before = step::Contact { bonded: contact.flags.has(ContactFlags::BONDED), reference, previous, history };
+    let stepped = step::step(law, &before, &ends, &How::new(MotionMeasure::Finite, shared.dt));
+    let Response { force, moment, state, status, energy } = stepped.response;
+    let point = stepped.point();
+    contact.previous = stepped.geometry();
     if status == Status::Broke {
         return None;
     }
@@ -136,7 +127,7 @@ pub fn evaluate<L: ContactLaw>(
     }
     contact.history = state;
     let damage = L::damage(&state);
-    if damage >= step.threshold && !contact.flags.has(ContactFlags::REPORTED) {
+    if damage >= shared.threshold && !contact.flags.has(ContactFlags::REPORTED) {
         let [[x, y, z]] = (a.motion.position + point.normal * point.arm_a).data.0;
         let EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, .. } = energy;
         if !log(&[x, y, z, energy.damage, damage, stored_normal, stored_shear, stored_bending, stored_twist]) {
@@ -144,12 +135,8 @@ pub fn evaluate<L: ContactLaw>(
         }
         contact.flags.bits |= ContactFlags::REPORTED;
     }
-    let [mut torque_a, mut torque_b] = torques(&point.normal, &force, [point.arm_a, point.arm_b]);
-    if L::TRANSMITS_MOMENT {
-        torque_a += moment;
-        torque_b -= moment;
-    }
-    let loads = Loads { force, torques: [torque_a, torque_b] };
+    let wrenches = stepped.wrenches();
+    let loads = Loads { force, torques: [wrenches.a.torque, wrenches.b.torque] };
     let virial = (point.normal * point.length) * force.transpose();
     let of_moment = if L::TRANSMITS_MOMENT { moment.norm_squared() } else { 0.0 };
     let squares = [force.norm_squared(), of_moment];
@@ -158,11 +145,7 @@ pub fn evaluate<L: ContactLaw>(
 
 /// Whether a contact without force begins; if so, activates it.
 #[inline(always)]
-fn begins<L: ContactLaw>(contact: &mut Contact<L::State>, [a, b]: [&End; 2], dt: f64) -> bool {
-    let between = b.motion.position - a.motion.position;
-    let before = between - (b.motion.velocity - a.motion.velocity) * dt;
-    let length = length_of(&between, MotionMeasure::Finite);
+fn begins<L: ContactLaw>(contact: &mut Contact<L::State>, ends: &Ends<'_>, dt: f64) -> bool {
     let Contact { flags, reference, previous, .. } = contact;
-    !flags.has(ContactFlags::BROKEN)
-        && activate::<L>(flags, reference, previous, length, &before, [a.radius, b.radius], 0.0)
+    !flags.has(ContactFlags::BROKEN) && ends.begin::<L>(flags, reference, previous, MotionMeasure::Finite, dt)
 }

@@ -12,11 +12,10 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 
 use concordem_c_abi::{Message, guarded};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, initial_geometry};
-use concordem_contact::kinematics::{BranchVector, ContactInput, MotionMeasure, PreviousGeometry};
-use concordem_contact::law::{
-    self, ContactGeometry, ContactLaw, Kinematics, LawName, LawState, LawTable, Reference, RegisteredLaw, Status,
-};
+use concordem_contact::kinematics::{BranchVector, MotionMeasure, PreviousGeometry};
+use concordem_contact::law::{self, ContactLaw, LawName, LawState, LawTable, Reference, RegisteredLaw, Status};
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector};
+use concordem_contact::step::{self, Contact, Ends, How};
 
 use crate::body_motion::{BodyMotion, BondOutcome};
 
@@ -122,37 +121,34 @@ unsafe fn step<L: ContactLaw, const BONDED: bool>(law: &L, c: &mut LawContact) -
             motion.rotation_increment = quaternion_of_rotation_vector(&(motion.angular_velocity * c.dt));
         }
     }
-    let geometry = ContactGeometry {
-        reference_length: reference.length,
-        area: reference.area,
-        radius_a,
-        radius_b,
-        mass_a,
-        mass_b,
-    };
-    let image = ImageShift { displacement: shift, velocity: shift_velocity, periodic: false };
-    let [a, b] = &motions;
-    let input =
-        ContactInput { a, b, image: &image, geometry: &geometry, previous: &previous, bonded: BONDED, dt: c.dt };
-    let kinematics = L::Kinematics::measure(MotionMeasure::Finite, &input);
     let mut state = L::State::default();
     let width = state.as_reals().len();
     let reals: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut state));
     // SAFETY: the caller's promise: as many reals as the law's history has.
     unsafe { std::ptr::copy_nonoverlapping(c.history, reals.as_mut_ptr(), width) };
-    let response = law.respond(&kinematics, &state, c.dt);
+    let image = ImageShift { displacement: shift, velocity: shift_velocity, periodic: false };
+    let [a, b] = &motions;
+    let ends = Ends {
+        motion: [a, b],
+        radius: [radius_a, radius_b],
+        mass: [mass_a, mass_b],
+        image: &image,
+        surface_displacement: None,
+    };
+    let before = Contact { bonded: BONDED, reference, previous, history: state };
+    let stepped = step::step(law, &before, &ends, &How::new(MotionMeasure::Finite, c.dt));
+    let (response, wrenches) = (stepped.response, stepped.wrenches());
     let moment = if L::TRANSMITS_MOMENT { response.moment } else { Vec3::zeros() };
     let (force, energy) = (response.force, response.energy);
     if !(force.norm_squared() + moment.norm_squared() + energy.stored()).is_finite() {
         return BondOutcome::NotANumber;
     }
-    let point = kinematics.point();
-    let lever = point.normal.cross(&force);
-    let stiffness = law.stiffness(&geometry);
+    let point = stepped.point();
+    let stiffness = law.stiffness(&point.geometry);
     (c.reference_length, c.area) = (reference.length, reference.area);
     (c.length, c.normal) = (point.length, point.normal.into());
     c.force = force.into();
-    c.torque = [(lever * point.arm_a + moment).into(), (lever * point.arm_b - moment).into()];
+    c.torque = [wrenches.a.torque.into(), wrenches.b.torque.into()];
     c.moment = moment.into();
     c.stiffness = [stiffness.normal, stiffness.shear, stiffness.bending, stiffness.twist];
     c.stored_energy = if response.status == Status::Lives { energy.stored() } else { 0.0 };

@@ -10,10 +10,11 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use concordem_c_abi::{Message, guarded};
-use concordem_contact::kinematics::sphere_sphere::{ImageShift, initial_geometry, measure};
-use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
-use concordem_contact::law::{ContactGeometry, ContactLaw, LinearBond, LinearBondState, Status};
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, initial_geometry};
+use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem_contact::law::{ContactLaw, LinearBond, LinearBondState, Reference, Status};
 use concordem_contact::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
+use concordem_contact::step::{Contact, Ends, How, step};
 
 use crate::body_motion::{BodyMotion, BondOutcome, symmetric};
 use crate::deformation::Elasticity;
@@ -114,47 +115,36 @@ unsafe fn respond(c: &mut LinearBondContact) -> BondOutcome {
         previous = initial_geometry(&motions[0].position, &motions[1].position, &c.shift.into());
         reference_length = previous.length;
     }
-    let [a, b] = &c.bodies;
-    let geometry = ContactGeometry {
-        reference_length,
-        // The law does not read the area.
-        area: 0.0,
-        radius_a: a.radius,
-        radius_b: b.radius,
-        mass_a: a.mass,
-        mass_b: b.mass,
-    };
     let image = ImageShift { displacement: c.shift.into(), ..ImageShift::default() };
-    let input = ContactInput {
-        a: &motions[0],
-        b: &motions[1],
-        image: &image,
-        geometry: &geometry,
-        previous: &previous,
-        bonded: true,
-        dt: c.dt,
-    };
-    let kinematics = measure(MotionMeasure::Finite, &input);
+    let [a, b] = &c.bodies;
     // SAFETY: guaranteed by the caller.
-    let [[a, a_old], [b, b_old]] = unsafe { [a.surface_displacement(), b.surface_displacement()] };
-    let normal = kinematics.normal;
-    let kinematics =
-        kinematics.with_surface_displacement((a + b).quadratic(&normal), (a_old + b_old).quadratic(&previous.normal));
-    let old = LinearBondState {
+    let [[a_now, a_before], [b_now, b_before]] = unsafe { [a.surface_displacement(), b.surface_displacement()] };
+    let ends = Ends {
+        motion: [&motions[0], &motions[1]],
+        radius: [a.radius, b.radius],
+        mass: [a.mass, b.mass],
+        image: &image,
+        surface_displacement: Some([a_now + b_now, a_before + b_before]),
+    };
+    let history = LinearBondState {
         shear_displacement: c.shear_displacement.into(),
         normal_dashpot: c.normal_dashpot,
         shear_dashpot: c.shear_dashpot.into(),
     };
-    let response = c.parameters.law().respond(&kinematics, &old, c.dt);
+    // The law does not read the area.
+    let reference = Reference { length: reference_length, area: 0.0 };
+    let before = Contact { bonded: true, reference, previous, history };
+    let stepped = step(&c.parameters.law(), &before, &ends, &How::new(MotionMeasure::Finite, c.dt));
+    let (response, wrenches) = (stepped.response, stepped.wrenches());
     let (force, energy) = (response.force, response.energy);
     if !(force.norm_squared() + energy.stored()).is_finite() {
         return BondOutcome::NotANumber;
     }
-    let lever = normal.cross(&force);
+    let PreviousGeometry { normal, length } = stepped.geometry();
     c.force = force.into();
-    c.torque = [(lever * kinematics.arm_a).into(), (lever * kinematics.arm_b).into()];
+    c.torque = [wrenches.a.torque.into(), wrenches.b.torque.into()];
     c.reference_length = reference_length;
-    c.length = kinematics.length;
+    c.length = length;
     c.normal = normal.into();
     c.shear_displacement = response.state.shear_displacement.into();
     c.normal_dashpot = response.state.normal_dashpot;

@@ -12,6 +12,7 @@
 //! * **energy**: the trapezoidal work of random paths equals the change of the stored energy, plus the dissipation, plus the
 //!   integration term;
 //! * **determinism**: same inputs, same bits;
+//! * **straight form**: where [`ContactLaw::straight`] is certain, it has the bits of the response;
 //! * **extremes**: no NaN and no infinity at tiny and huge steps, zero overlap, huge strains;
 //! * **atlas**: tension, compression, shear, twist, cyclic and mixed paths against closed forms ([`atlas`]).
 //!
@@ -49,6 +50,7 @@ mod objectivity;
 mod path;
 mod report;
 mod robustness;
+mod straight;
 #[cfg(test)]
 mod tests;
 
@@ -56,6 +58,7 @@ pub use atlas::{Observed, atlas, atlas_paths};
 pub use driver::{Record, drive};
 pub use path::{Path, Pose, Random, RigidMotion, at_rest, legs};
 pub use report::{Bound, Finding, Report};
+pub use straight::Outcome;
 #[cfg(test)]
 pub(crate) use tests::GEOMETRY;
 
@@ -79,6 +82,18 @@ pub trait Host {
         true
     }
 
+    /// What the solver does with this step in columns ([`ContactLaw::straight`]); `None` without columns.
+    fn straight(
+        &self,
+        measure: MotionMeasure,
+        kinematics: &PointKinematics,
+        old: &Self::State,
+        dt: f64,
+    ) -> Option<Outcome<Self::State>> {
+        let _ = (measure, kinematics, old, dt);
+        None
+    }
+
     /// Response for the pair with A and B exchanged: the same law, unless a parameter belongs to one particle.
     fn respond_exchanged(&self, kinematics: &PointKinematics, old: &Self::State, dt: f64) -> Response<Self::State> {
         self.respond(kinematics, old, dt)
@@ -98,6 +113,16 @@ impl<L: ContactLaw<Kinematics = PointKinematics>> Host for Native<L> {
 
     fn transmits_moment(&self) -> bool {
         L::TRANSMITS_MOMENT
+    }
+
+    fn straight(
+        &self,
+        measure: MotionMeasure,
+        kinematics: &PointKinematics,
+        old: &L::State,
+        dt: f64,
+    ) -> Option<Outcome<L::State>> {
+        straight::outcome(&self.0, measure, kinematics, old, dt)
     }
 
     fn respond_exchanged(&self, kinematics: &PointKinematics, old: &L::State, dt: f64) -> Response<L::State> {
@@ -184,6 +209,7 @@ pub fn check<H: Host>(subject: &Subject<H>) -> Report {
     failure::failure(subject, &mut findings);
     energy::energy_balance(subject, &mut findings);
     robustness::determinism(subject, &mut findings);
+    straight::straight(subject, &mut findings);
     robustness::extremes(subject, &mut findings);
     Report { subject: subject.name.to_owned(), findings }
 }

@@ -37,15 +37,13 @@ pub struct FrameKinematics {
     pub turn_b: Vec3,
 }
 
-crate::columns! {
-    /// Unloaded state of a bond. The bodies may have different orientations in it.
-    #[derive(PartialEq)]
-    pub struct RestFrame {
-        /// Direction from A to B in the axes half way between those of the two bodies, unit.
-        pub direction: Vec3,
-        /// Vector part of the unit quaternion `h` (real part not negative) for which `q_B h = q_A h⁻¹` are these axes.
-        pub rotation: Vec3,
-    }
+/// Unloaded state of a bond. The bodies may have different orientations in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestFrame {
+    /// Direction from A to B in the axes half way between those of the two bodies, unit.
+    pub direction: Vec3,
+    /// Vector part of the unit quaternion `h` (real part not negative) for which `q_B h = q_A h⁻¹` are these axes.
+    pub rotation: Vec3,
 }
 
 /// Rotations of the ends of a bond relative to its branch vector.
@@ -205,8 +203,6 @@ pub struct BranchVector {
     pub normal: Vec3,
 }
 
-crate::column_arrays! { pub BranchVector { length: f64, normal: Vec3 } }
-
 impl BranchVector {
     /// Length and direction of the vector `branch`, m.
     #[inline(always)]
@@ -216,15 +212,11 @@ impl BranchVector {
     }
 
     /// Rotations of the ends since the state `rest`, computed without branches, and whether they are small. Only then
-    /// they are valid, and they equal [`FrameKinematics::rotations`] bit for bit. `TURNED`: whether the orientations of
+    /// they are valid, and they equal [`FrameKinematics::rotations`] bit for bit. `turned`: whether the orientations of
     /// the bodies may have differed at bonding.
     #[inline(always)]
-    pub fn small_rotations<const TURNED: bool>(
-        &self,
-        orientations: [Quat; 2],
-        rest: &RestFrame,
-    ) -> (EndRotations, bool) {
-        let orientations = if TURNED {
+    pub fn small_rotations(&self, orientations: [Quat; 2], rest: &RestFrame, turned: bool) -> (EndRotations, bool) {
+        let orientations = if turned {
             // Bitwise operators, because `&&` would branch.
             let r = rest.rotation;
             #[allow(clippy::needless_bitwise_bool)]

@@ -9,8 +9,8 @@
 //!   without and with its ratcheting correction.
 //!
 //! [`bond_frame`] measures bonds that transmit moments, in the same way for all measures. [`deformable`] corrects the
-//! elongation of contacts between particles that deform. [`Kinematics::measure_batch`] measures many contacts at a time
-//! and gives the same bits as the scalar path.
+//! elongation of contacts between particles that deform. [`Kinematics::of_poses`] and [`Kinematics::of_velocities`] measure
+//! contacts in columns, with the bits of [`Kinematics::measure`].
 
 pub mod bond_frame;
 pub mod deformable;
@@ -21,10 +21,9 @@ pub mod transport;
 
 pub use crate::geometry::{PreviousGeometry, initial_geometry};
 pub use bond_frame::{BranchVector, EndLoads, EndRotations, FrameKinematics, RestFrame};
-pub use motion::{ContactInput, ImageShift, Motion, MotionMeasure, MotionSink, MotionSource, Pose, WallInput};
+pub use motion::{ContactInput, ImageShift, Motion, MotionMeasure, Pose, PoseInput, VelocityInput, WallInput};
 pub use transport::Transport;
 
-use crate::columns::Columns;
 use crate::geometry::ContactGeometry;
 use crate::math::Vec3;
 
@@ -38,18 +37,44 @@ pub trait Kinematics: Copy + Send + Sync {
     /// Measure one contact.
     fn measure(mode: MotionMeasure, input: &ContactInput<'_>) -> Self;
 
-    /// Measure and evaluate the first `count` contacts of `batch`, at most [`BATCH`](crate::columns::BATCH), in ascending
-    /// order. Same bits as [`Self::measure`]. `dt` is the time step, s.
+    /// Measure one contact in columns by [`MotionMeasure::Finite`]. Parts that follow from velocities are NaN.
     #[inline(always)]
-    fn measure_batch<B: MotionSink<Self>>(
-        mode: MotionMeasure,
-        count: usize,
-        dt: f64,
-        batch: &mut B,
-        _columns: &mut Columns,
-    ) {
-        measure_each::<Self, B>(mode, count, dt, batch);
+    fn of_poses(input: &PoseInput, geometry: &ContactGeometry, bonded: bool) -> Self {
+        let unknown = Vec3::repeat(f64::NAN);
+        let motion = |pose: &Pose| Motion {
+            position: pose.position,
+            velocity: unknown,
+            angular_velocity: unknown,
+            rotation_increment: pose.rotation,
+            orientation: pose.rotation,
+        };
+        let PoseInput { a, b, shift, previous } = input;
+        let (a, b, image) = (&motion(a), &motion(b), &ImageShift { displacement: *shift, ..ImageShift::default() });
+        Self::measure(MotionMeasure::Finite, &ContactInput { a, b, image, geometry, previous, bonded, dt: f64::NAN })
     }
+
+    /// As [`Self::of_poses`], by YADE's measures without a periodic cell. `dt` is the time step, s. Kinematics with one measure
+    /// use that.
+    fn of_velocities<const RATCHETING: bool>(
+        input: &PoseInput,
+        velocities: &VelocityInput,
+        geometry: &ContactGeometry,
+        bonded: bool,
+        dt: f64,
+    ) -> Self {
+        let _ = (velocities, dt);
+        Self::of_poses(input, geometry, bonded)
+    }
+
+    /// The kinematics of a point contact; `None` if this one has more numbers.
+    #[inline(always)]
+    fn of_point(point: &PointKinematics) -> Option<Self> {
+        let _ = point;
+        None
+    }
+
+    /// Whether [`Self::of_point`] has the kinematics of any point contact.
+    const IS_POINT: bool = false;
 
     /// Measure a contact with a wall; `None` if the kinematics has no contacts with walls.
     fn measure_wall(mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self>;
@@ -73,24 +98,6 @@ pub trait Kinematics: Copy + Send + Sync {
         let half_gap = 0.5 * (length - geometry.radius_a - geometry.radius_b);
         (geometry.radius_a + half_gap, geometry.radius_b + half_gap)
     }
-}
-
-/// Measure and evaluate the first `count` contacts of `batch` one at a time.
-#[inline(always)]
-pub fn measure_each<K: Kinematics, B: MotionSink<K>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B) {
-    for i in 0..count {
-        let measured = measure_contact(mode, i, dt, batch);
-        batch.evaluate(i, &measured);
-    }
-}
-
-/// Measure contact `i` of `source`.
-#[inline(always)]
-pub fn measure_contact<K: Kinematics, S: MotionSource>(mode: MotionMeasure, i: usize, dt: f64, source: &S) -> K {
-    let ([a, b], image) = source.motions(i);
-    let (geometry, previous, bonded) = source.constants(i);
-    let input = ContactInput { a: &a, b: &b, image: &image, geometry: &geometry, previous: &previous, bonded, dt };
-    K::measure(mode, &input)
 }
 
 /// Motion of a point contact between two spheres, or a sphere and a wall.
@@ -122,7 +129,68 @@ pub struct PointKinematics {
     pub transport: Transport,
 }
 
+crate::columns! {
+    /// The numbers of a [`PointKinematics`] that a measure computes.
+    pub struct Measured {
+        length: f64,
+        gap: f64,
+        elongation: f64,
+        arm_a: f64,
+        arm_b: f64,
+        normal: Vec3,
+        shear_increment: Vec3,
+        /// `bisector` or `swing` of the [`Transport`].
+        swing: Vec3,
+        /// `cosine` and `sine`, or `twist` of the [`Transport`].
+        twist: Vec3,
+    }
+}
+
+impl Measured {
+    /// The kinematics with the constants of the contact, its geometry of the previous step, and whether it is a bond. `finite`: whether
+    /// the measure was [`MotionMeasure::Finite`].
+    #[inline(always)]
+    pub fn point(
+        &self,
+        geometry: &ContactGeometry,
+        previous: &PreviousGeometry,
+        bonded: bool,
+        finite: bool,
+    ) -> PointKinematics {
+        let Self { length, gap, elongation, arm_a, arm_b, normal, shear_increment, swing, twist } = *self;
+        PointKinematics {
+            geometry: *geometry,
+            length,
+            length_old: previous.length,
+            elongation,
+            elongation_old: previous.length - geometry.reference_length,
+            gap,
+            normal,
+            shear_increment,
+            arm_a,
+            arm_b,
+            bonded,
+            transport: if finite {
+                Transport::Finite { normal, bisector: swing, cosine: twist.x, sine: twist.y }
+            } else {
+                Transport::FirstOrder { swing, twist }
+            },
+        }
+    }
+}
+
 impl PointKinematics {
+    /// What the measure computed.
+    #[inline(always)]
+    pub fn measured(&self) -> Measured {
+        let Self { length, gap, elongation, arm_a, arm_b, normal, shear_increment, transport, .. } = *self;
+        let (swing, twist) = match transport {
+            Transport::Finite { bisector, cosine, sine, .. } => (bisector, Vec3::new(cosine, sine, 0.0)),
+            Transport::FirstOrder { swing, twist } => (swing, twist),
+        };
+        Measured { length, gap, elongation, arm_a, arm_b, normal, shear_increment, swing, twist }
+    }
+
     /// Mean rate of [`Self::length`] in the step of `dt` (s), m/s; positive when the particles separate.
     #[inline(always)]
     pub fn normal_velocity(&self, dt: f64) -> f64 {
@@ -143,33 +211,33 @@ impl PointKinematics {
 }
 
 impl Kinematics for PointKinematics {
+    const IS_POINT: bool = true;
+
     #[inline(always)]
     fn measure(mode: MotionMeasure, input: &ContactInput<'_>) -> Self {
         sphere_sphere::measure(mode, input)
     }
 
     #[inline(always)]
-    fn measure_batch<B: MotionSink<Self>>(
-        mode: MotionMeasure,
-        count: usize,
+    fn of_velocities<const RATCHETING: bool>(
+        input: &PoseInput,
+        velocities: &VelocityInput,
+        geometry: &ContactGeometry,
+        bonded: bool,
         dt: f64,
-        batch: &mut B,
-        columns: &mut Columns,
-    ) {
-        match mode {
-            MotionMeasure::Finite => sphere_sphere::finite_batch(count, batch, columns),
-            MotionMeasure::Yade if !B::PERIODIC => {
-                sphere_sphere::yade_batch::<false, B>(count, dt, batch, columns);
-            }
-            MotionMeasure::YadeRatcheting if !B::PERIODIC => {
-                sphere_sphere::yade_batch::<true, B>(count, dt, batch, columns);
-            }
-            _ => measure_each::<Self, B>(mode, count, dt, batch),
-        }
+    ) -> Self {
+        let image = ImageShift::default();
+        let measure = sphere_sphere::yade::<RATCHETING>(input, velocities, &image, geometry.reference_length, dt);
+        measure.point(geometry, &input.previous, bonded)
     }
 
     fn measure_wall(mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self> {
         Some(sphere_wall::measure(mode, input))
+    }
+
+    #[inline(always)]
+    fn of_point(point: &PointKinematics) -> Option<Self> {
+        Some(*point)
     }
 
     #[inline(always)]

@@ -1,9 +1,8 @@
 //! Motion of particles in a step, and the inputs of the motion measures.
 
 use crate::Cell;
-use crate::columns::{BATCH, Item, Lanes};
-use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
-use crate::math::{Quat, Symmetric, Vec3};
+use crate::geometry::{ContactGeometry, PreviousGeometry};
+use crate::math::{Quat, Vec3};
 use crate::wall::ClosestPoint;
 
 /// How relative motion is measured.
@@ -127,80 +126,28 @@ pub struct WallInput<'a> {
     pub dt: f64,
 }
 
-/// Motion of the contacts of a batch. The data of a contact stay constant until it is evaluated, or its results are stored
-/// ([`Batch::store_geometries`](crate::law::Batch::store_geometries)).
-pub trait MotionSource {
-    /// Whether there may be a periodic cell.
-    const PERIODIC: bool;
-    /// Whether particles may deform.
-    const DEFORM: bool;
-
-    /// How the batch moves numbers between rows and columns.
-    fn lanes(&self) -> impl Lanes;
-
-    /// Poses of A and B of contact `i`. Their rotations are those in the step, unless [`Self::rotations`] gives these.
-    fn poses(&self, i: usize) -> [&Pose; 2];
-
-    /// Poses of A, and those of B, of four contacts.
-    #[inline(always)]
-    fn four_poses(&self, [i, j, k, l]: [usize; 4]) -> [[&Pose; 4]; 2] {
-        let [[ai, bi], [aj, bj], [ak, bk], [al, bl]] = [self.poses(i), self.poses(j), self.poses(k), self.poses(l)];
-        [[ai, aj, ak, al], [bi, bj, bk, bl]]
+crate::columns! {
+    /// What measures read of a contact and its particles, in columns.
+    pub struct PoseInput {
+        /// A with its rotation in the step; for beams, with its orientation.
+        pub a: Pose,
+        /// B with its rotation in the step; for beams, with its orientation.
+        pub b: Pose,
+        /// Displacement of B's image, m.
+        pub shift: Vec3,
+        /// Geometry of the previous step.
+        pub previous: PreviousGeometry,
     }
 
-    /// Whether [`Self::rotations`] gives any.
-    fn has_rotations(&self) -> bool;
-
-    /// Whether a contact of the batch may cross the border of the cell.
-    fn may_cross_border(&self) -> bool;
-
-    /// Whether all contacts of the batch are known to be bonds.
-    fn all_bonded(&self) -> bool;
-
-    /// Rotations of A and B in the step, if the poses contain orientations in their place: in scenes with beams.
-    fn rotations(&self, i: usize) -> Option<[Quat; 2]>;
-
-    /// Displacement of B's image, m; `None` if the contact does not cross the border of the cell.
-    fn shift(&self, i: usize) -> Option<Vec3>;
-
-    /// Motions of A and B, and the image of B.
-    fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);
-
-    /// Velocities of A and B (m/s), and their angular velocities (rad/s), in the step.
-    fn velocities(&self, i: usize) -> ([&Vec3; 2], [&Vec3; 2]);
-
-    /// Positions (m) and orientations of A and B, and the displacement of B's image (m).
-    fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3);
-
-    /// Constants, geometry of the previous step, and whether the contact is a bond.
-    fn constants(&self, i: usize) -> (ContactGeometry, PreviousGeometry, bool);
-
-    /// Whether contact `i` is a bond.
-    fn bonded(&self, i: usize) -> bool;
-
-    /// Read the unstrained geometries of the first `count` contacts. As all methods that read, it fills a group of four places to its
-    /// end.
-    fn read_references(&self, count: usize, arrays: &mut <Reference as Item>::Arrays);
-
-    /// Geometry of contact `i` in the previous step.
-    fn previous(&self, i: usize) -> PreviousGeometry;
-
-    /// Read the geometries of the first `count` contacts in the previous step.
-    fn read_previous(&self, count: usize, arrays: &mut <PreviousGeometry as Item>::Arrays);
-
-    /// Part of [`Self::constants`]: masses of A and B, kg.
-    fn masses(&self, i: usize) -> [f64; 2];
-
-    /// Read the masses of the first `count` contacts.
-    fn read_masses(&self, count: usize, arrays: [&mut [f64; BATCH]; 2]);
-
-    /// Sum of the surface displacements of A and B, m; only if particles deform.
-    fn surface_displacement(&self, i: usize) -> Symmetric;
-}
-
-/// Contacts that are measured and evaluated in one batch. A trait instead of a closure, because implementations must be
-/// inlined into functions that are compiled for newer processors.
-pub trait MotionSink<K>: MotionSource {
-    /// Let the law respond to the motion of contact `i`, and store its response.
-    fn evaluate(&mut self, i: usize, kinematics: &K);
+    /// What YADE's measures also read.
+    pub struct VelocityInput {
+        /// Velocity of A, m/s.
+        pub velocity_a: Vec3,
+        /// Velocity of B, m/s.
+        pub velocity_b: Vec3,
+        /// Angular velocity of A, rad/s.
+        pub angular_velocity_a: Vec3,
+        /// Angular velocity of B, rad/s.
+        pub angular_velocity_b: Vec3,
+    }
 }

@@ -47,16 +47,15 @@ impl Transport {
     }
 }
 
-crate::columns! {
-    /// Rotation of a contact in a step; see [`Transport::Finite`].
-    pub struct Turn {
-        /// `(n_old + n)/(1 + n_old·n)`.
-        pub bisector: Vec3,
-        /// Cosine of the mean twist angle.
-        pub cosine: f64,
-        /// Sine of the mean twist angle.
-        pub sine: f64,
-    }
+/// Rotation of a contact in a step; see [`Transport::Finite`].
+#[derive(Debug, Clone, Copy)]
+pub struct Turn {
+    /// `(n_old + n)/(1 + n_old·n)`.
+    pub bisector: Vec3,
+    /// Cosine of the mean twist angle.
+    pub cosine: f64,
+    /// Sine of the mean twist angle.
+    pub sine: f64,
 }
 
 impl Turn {

@@ -1,13 +1,13 @@
 //! The interface of a contact law.
 
-use super::batch::{Batch, evaluate_batch};
 use super::state::LawState;
-use crate::columns::Columns;
+use crate::columns::Item;
 use crate::geometry::{ContactGeometry, Reference, contact_area};
 use crate::kinematics::{Kinematics, MotionMeasure, PointKinematics};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::Vec3;
+use crate::straight::{ColumnUse, Given};
 
 /// A contact law: parameters of a pair of materials, and the response of a contact to its motion.
 pub trait ContactLaw: Copy + Send + Sync + 'static {
@@ -41,11 +41,67 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// [`PointKinematics::transport`](crate::kinematics::PointKinematics::transport).
     fn respond(&self, kinematics: &Self::Kinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
 
-    /// Measure and evaluate the first `count` contacts of a batch, at most [`BATCH`](crate::columns::BATCH), with the bits of
-    /// [`Kinematics::measure`] and [`Self::respond`]. A law can override this method to evaluate contacts in columns.
+    /// Whether the law has a straight form ([`Self::straight`]), and what that reads and changes. The solver then evaluates up to 16
+    /// contacts with equal parameters at a time, in the vector registers of the processor.
+    const COLUMNS: Option<ColumnUse> = None;
+
+    /// [`Self::respond`] without branches, and whether the contact certainly survives the step with this response. Where it does, the
+    /// bits are those of [`Self::respond`]; where it does not, the response is void, and the solver calls [`Self::respond`].
+    ///
+    /// Without branches: a choice between two numbers (`min`, `if a > b { x } else { y }` of values that are computed anyway) is none;
+    /// `&`, not `&&`; no early return; no transcendental function. `sqrt` and divisions are fine. Constants of the law and of `given` may
+    /// choose between formulas.
+    ///
+    /// What [`ColumnUse`] leaves out is void: masses, and parts of the kinematics that follow from velocities in
+    /// [`FrameKinematics`](crate::kinematics::FrameKinematics).
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-        evaluate_batch(mode, count, dt, batch, columns);
+    fn straight(
+        &self,
+        kinematics: &Self::Kinematics,
+        old: &Self::State,
+        given: &Given,
+        dt: f64,
+    ) -> (Response<Self::State>, bool) {
+        let _ = given;
+        (self.respond(kinematics, old, dt), false)
+    }
+
+    /// Whether [`Self::straight`] exists for these parameters under this measure; never under
+    /// [`MotionMeasure::FirstOrder`].
+    #[inline(always)]
+    fn is_straight(&self, measure: MotionMeasure) -> bool {
+        measure == MotionMeasure::Finite
+    }
+
+    /// Whether the optional part of the law acts with these parameters; see [`ColumnUse::optional`].
+    #[inline(always)]
+    fn uses_optional_part(&self) -> bool {
+        false
+    }
+
+    /// Whether [`Self::straight`] needs values that have no formula without branches, such as an exponential. The solver finds their
+    /// arguments in columns, computes the values one by one, and gives both ([`Given::ahead`]).
+    const LOOKS_AHEAD: bool = false;
+
+    /// Whether a contact of a batch may need such a value, judged by the histories before the step. It decides about time only: a contact
+    /// that needs a value and has none is not certain.
+    #[inline(always)]
+    fn may_look_ahead(&self, histories: &<Self::State as Item>::Arrays) -> bool {
+        let _ = histories;
+        false
+    }
+
+    /// Argument of the value that [`Self::straight`] needs; NaN if it needs none. `new` is the history that it returns without the value.
+    #[inline(always)]
+    fn argument_ahead(old: &Self::State, new: &Self::State) -> f64 {
+        let _ = (old, new);
+        f64::NAN
+    }
+
+    /// The value at an argument.
+    #[inline(always)]
+    fn value_ahead(&self, argument: f64) -> f64 {
+        argument
     }
 
     /// The law at a temperature at which its stiffnesses and strengths have these factors.
@@ -232,6 +288,20 @@ pub struct Response<S> {
     pub status: Status,
     /// Energies of the contact.
     pub energy: EnergySplit,
+}
+
+impl<S: LawState> Response<S> {
+    /// Of a contact that survives with this force on A (N) and history, without moment and energies.
+    #[inline(always)]
+    pub fn of_force(force: Vec3, state: S) -> Self {
+        Self { force, moment: Vec3::zeros(), state, status: Status::Lives, energy: EnergySplit::default() }
+    }
+
+    /// Of an unbonded contact that opens.
+    #[inline(always)]
+    pub fn opened(energy: EnergySplit) -> Self {
+        Self { force: Vec3::zeros(), moment: Vec3::zeros(), state: S::default(), status: Status::Opened, energy }
+    }
 }
 
 /// Status of a contact after a step.

@@ -16,15 +16,13 @@
 //! opens within a step, the rule overestimates or underestimates the work of the kinked spring by
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
-use super::batch::Batch;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-use super::pressing::{self, Pressing};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};
-use crate::columns::Columns;
-use crate::kinematics::{MotionMeasure, PointKinematics};
+use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm};
+use crate::straight::{ColumnUse, Given};
 #[cfg(feature = "std")]
 use {
     super::{
@@ -207,10 +205,33 @@ impl ContactLaw for Frictional {
         }
     }
 
-    /// Uses columns for rigid particles under the finite measure; see `law::pressing`.
+    const COLUMNS: Option<ColumnUse> = Some(ColumnUse {
+        // The shear dashpot force.
+        optional: 3,
+        damage: false,
+        ..ColumnUse::ALL
+    });
+
+    /// Contacts that stay closed. Slip is a selection.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-        pressing::respond_batch(mode, count, dt, batch, columns);
+    fn straight(
+        &self,
+        kinematics: &PointKinematics,
+        old: &FrictionalState,
+        given: &Given,
+        dt: f64,
+    ) -> (Response<FrictionalState>, bool) {
+        let response = if given.reduced {
+            self.pressing::<false>(kinematics, old, dt)
+        } else {
+            self.pressing::<true>(kinematics, old, dt)
+        };
+        (response, kinematics.elongation < 0.0)
+    }
+
+    #[inline(always)]
+    fn uses_optional_part(&self) -> bool {
+        self.has_shear_dashpot()
     }
 
     /// The friction limit depends on the dashpot, so the shear force comes from the history.
@@ -272,12 +293,15 @@ impl Frictional {
     }
 }
 
-impl Pressing for Frictional {
+impl Frictional {
+    /// Whether the law has a shear dashpot.
     #[inline(always)]
     fn has_shear_dashpot(&self) -> bool {
         self.damping_ratio != 0.0
     }
 
+    /// Response of a contact with overlap, which survives the step, without branches. `SHEAR_DASHPOT`: false if neither the law nor
+    /// the last step has a shear dashpot force; then the response leaves it out. For finite motion, the bits are the same.
     #[inline(always)]
     fn pressing<const SHEAR_DASHPOT: bool>(
         &self,

@@ -27,17 +27,15 @@
 //! `(k/10)(√δ − √δ_old)³(δ_old + 3√(δ_old δ) + δ)`, of third order in the step. It is the
 //! [`EnergySplit::integration`] term, together with the error from the part of a step without contact.
 
-use super::batch::Batch;
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-use super::pressing::{self, Pressing};
 use super::restitution::{End, damping_of_restitution};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
-use crate::columns::Columns;
 pub use crate::elastic::Elastic;
-use crate::kinematics::{MotionMeasure, PointKinematics};
+use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm, pow};
+use crate::straight::{ColumnUse, Given};
 #[cfg(feature = "std")]
 use {
     super::{
@@ -197,10 +195,33 @@ impl ContactLaw for HertzMindlin {
         }
     }
 
-    /// Uses columns for rigid particles under the finite measure; see `law::pressing`.
+    const COLUMNS: Option<ColumnUse> = Some(ColumnUse {
+        // The shear dashpot force.
+        optional: 3,
+        damage: false,
+        ..ColumnUse::ALL
+    });
+
+    /// Contacts that stay closed. Slip is a selection.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-        pressing::respond_batch(mode, count, dt, batch, columns);
+    fn straight(
+        &self,
+        kinematics: &PointKinematics,
+        old: &HertzMindlinState,
+        given: &Given,
+        dt: f64,
+    ) -> (Response<HertzMindlinState>, bool) {
+        let response = if given.reduced {
+            self.pressing::<false>(kinematics, old, dt)
+        } else {
+            self.pressing::<true>(kinematics, old, dt)
+        };
+        (response, kinematics.elongation < 0.0)
+    }
+
+    #[inline(always)]
+    fn uses_optional_part(&self) -> bool {
+        self.has_shear_dashpot()
     }
 
     /// The friction limit depends on the dashpot, so the shear force comes from the history.
@@ -314,12 +335,15 @@ impl HertzMindlin {
     }
 }
 
-impl Pressing for HertzMindlin {
+impl HertzMindlin {
+    /// Whether the law has a shear dashpot.
     #[inline(always)]
     fn has_shear_dashpot(&self) -> bool {
         self.shear_damping_ratio > 0.0
     }
 
+    /// Response of a contact with overlap, which survives the step, without branches. `SHEAR_DASHPOT`: false if neither the law nor
+    /// the last step has a shear dashpot force; then the response leaves it out. For finite motion, the bits are the same.
     #[inline(always)]
     fn pressing<const SHEAR_DASHPOT: bool>(
         &self,

@@ -6,14 +6,12 @@
 //! A law is one file here and one line in the list of [`registry`]. Scenarios and hosts read everything else from the law
 //! ([`RegisteredLaw`]).
 
-pub mod batch;
 pub mod common;
 pub mod contract;
 #[cfg(feature = "std")]
 pub mod factors;
 #[cfg(feature = "std")]
 pub mod names;
-mod pressing;
 pub mod registry;
 pub mod restitution;
 pub mod state;
@@ -32,7 +30,6 @@ crate::for_each_law!(laws);
 pub use crate::elastic::Elastic;
 pub use crate::geometry::{ContactGeometry, Reference};
 pub use crate::kinematics::Kinematics;
-pub use batch::{Batch, BatchResult, ColumnResult, ColumnResults};
 pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, Section};
 pub use common::ParameterError;
 pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};

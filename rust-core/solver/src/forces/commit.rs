@@ -1,13 +1,16 @@
 //! Commit of a contact's response: new history, totals, and forces on its particles.
 
-use concordem_contact::columns::Lanes;
+use concordem_contact::columns::{Arrays as _, Lanes};
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
-use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry};
-use concordem_contact::law::{Batch, ColumnResult, ColumnResults, ContactLaw, EnergySplit, LawState, Response, Status};
+use concordem_contact::kinematics::{MotionMeasure, PointKinematics, PreviousGeometry};
+use concordem_contact::law::{ContactLaw, EnergySplit, LawState, Response, Status};
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_contact::wrench::Wrenches;
+use concordem_contact::step::{Stepped, wrenches};
+use concordem_contact::straight::{ContactColumns, Results};
+use concordem_contact::wrench::{Wrenches, wrenches_of_four};
 
 use super::BondEvent;
+use super::kinds::LoopKind;
 use super::tile::{LOCAL, PendingContact, TileEvaluator};
 use crate::state::contacts::{ContactFlags, Pair};
 
@@ -21,20 +24,31 @@ struct Action<'a> {
     virial: Option<&'a ParticleVirial>,
 }
 
-impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
-    TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
-{
-    /// Commit a law's response to contact `i` of the batch.
+impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
+    /// Commit the step of a contact.
+    #[inline(always)]
+    pub(super) fn commit(&mut self, contact: PendingContact, stepped: &Stepped<L>) {
+        let (point, response) = (stepped.point(), &stepped.response);
+        if self.deforms() {
+            let viscous = L::viscous_force(&point.normal, &response.state);
+            let virial = ParticleVirial::of(&point.normal, &response.force, &viscous, self.context.dashpots_strain);
+            self.commit_response(contact, point, response, Some(&virial));
+        } else {
+            self.commit_response(contact, point, response, None);
+        }
+    }
+
+    /// Commit a law's response to a contact.
     #[inline(always)]
     pub(super) fn commit_response(
         &mut self,
-        i: usize,
+        pending: PendingContact,
         point: &PointKinematics,
         response: &Response<L::State>,
         virial: Option<&ParticleVirial>,
     ) {
-        let inherits = self.inherits(i);
-        let PendingContact { contact, slot, pair, begins, counted } = self.pending[i];
+        let inherits = self.inherits(&pending);
+        let PendingContact { contact, slot, pair, begins, counted } = pending;
         let k = contact as usize;
         let a = pair.a as usize;
         let flags = &mut self.tile.flags[k];
@@ -72,7 +86,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             } else if !begins {
                 log_opening(&mut totals.opened, pair);
             }
-            if SAMPLE && self.context.heats {
+            if K::SAMPLE && self.context.heats {
                 log_heat(&mut totals.dissipated, pair, dissipated);
             }
             if slot != LOCAL {
@@ -88,11 +102,11 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
             let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
             log_event(&mut totals.bond_events, pair, damage, position, energy, stored, false);
         }
-        if SAMPLE && self.context.heats {
+        if K::SAMPLE && self.context.heats {
             log_heat(&mut totals.dissipated, pair, dissipated);
         }
         let force = response.force;
-        if SAMPLE && counted {
+        if K::SAMPLE && counted {
             totals.energy.stored_normal += response.energy.stored_normal;
             totals.energy.stored_shear += response.energy.stored_shear;
             totals.energy.stored_bending += response.energy.stored_bending;
@@ -102,92 +116,177 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
                 totals.moment_squared += response.moment.norm_squared();
             }
         }
-        let mut wrenches = Wrenches::of(&normal, &force, [arm_a, arm_b]);
-        if L::TRANSMITS_MOMENT {
-            wrenches = wrenches.with_moment(&response.moment);
+        let wrenches = wrenches::<L>(&normal, [arm_a, arm_b], response);
+        self.add_stress(&pending, point.length, &normal, &wrenches);
+        self.accumulate(&pending, &Action { normal: &normal, wrenches: &wrenches, virial });
+    }
+
+    /// Commit the first `count` contacts from columns: geometries and histories all at once, forces and energies four at a time where
+    /// the straight form is certain of all four. The last `unchanged` numbers of each history stay as they are.
+    #[inline(always)]
+    pub(super) fn commit_columns(
+        &mut self,
+        measure: MotionMeasure,
+        count: usize,
+        columns: &mut ContactColumns<L>,
+        unchanged: usize,
+    ) {
+        // Bit `i`: contact `i` is stepped alone.
+        let mut alone = 0_u32;
+        let threshold = self.context.damage_threshold;
+        // All columns at once, without a branch per contact; not with a damage of NaN.
+        let mut all_certain = true;
+        for damage in &columns.results.damage {
+            all_certain &= *damage < threshold;
         }
-        self.add_stress(i, &BranchVector { length: point.length, normal }, &wrenches);
-        self.accumulate(i, slot, &Action { normal: &normal, wrenches: &wrenches, virial });
+        if !all_certain || self.full.is_none() {
+            for i in 0..count {
+                alone |= u32::from(self.is_alone(i, columns.results.damage[i])) << i;
+            }
+        }
+        if alone != 0 {
+            self.keep(alone, count, columns);
+        }
+        let Results { geometry, history, .. } = &columns.results;
+        match self.full {
+            Some(full) => self.tile.previous.write_run(full.first, geometry, 0),
+            None => self.tile.previous.write(&self.listed()[..count], geometry),
+        }
+        if ContactColumns::<L>::USE.history {
+            match self.full {
+                Some(full) => self.tile.history.write_run(full.first, history, unchanged),
+                // Also the unchanged numbers: few batches have gaps.
+                None => self.tile.history.write(&self.listed()[..count], history),
+            }
+        }
+        for first in (0..count).step_by(4) {
+            let group = first..count.min(first + 4);
+            if group.len() == 4 && (alone >> first).trailing_zeros() >= 4 {
+                self.commit_four(first, &columns.results);
+                continue;
+            }
+            for i in group {
+                if alone >> i & 1 == 1 {
+                    self.evaluate_one_again(self.pending[i], measure);
+                } else {
+                    self.commit_from_columns(i, &columns.results);
+                }
+            }
+        }
     }
 
-    /// Add the forces and energies that a law computed in columns for contact `i` of the batch, which survives.
+    /// Put the geometry and history before the step of the contacts `alone` into the results: they are stepped after the columns are
+    /// stored.
+    #[inline(always)]
+    fn keep(&self, alone: u32, count: usize, columns: &mut ContactColumns<L>) {
+        for i in (0..count).filter(|i| alone >> i & 1 == 1) {
+            columns.results.geometry.set(i, self.tile.previous.get(self.pending[i].contact as usize));
+            columns.results.history.set(i, columns.history.get(i));
+        }
+    }
+
+    /// Whether contact `i` of the batch, with this damage in columns, is stepped alone: it inherits energy, and the ledger needs its
+    /// whole motion; it begins between particles that deform; it ends; or the event log reports it, with energies that columns leave out.
+    #[inline(always)]
+    fn is_alone(&self, i: usize, damage: f64) -> bool {
+        let pending = &self.pending[i];
+        if pending.begins && (K::DEFORM || self.inherits(pending)) {
+            return true;
+        }
+        let reported = || self.tile.flags[pending.contact as usize].has(ContactFlags::REPORTED);
+        // NaN is not smaller.
+        !(damage < self.context.damage_threshold) && (damage.is_nan() || !reported())
+    }
+
+    /// Add the forces and energies of contact `i` of the batch.
     ///
-    /// Each part of the result is read where it is added, so that the parts need no registers before.
+    /// Each number is read where it is added, so that it needs no register before.
     #[inline(always)]
-    pub(super) fn commit_batch_result(&mut self, i: usize, result: &impl ColumnResult) {
+    fn commit_from_columns(&mut self, i: usize, results: &Results<L>) {
         let mut energy = self.totals.energy;
-        self.add_energies(i, result, &mut energy);
+        self.add_energies(i, results, &mut energy);
         self.totals.energy = energy;
-        let wrenches = result.wrenches();
-        self.add_stress(i, &result.branch(), &wrenches);
-        self.add_result(i, result, &wrenches);
+        let wrenches = results.wrenches.get(i);
+        let PreviousGeometry { normal, length } = results.geometry.get(i);
+        let pending = self.pending[i];
+        self.add_stress(&pending, length, &normal, &wrenches);
+        self.add_wrenches(i, results, &wrenches);
     }
 
-    /// As [`Self::commit_batch_result`] for contacts `i` to `i + 3` of the batch.
+    /// As [`Self::commit_from_columns`] for contacts `i` to `i + 3` of the batch.
     #[inline(always)]
-    pub(super) fn commit_four_results(&mut self, i: usize, results: &impl ColumnResults<L>) {
+    fn commit_four(&mut self, i: usize, results: &Results<L>) {
         // A copy, which stays in registers.
         let mut energy = self.totals.energy;
         for r in 0..4 {
-            self.add_energies(i + r, &results.result(i + r), &mut energy);
+            self.add_energies(i + r, results, &mut energy);
         }
         self.totals.energy = energy;
-        let wrenches = results.wrenches(i, self.lanes);
-        if PERIODIC {
+        let wrenches = wrenches_of_four(&results.wrenches, i, self.lanes);
+        if K::PERIODIC {
             let mut sums = [self.totals.virial, self.totals.crossing];
             for (i, wrenches) in (i..).zip(&wrenches) {
-                self.add_stress_to(&mut sums, i, &results.result(i).branch(), wrenches);
+                let PreviousGeometry { normal, length } = results.geometry.get(i);
+                self.add_stress_to(&mut sums, &self.pending[i], length, &normal, wrenches);
             }
             [self.totals.virial, self.totals.crossing] = sums;
         }
         for (i, wrenches) in (i..).zip(&wrenches) {
-            self.add_result(i, &results.result(i), wrenches);
+            self.add_wrenches(i, results, wrenches);
         }
     }
 
     /// Add the energies of contact `i` of the batch to `energy`.
     #[inline(always)]
-    fn add_energies(&self, i: usize, result: &impl ColumnResult, energy: &mut EnergySplit) {
+    fn add_energies(&self, i: usize, results: &Results<L>, energy: &mut EnergySplit) {
+        let may = ContactColumns::<L>::USE;
         if self.pending[i].counted {
-            if let Some(damage) = result.damage() {
-                energy.damage += damage;
+            if may.damage {
+                energy.damage += results.damage_energy[i];
             }
-            if let Some([viscous, integration]) = result.energy() {
-                energy.viscous += viscous;
-                energy.integration += integration;
+            if may.viscous {
+                energy.viscous += results.viscous[i];
             }
-            if let Some(friction) = result.friction() {
-                energy.friction += friction;
+            if may.integration {
+                energy.integration += results.integration[i];
+            }
+            if may.friction {
+                energy.friction += results.friction[i];
             }
         }
     }
 
     /// Add the forces of contact `i` of the batch.
     #[inline(always)]
-    fn add_result(&mut self, i: usize, result: &impl ColumnResult, wrenches: &Wrenches) {
-        let slot = self.pending[i].slot;
-        let BranchVector { normal, .. } = result.branch();
-        let virial = result.virial();
-        debug_assert!(!SAMPLE && virial.is_some() == self.deforms());
-        self.accumulate(i, slot, &Action { normal: &normal, wrenches, virial: virial.as_ref() });
+    fn add_wrenches(&mut self, i: usize, results: &Results<L>, wrenches: &Wrenches) {
+        let (pending, normal) = (self.pending[i], results.geometry.normal.get(i));
+        let virial =
+            K::DEFORM.then(|| ParticleVirial { normal, pressure: results.pressure[i], other: results.other.get(i) });
+        self.accumulate(&pending, &Action { normal: &normal, wrenches, virial: virial.as_ref() });
     }
 
-    /// Add the force of contact `i` of the batch to the sums of the stress in a periodic cell.
+    /// Add the force of a contact to the sums of the stress in a periodic cell.
     #[inline(always)]
-    fn add_stress(&mut self, i: usize, branch: &BranchVector, wrenches: &Wrenches) {
+    fn add_stress(&mut self, pending: &PendingContact, length: f64, normal: &Vec3, wrenches: &Wrenches) {
         let mut sums = [self.totals.virial, self.totals.crossing];
-        self.add_stress_to(&mut sums, i, branch, wrenches);
+        self.add_stress_to(&mut sums, pending, length, normal, wrenches);
         [self.totals.virial, self.totals.crossing] = sums;
     }
 
     /// As [`Self::add_stress`], to copies of `virial` and `crossing`, which stay in registers.
     #[inline(always)]
-    fn add_stress_to(&self, [virial, crossing]: &mut [Mat3; 2], i: usize, branch: &BranchVector, wrenches: &Wrenches) {
-        let PendingContact { contact, counted, .. } = self.pending[i];
-        if PERIODIC && counted {
+    fn add_stress_to(
+        &self,
+        [virial, crossing]: &mut [Mat3; 2],
+        pending: &PendingContact,
+        length: f64,
+        normal: &Vec3,
+        wrenches: &Wrenches,
+    ) {
+        if K::PERIODIC && pending.counted {
             let force = &wrenches.a.force;
-            *virial += (branch.normal * branch.length) * force.transpose();
-            let i = self.tile.flags[contact as usize].image;
+            *virial += (normal * length) * force.transpose();
+            let i = self.tile.flags[pending.contact as usize].image;
             if i != [0, 0, 0] {
                 *crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
             }
@@ -197,13 +296,13 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
     /// Add a contact to the totals and to its particles: directly if they lie in the tile, otherwise through its halo
     /// slot.
     #[inline(always)]
-    fn accumulate(&mut self, i: usize, slot: u32, action: &Action<'_>) {
+    fn accumulate(&mut self, pending: &PendingContact, action: &Action<'_>) {
         let &Action { normal, wrenches, virial } = action;
         let force = &wrenches.a.force;
-        let PendingContact { contact, pair, counted, .. } = self.pending[i];
+        let &PendingContact { contact, slot, pair, counted, .. } = pending;
         let totals = &mut self.totals;
         totals.active += u64::from(counted);
-        if SAMPLE
+        if K::SAMPLE
             && counted
             && let (Some(rates), Some(&rest)) = (&self.context.expansion, self.tile.rest_length.get(contact as usize))
         {

@@ -1,11 +1,12 @@
 //! Inputs of a force evaluation besides the contacts.
 
 use concordem_contact::kinematics::deformable::{Deformable, SurfaceDisplacement};
-use concordem_contact::kinematics::sphere_sphere::Motion;
-use concordem_contact::kinematics::{MotionMeasure, Pose};
+use concordem_contact::kinematics::{ImageShift, Motion, MotionMeasure, Pose};
 use concordem_contact::law::TemperatureFactors;
-use concordem_contact::math::{Symmetric, Vec3};
+use concordem_contact::math::Symmetric;
+use concordem_contact::step::Ends;
 
+use crate::state::contacts::Pair;
 use crate::state::{Cell, Constraint, Particles};
 
 /// Inputs of a force evaluation besides the contacts.
@@ -91,17 +92,6 @@ impl Softened<'_> {
 }
 
 impl StepContext<'_> {
-    /// How far the surfaces of particles `a` and `b` have moved towards each other, m: along the present normal, and
-    /// one step ago along the normal of that time.
-    #[inline(always)]
-    pub fn surface_approach(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
-        let before = self.surface_displacement_before(a) + self.surface_displacement_before(b);
-        (
-            (self.surface_displacement[a].0 + self.surface_displacement[b].0).quadratic(normal),
-            before.quadratic(normal_old),
-        )
-    }
-
     /// Surface displacement of particle `p` one step ago, m.
     #[inline(always)]
     pub fn surface_displacement_before(&self, p: usize) -> Symmetric {
@@ -115,6 +105,33 @@ impl StepContext<'_> {
         self.deformable.map_or_else(Symmetric::default, |deformable| {
             deformable.compliance(material[p], radius[p]).surface_displacement(&deformation[p].used)
         })
+    }
+}
+
+impl StepContext<'_> {
+    /// Motions of the particles of a pair.
+    #[inline(always)]
+    pub fn motions(&self, Pair { a, b }: Pair) -> [Motion; 2] {
+        [motion_of(self.particles, a as usize), motion_of(self.particles, b as usize)]
+    }
+
+    /// Both sides of a contact, given their motions, B's image, and whether particles deform.
+    #[inline(always)]
+    pub fn ends<'a>(&self, pair: Pair, motions: &'a [Motion; 2], image: &'a ImageShift, deforms: bool) -> Ends<'a> {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let Particles { radius, mass, .. } = self.particles;
+        let surface_displacement = deforms.then(|| {
+            let now = self.surface_displacement[a].0 + self.surface_displacement[b].0;
+            [now, self.surface_displacement_before(a) + self.surface_displacement_before(b)]
+        });
+        let [motion_a, motion_b] = motions;
+        Ends {
+            motion: [motion_a, motion_b],
+            radius: [radius[a], radius[b]],
+            mass: [mass[a], mass[b]],
+            image,
+            surface_displacement,
+        }
     }
 }
 

@@ -8,27 +8,30 @@
 //!
 //! * [`context`](StepContext): inputs of a force evaluation besides the contacts;
 //! * `tile_map`: the division of a block of contacts into tiles and halo slots;
-//! * `tile`: the loop over the contacts of a tile; `tile_batch`: what measures and laws read and store; `commit` is its last stage; `temperature`: contacts whose
-//!   constants depend on the temperature;
+//! * `tile`: the loop over the contacts of a tile, in several `kinds`; `batch`: contacts in columns or one by one; `commit` is its
+//!   last stage; `temperature`: contacts whose constants depend on the temperature; `blocks`: laws in another language;
 //! * `block`: the interface of a block to the solver, whatever its law; `laws`: the loops compiled for each law;
 //! * [`walls`]: contacts with walls; [`record`]: forces as operators read them, without a step.
 
+mod batch;
 mod block;
+mod blocks;
 mod commit;
 mod context;
+mod kinds;
 mod laws;
 pub mod record;
 mod temperature;
 mod tile;
-mod tile_batch;
 mod tile_map;
 mod totals;
 pub mod walls;
 
 pub use block::{EvaluatedContacts, ParticleSums};
+pub use blocks::{BlockLaw, Moved, evaluate_tile_in_blocks};
 pub use context::{ExpansionRates, Softened, StepContext, motion_of};
 pub use laws::LawLoops;
-pub use tile::{Tile, evaluate_tile, evaluate_tile_in_blocks};
+pub use tile::{Tile, evaluate_tile};
 pub use tile_map::TileMap;
 pub use totals::{BegunContact, BondEvent, Totals};
 

@@ -4,15 +4,15 @@
 //! evaluates every contact as the step does and discards the new histories. Same inputs, same bits. After a step, before
 //! the particles move, the forces of that step follow from the histories.
 
-use concordem_contact::activate::{activate, length_of};
 use concordem_contact::kinematics::deformable::ParticleVirials;
-use concordem_contact::kinematics::{ContactInput, ImageShift, Motion};
-use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
+use concordem_contact::kinematics::{ImageShift, Motion};
+use concordem_contact::law::{ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::{Quat, Vec3};
+use concordem_contact::step::{Contact, Ends, How, step};
 use concordem_contact::wrench::Wrench;
 use concordem_operator::{ContactSet, LoadSet, OperatorError};
 
-use super::{LawLoops, ParticleSums, StepContext, motion_of};
+use super::{LawLoops, ParticleSums, StepContext};
 use crate::state::contacts::{ContactBlock, ContactFlags};
 use crate::state::{Particles, Wall};
 
@@ -157,73 +157,34 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
     if context.evaluated {
         return last_record(block, k, context);
     }
-    let particles = context.particles;
     let (pair, mut flags) = (block.pair[k], block.flags[k]);
     let (mut reference, mut previous) = (block.reference.get(k), block.previous.get(k));
     if flags.has(ContactFlags::BROKEN) {
         return ContactRecord { force: None, damage: [1.0; 2] };
     }
-    let (a, b) = (pair.a as usize, pair.b as usize);
     let image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift::of(cell, flags.image, context.mode));
-    let (motion_a, motion_b) = (motion_of(particles, a), motion_of(particles, b));
-    let branch = motion_b.position + image.displacement - motion_a.position;
-    if !flags.has(ContactFlags::ACTIVE) {
-        let before = branch - (motion_b.velocity + image.velocity - motion_a.velocity) * context.dt;
-        let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
-        let surface_displacement = if context.surface_displacement.is_empty() {
-            0.0
-        } else {
-            let normal = branch.normalize();
-            context.surface_approach(a, b, &normal, &normal).0
-        };
-        let (flags, reference, previous) = (&mut flags, &mut reference, &mut previous);
-        if !activate::<L>(
-            flags,
-            reference,
-            previous,
-            length_of(&branch, context.mode),
-            &before,
-            [radius_a, radius_b],
-            surface_displacement,
-        ) {
-            return ContactRecord::default();
-        }
+    let motions = context.motions(pair);
+    let ends = context.ends(pair, &motions, &image, !context.surface_displacement.is_empty());
+    if !flags.has(ContactFlags::ACTIVE)
+        && !ends.begin::<L>(&mut flags, &mut reference, &mut previous, context.mode, context.dt)
+    {
+        return ContactRecord::default();
     }
-    let geometry = ContactGeometry {
-        reference_length: reference.length,
-        area: reference.area,
-        ..block.geometry(k, particles, false)
-    };
-    let input = ContactInput {
-        a: &motion_a,
-        b: &motion_b,
-        image: &image,
-        geometry: &geometry,
-        previous: &previous,
-        bonded: flags.has(ContactFlags::BONDED),
-        dt: context.dt,
-    };
-    let mut kinematics = L::Kinematics::measure(context.mode, &input);
-    if !context.surface_displacement.is_empty() {
-        let normal = kinematics.point().normal;
-        let (now, before) = context.surface_approach(a, b, &normal, &previous.normal);
-        kinematics = kinematics.with_surface_displacement(now, before);
-    }
-    let (law, history) = (&block.rows[flags.row as usize], &block.history.get(k));
-    let Response { force, moment, status, state, .. } = match &context.softening {
-        Some(softened) => law.respond_at(&softened.of(pair.a, pair.b), &kinematics, history, context.dt),
-        None => law.respond(&kinematics, history, context.dt),
-    };
+    let (law, history) = (&block.rows[flags.row as usize], block.history.get(k));
+    let contact = Contact { bonded: flags.has(ContactFlags::BONDED), reference, previous, history };
+    let factors = context.softening.map(|softened| softened.of(pair.a, pair.b));
+    let stepped = step(law, &contact, &ends, &How { measure: context.mode, dt: context.dt, factors });
+    let Response { force, moment, status, state, .. } = stepped.response;
     match status {
         Status::Broke => return ContactRecord { force: None, damage: [1.0; 2] },
         Status::Opened => return ContactRecord::default(),
         Status::Lives => {}
     }
-    let point = kinematics.point();
+    let point = stepped.point();
     let force = ContactForce {
         pair: [pair.a, pair.b],
-        branch,
-        point: motion_a.position + point.normal * point.arm_a,
+        branch: ends.branch(),
+        point: motions[0].position + point.normal * point.arm_a,
         force,
         moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
         place: k as u32,
@@ -233,7 +194,6 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
 
 /// Force and damage of contact `k` in the step that has just been evaluated.
 fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'_>) -> ContactRecord {
-    let particles = context.particles;
     let (pair, flags, previous) = (block.pair[k], block.flags[k], block.previous.get(k));
     if flags.has(ContactFlags::BROKEN) {
         return ContactRecord { force: None, damage: [1.0; 2] };
@@ -241,39 +201,40 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
     if !flags.has(ContactFlags::ACTIVE) {
         return ContactRecord::default();
     }
-    let (a, b) = (pair.a as usize, pair.b as usize);
-    let still = |p: usize| Motion {
+    let mut motions = context.motions(pair).map(|motion| Motion {
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
         rotation_increment: Quat::identity(),
-        ..motion_of(particles, p)
-    };
-    let (motion_a, mut motion_b) = (still(a), still(b));
+        ..motion
+    });
     let mut image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift {
         velocity: Vec3::zeros(),
         ..ImageShift::of(cell, flags.image, context.mode)
     });
-    let geometry = block.geometry(k, particles, false);
-    let measure = |a: &Motion, b: &Motion, image: &ImageShift| {
-        let bonded = flags.has(ContactFlags::BONDED);
-        let input = ContactInput { a, b, image, geometry: &geometry, previous: &previous, bonded, dt: context.dt };
-        L::Kinematics::measure(context.mode, &input)
+    let contact = Contact {
+        bonded: flags.has(ContactFlags::BONDED),
+        reference: block.reference.get(k),
+        previous,
+        history: block.history.get(k),
     };
-    let mut kinematics = measure(&motion_a, &motion_b, &image);
+    // The strains of the step are stored as those of one step ago.
+    let surface_displacement = context.deformable.map(|_| {
+        let [a, b] = [pair.a, pair.b].map(|p| context.surface_displacement_before(p as usize));
+        [a + b; 2]
+    });
+    let measure = |motions: &[Motion; 2], image: &ImageShift| {
+        let ends = Ends { surface_displacement, ..context.ends(pair, motions, image, false) };
+        let kinematics: L::Kinematics = ends.measure(&contact, context.mode, context.dt);
+        (kinematics, ends.branch())
+    };
+    let (mut kinematics, mut branch) = measure(&motions, &image);
     if kinematics.point().length != previous.length {
         // The particles have moved since: a state that a host's own step evaluated. Put B where it was, seen from A.
-        motion_b.position = motion_a.position + previous.normal * previous.length;
+        motions[1].position = motions[0].position + previous.normal * previous.length;
         image.displacement = Vec3::zeros();
-        kinematics = measure(&motion_a, &motion_b, &image);
+        (kinematics, branch) = measure(&motions, &image);
     }
-    if context.deformable.is_some() {
-        // The strains of the step are stored as those of one step ago.
-        let normal = kinematics.point().normal;
-        let sum = context.surface_displacement_before(a) + context.surface_displacement_before(b);
-        let approach = sum.quadratic(&normal);
-        kinematics = kinematics.with_surface_displacement(approach, approach);
-    }
-    let (law, history) = (&block.rows[flags.row as usize], &block.history.get(k));
+    let (law, history) = (&block.rows[flags.row as usize], &contact.history);
     let (force, moment) = match &context.softening {
         Some(softened) => {
             let factors = softened.of(pair.a, pair.b);
@@ -284,8 +245,8 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
     let point = kinematics.point();
     let force = ContactForce {
         pair: [pair.a, pair.b],
-        branch: motion_b.position + image.displacement - motion_a.position,
-        point: motion_a.position + point.normal * point.arm_a,
+        branch,
+        point: motions[0].position + point.normal * point.arm_a,
         force,
         moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
         place: k as u32,

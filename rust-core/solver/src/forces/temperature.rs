@@ -13,24 +13,30 @@
 use concordem_contact::columns::Lanes;
 use concordem_contact::law::{ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::Vec3;
+use concordem_contact::step::{How, Stepped};
 
 use super::Softened;
+use super::kinds::LoopKind;
 use super::tile::{PendingContact, TileEvaluator};
 use crate::state::contacts::{ContactFlags, Pair};
 
-impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool, const SIZE: usize>
-    TileEvaluator<'_, L, T, PERIODIC, SAMPLE, DEFORM, SIZE>
-{
-    /// Evaluate contact `i` of the batch, between rigid particles, at the temperatures of its particles.
+impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
+    /// Evaluate a contact between rigid particles at their temperatures.
     #[cold]
     #[inline(never)]
-    pub(super) fn evaluate_softened(&mut self, i: usize, kinematics: &L::Kinematics, softened: &Softened<'_>) {
-        let PendingContact { contact, begins, .. } = self.pending[i];
+    pub(super) fn evaluate_softened(
+        &mut self,
+        pending: PendingContact,
+        kinematics: &L::Kinematics,
+        softened: &Softened<'_>,
+    ) {
+        let PendingContact { contact, begins, .. } = pending;
         let k = contact as usize;
         let Pair { a, b } = self.tile.pair[k];
         let law = self.rows[self.tile.flags[k].row as usize];
         let old = self.tile.history.get(k);
-        let response = law.respond_at(&softened.of(a, b), kinematics, &old, self.context.dt);
+        let how = How { measure: self.context.mode, dt: self.context.dt, factors: Some(softened.of(a, b)) };
+        let Stepped { response, .. } = Stepped::of(&law, *kinematics, &old, &how);
         // A contact that begins has stored nothing.
         if !begins && !self.tile.flags[k].has(ContactFlags::NOT_OWNED) {
             let of_change = 1.0 - softened.past(a, b);
@@ -40,7 +46,7 @@ impl<L: ContactLaw, T: Lanes, const PERIODIC: bool, const SAMPLE: bool, const DE
                     of_change * reversible_work::<L>(kinematics, &old, &normal_before, &response);
             }
         }
-        self.commit_response(i, kinematics.point(), &response, None);
+        self.commit_response(pending, kinematics.point(), &response, None);
     }
 }
 

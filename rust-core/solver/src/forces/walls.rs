@@ -10,9 +10,10 @@
 use std::ops::Range;
 
 use concordem_contact::kinematics::deformable::ParticleVirial;
-use concordem_contact::kinematics::{Motion, PreviousGeometry, WallInput};
-use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status};
+use concordem_contact::kinematics::{Motion, PreviousGeometry};
+use concordem_contact::law::{ContactLaw, Response, Status};
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_contact::step::{AtWall, Contact, How, Stepped, WallMotion, step_at_wall};
 use concordem_contact::wall::ClosestPoint;
 
 use super::commit::log_heat;
@@ -289,13 +290,12 @@ impl WallEvaluator<'_> {
         };
         let begins = !block.flags[k].has(ContactFlags::ACTIVE);
         let surface = self.surface(&walls[wall as usize], block.pair[at].b, block.flags[at].image);
-        let kinematics = self.measure(block, k, &closest_point, &walls[wall as usize], &surface)?;
+        let Stepped { response, .. } = self.step(block, k, &closest_point, &walls[wall as usize], &surface)?;
         if L::STIFFENS && begins {
             let ContactFlags { row, image, .. } = block.flags[k];
             self.totals.begun.push(BegunContact { pair: block.pair[k], image, row });
         }
         let context = self.context;
-        let response = block.rows[block.flags[k].row as usize].respond(&kinematics, &block.history.get(k), context.dt);
         block.previous.set(k, PreviousGeometry { normal: closest_point.normal, length: closest_point.distance });
         self.totals.energy += response.energy;
         if context.heats {
@@ -367,15 +367,15 @@ impl WallEvaluator<'_> {
         ))
     }
 
-    /// Measure contact `k`, activating it if it begins; `None` if the law has no contacts with walls.
-    fn measure<L: ContactLaw>(
+    /// Step contact `k`, activating it if it begins; `None` if the law has no contacts with walls.
+    fn step<L: ContactLaw>(
         &self,
         block: &mut ContactBlock<L>,
         k: usize,
         closest_point: &ClosestPoint,
         wall: &Wall,
         surface: &Surface,
-    ) -> Option<L::Kinematics> {
+    ) -> Option<Stepped<L>> {
         let (context, a) = (self.context, self.particle);
         let radius = context.particles.radius[a];
         let motion: Motion = motion_of(context.particles, a);
@@ -387,16 +387,7 @@ impl WallEvaluator<'_> {
             let length = closest_point.distance + approach * context.dt;
             block.previous.set(k, PreviousGeometry { normal: closest_point.normal, length });
         }
-        let Reference { length: reference_length, area } = block.reference.get(k);
-        let geometry = ContactGeometry {
-            reference_length,
-            area,
-            radius_a: radius,
-            radius_b: 0.0,
-            mass_a: context.particles.mass[a],
-            mass_b: f64::INFINITY,
-        };
-        let previous = &block.previous.get(k);
+        let previous = block.previous.get(k);
         // Halfway between the contact points at the start and the end of the step, so that the slip is work-conjugate, under the
         // trapezoidal rule, to the moment on a turning wall.
         let turned = wall.turning.map(|_| {
@@ -407,19 +398,19 @@ impl WallEvaluator<'_> {
             (velocity, quaternion_of_rotation_vector(&(angular_velocity * context.dt)))
         });
         let (wall_velocity, wall_rotation) = turned.unwrap_or((surface.velocity, surface.rotation));
-        let input = WallInput {
-            a: &motion,
-            closest_point,
-            wall_velocity: &wall_velocity,
-            wall_rotation: &wall_rotation,
-            geometry: &geometry,
-            previous,
-            dt: context.dt,
+        let sides = AtWall {
+            motion: WallMotion { particle: &motion, closest_point, velocity: wall_velocity, rotation: wall_rotation },
+            radius,
+            mass: context.particles.mass[a],
+            surface_displacement: context
+                .surface_displacement
+                .get(a)
+                .map(|now| [now.0, context.surface_displacement_before(a)]),
         };
-        let measured = L::Kinematics::measure_wall(context.mode, &input)?;
-        let Some(surface_displacement) = context.surface_displacement.get(a) else { return Some(measured) };
-        let before = context.surface_displacement_before(a).quadratic(&previous.normal);
-        Some(measured.with_surface_displacement(surface_displacement.0.quadratic(&closest_point.normal), before))
+        let (reference, history) = (block.reference.get(k), block.history.get(k));
+        let contact = Contact { bonded: false, reference, previous, history };
+        let law = &block.rows[block.flags[k].row as usize];
+        step_at_wall(law, &contact, &sides, &How::new(context.mode, context.dt))
     }
 
     /// Add a contact to the totals, to its particle, and to its wall.

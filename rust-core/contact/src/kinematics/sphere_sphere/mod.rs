@@ -16,15 +16,15 @@
 //! **First order**. `Δu_T = (1 − n n)[v_B − v_A + n × (a_A ω_A + a_B ω_B)] Δt`; the history rotates by
 //! `e − e × (n_o × n) − e × ½Δt n_o·(ω_A+ω_B) n_o`.
 //!
-//! **YADE**. See [`Yade`].
+//! **YADE**. See [`YadeMeasure`].
 
 mod finite;
 mod yade;
 
 pub use super::motion::{ImageShift, Motion};
 pub use crate::geometry::initial_geometry;
-pub use finite::{FiniteInput, FiniteMeasure, finite_batch};
-pub use yade::{Yade, YadeInput, YadeMeasure, yade_batch};
+pub use finite::FiniteMeasure;
+pub use yade::{YadeMeasure, yade};
 
 use super::{ContactInput, MotionMeasure, PointKinematics, Transport};
 use crate::math::norm;

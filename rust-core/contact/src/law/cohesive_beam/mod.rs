@@ -35,7 +35,6 @@
 //!
 //! `columns` (batches), `table` (scenarios).
 
-mod columns;
 #[cfg(feature = "std")]
 mod table;
 #[cfg(test)]
@@ -46,15 +45,14 @@ pub use table::{BeamKind, CohesiveBeamTable};
 
 use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
-use super::batch::Batch;
 use super::common::{ParameterError, require};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
-use crate::columns::Columns;
 use crate::kinematics::bond_frame::across;
 use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, is_zero, norm};
+use crate::straight::{ColumnUse, Given};
 
 /// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -222,6 +220,12 @@ impl CohesiveBeam {
         }
     }
 
+    /// Shear coefficient of a Timoshenko beam; infinite for all others.
+    #[inline(always)]
+    fn shear_coefficient(&self) -> f64 {
+        if let BeamModel::Timoshenko { shear_coefficient } = self.model { shear_coefficient } else { f64::INFINITY }
+    }
+
     /// Stiffnesses of a Timoshenko beam; an infinite shear coefficient gives the Euler-Bernoulli beam to the last bit.
     #[inline(always)]
     fn stiffnesses_of_beam(&self, geometry: &ContactGeometry, shear_coefficient: f64) -> BeamStiffness {
@@ -338,10 +342,40 @@ impl ContactLaw for CohesiveBeam {
         Response { force, moment: forces.moment(), state, status: Status::Lives, energy }
     }
 
-    /// Uses columns for slender and Timoshenko beams that do not break.
+    const COLUMNS: Option<ColumnUse> = Some(ColumnUse {
+        // The rotation of the rest frame, zero where the orientations did not differ at bonding.
+        optional: 3,
+        ..ColumnUse::ELASTIC
+    });
+
+    /// Beams whose ends have turned little, and that hold. A direction of zero marks the first evaluation of a bond.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-        columns::respond_batch(mode, count, dt, batch, columns);
+    fn straight(
+        &self,
+        kinematics: &FrameKinematics,
+        old: &CohesiveBeamState,
+        given: &Given,
+        _dt: f64,
+    ) -> (Response<CohesiveBeamState>, bool) {
+        let FrameKinematics { point, orientation_a, orientation_b, .. } = kinematics;
+        let rest = RestFrame { direction: old.rest_direction, rotation: old.rest_rotation };
+        let branch = BranchVector { length: point.length, normal: point.normal };
+        let (rotations, small) = branch.small_rotations([*orientation_a, *orientation_b], &rest, !given.reduced);
+        let k = self.stiffnesses_of_beam(&point.geometry, self.shear_coefficient());
+        let BeamResponse { forces, axial, .. } =
+            beam_response(&k, point.geometry.reference_length, &branch, &rotations);
+        let bending = forces.bending(&branch.normal);
+        let stress = Self::principal_stress(point.geometry.area, axial, &branch.normal, &forces, bending);
+        let known = rest.direction.norm_squared() > 0.0;
+        let response = Response { moment: forces.moment(), ..Response::of_force(forces.force, *old) };
+        (response, (stress < self.strength) & small & known & point.bonded)
+    }
+
+    /// Slender and Timoshenko beams with the default criterion.
+    #[inline(always)]
+    fn is_straight(&self, _measure: MotionMeasure) -> bool {
+        matches!(self.model, BeamModel::EulerBernoulli | BeamModel::Timoshenko { .. })
+            && self.bending_term == BendingTerm::MidSection
     }
 
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {

@@ -80,7 +80,6 @@
 //! `parameters` (and their validation), `damage` (g, its inverse, strength), `yield_surface` (the bound of the shear stress),
 //! `thesis` (Stránský's published form), `full_model` (all options, also in Woo's form), `yade` (YADE's form), `columns` (batches).
 
-mod columns;
 mod damage;
 mod full_model;
 mod parameters;
@@ -99,14 +98,13 @@ pub use parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSu
 pub use table::CpmTable;
 pub use yade::YadeParameters;
 
-use super::{
-    Batch, ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors,
-};
-use crate::columns::Columns;
+use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
+use crate::columns::Item;
 use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, is_zero};
+use crate::straight::{ColumnUse, Given, Masses};
 
 crate::law_state! {
     /// History of a CPM contact.
@@ -400,6 +398,9 @@ fn release(
     }
 }
 
+/// Fraction of the crack onset strain from which damage is expected to grow.
+const NEAR_ONSET: f64 = 0.9;
+
 impl ContactLaw for Cpm {
     type State = CpmState;
     type Kinematics = PointKinematics;
@@ -440,9 +441,77 @@ impl ContactLaw for Cpm {
         if self.plain { self.respond_thesis(kinematics, old) } else { self.respond_with_options(kinematics, old, dt) }
     }
 
+    const COLUMNS: Option<ColumnUse> = Some(ColumnUse { masses: Masses::Unread, viscous: false, ..ColumnUse::ALL });
+    /// The damage of a bond whose κ grows contains an exponential.
+    const LOOKS_AHEAD: bool = true;
+
+    /// The plain thesis form under the finite measure, and YADE's formulation under YADE's measures. Contacts that end are not certain,
+    /// nor are those whose damage grows and is not known.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-        columns::respond_batch(mode, count, dt, batch, columns);
+    fn straight(
+        &self,
+        kinematics: &PointKinematics,
+        old: &CpmState,
+        given: &Given,
+        _dt: f64,
+    ) -> (Response<CpmState>, bool) {
+        let Given { measure, ahead: [known_kappa, known_damage], .. } = *given;
+        let (onset, never) = (self.parameters.crack_onset_strain, self.parameters.never_damage);
+        let area = kinematics.geometry.area;
+        let (stresses, force);
+        if measure == MotionMeasure::Finite {
+            stresses = self.evaluate_thesis(kinematics, old, |kappa| {
+                if kappa <= onset || never {
+                    0.0
+                } else if kappa == known_kappa {
+                    known_damage
+                } else {
+                    f64::NAN
+                }
+            });
+            force = (kinematics.normal * stresses.normal_stress + stresses.shear_stress) * area;
+        } else {
+            stresses = self.evaluate_with_damage(kinematics, old, |kappa| {
+                if kappa == old.kappa {
+                    old.omega
+                } else if kappa < onset || never {
+                    0.0
+                } else {
+                    f64::NAN
+                }
+            });
+            force = kinematics.normal * (stresses.normal_stress * area) + stresses.shear_stress * area;
+        }
+        let StressResponse { state, lost, energy, .. } = stresses;
+        (Response { energy, ..Response::of_force(force, state) }, !lost & !state.omega.is_nan())
+    }
+
+    #[inline(always)]
+    fn is_straight(&self, measure: MotionMeasure) -> bool {
+        match measure {
+            MotionMeasure::Finite => self.plain,
+            MotionMeasure::Yade | MotionMeasure::YadeRatcheting => self.parameters.mode == CpmFormulation::YadePublic,
+            MotionMeasure::FirstOrder => false,
+        }
+    }
+
+    /// Whether the strain of a contact is near the onset of cracks, in the plain thesis form.
+    #[inline(always)]
+    fn may_look_ahead(&self, histories: &<CpmState as Item>::Arrays) -> bool {
+        let near = NEAR_ONSET * self.parameters.crack_onset_strain;
+        // A sum over all columns needs no branch. (Unused columns may count in vain.)
+        self.plain && histories.normal_strain.iter().map(|&strain| u64::from(strain > near)).sum::<u64>() > 0
+    }
+
+    /// κ, which does not depend on the damage, if it grows.
+    #[inline(always)]
+    fn argument_ahead(old: &CpmState, new: &CpmState) -> f64 {
+        if new.kappa > old.kappa { new.kappa } else { f64::NAN }
+    }
+
+    #[inline(always)]
+    fn value_ahead(&self, kappa: f64) -> f64 {
+        self.damage_function(kappa)
     }
 
     /// The shear stress follows from the strains, except in YADE's formulation, whose plastic strain is not that of its stress: a

@@ -18,7 +18,6 @@
 //!
 //! Madan 2019 does not say whether the springs start unstressed; see [`LinearBond::subtract_initial_gap`].
 
-mod columns;
 #[cfg(feature = "std")]
 mod table;
 #[cfg(test)]
@@ -27,14 +26,13 @@ mod tests;
 #[cfg(feature = "std")]
 pub use table::LinearBondTable;
 
-use super::batch::Batch;
 use super::common::{ParameterError, reciprocal_of_step, require};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
-use crate::columns::Columns;
-use crate::kinematics::{MotionMeasure, PointKinematics};
+use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm};
+use crate::straight::{ColumnUse, Given, Masses};
 
 /// Parameters of the brittle linear bond.
 ///
@@ -248,11 +246,35 @@ impl ContactLaw for LinearBond {
         }
     }
 
-    /// Uses columns for bonds with equal parameters under the finite measure. Bonds that break then take the scalar
-    /// path.
+    const COLUMNS: Option<ColumnUse> = Some(ColumnUse {
+        masses: Masses::WithOptionalPart,
+        // The dashpot forces.
+        optional: 4,
+        damage: false,
+        friction: false,
+        ..ColumnUse::ALL
+    });
+
+    /// Bonds that hold.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
-        columns::respond_batch(mode, count, dt, batch, columns);
+    fn straight(
+        &self,
+        kinematics: &PointKinematics,
+        old: &LinearBondState,
+        given: &Given,
+        dt: f64,
+    ) -> (Response<LinearBondState>, bool) {
+        let (response, fails) = if given.reduced {
+            self.intact::<false>(kinematics, old, (0.0, 0.0), dt)
+        } else {
+            self.intact::<true>(kinematics, old, self.dashpots(&kinematics.geometry), dt)
+        };
+        (response, !fails & kinematics.bonded)
+    }
+
+    #[inline(always)]
+    fn uses_optional_part(&self) -> bool {
+        self.damping_ratio != 0.0
     }
 
     /// A dashpot may have kept the springs below the strength, so the strength is not checked.
