@@ -17,11 +17,13 @@
 
 use concordem::conformance::{Native, Properties, Station, Subject, Window, check};
 use concordem::kinematics::PointKinematics;
-use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Response, Stiffness};
+use concordem::math::Vec3;
 use concordem::math::Vec3;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
+use concordem::straight::{ColumnUse, Given};
 
 /// Parameters: one value for each pair of materials.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,35 +47,46 @@ impl ContactLaw for Adhesive {
     type Kinematics = PointKinematics;
     const NAME: &'static str = "adhesive";
 
-    fn respond(&self, kinematics: &PointKinematics, old: &AdhesiveState, _dt: f64) -> Response<AdhesiveState> {
+    /// The straight form remembers, and integrates the step of the touch; it reads no masses and dissipates nothing.
+    const COLUMNS: Option<ColumnUse> = Some(ColumnUse { history: true, integration: true, ..ColumnUse::ELASTIC });
+
+    #[inline(always)]
+    fn respond(&self, kinematics: &PointKinematics, old: &AdhesiveState, dt: f64) -> Response<AdhesiveState> {
+        let (response, holds) = self.straight(kinematics, old, &Given::NOTHING, dt);
+        if holds {
+            return response;
+        }
+        let PointKinematics { elongation: now, elongation_old: before, .. } = *kinematics;
+        let (k, held) = (self.stiffness, old.holding == 1.0);
+        let mut energy = EnergySplit::default();
+        if held && before > 0.0 {
+            // What was stored is lost; the trapezoidal rule adds half of the work of the last step.
+            energy.damage = 0.5 * k * before * before;
+            energy.integration = 0.5 * k * before * (now - before);
+        } else if held {
+            energy.integration = 0.5 * k * before * now;
+        }
+        Response::opened(energy)
+    }
+
+    /// A contact that holds; see `respond`. Without branches, so that the solver evaluates 16 contacts at once.
+    #[inline(always)]
+    fn straight(
+        &self,
+        kinematics: &PointKinematics,
+        old: &AdhesiveState,
+        _given: &Given,
+        _dt: f64,
+    ) -> (Response<AdhesiveState>, bool) {
         let PointKinematics { elongation: now, elongation_old: before, normal, .. } = *kinematics;
         let (k, held) = (self.stiffness, old.holding == 1.0);
         let holds = if held { k * now < self.pull_off } else { now < 0.0 };
-        let mut energy = EnergySplit::default();
-        if !holds {
-            if held && before > 0.0 {
-                // The stored energy is lost, plus half of the work of the last step by the trapezoidal rule.
-                energy.damage = 0.5 * k * before * before;
-                energy.integration = 0.5 * k * before * (now - before);
-            } else if held {
-                energy.integration = 0.5 * k * before * now;
-            }
-            let (force, moment, state) = (Vec3::zeros(), Vec3::zeros(), AdhesiveState::default());
-            return Response { force, moment, state, status: Status::Opened, energy };
-        }
-        energy.stored_normal = 0.5 * k * now * now;
-        if !held {
-            // The spring acts from the first touch on, which occurred within this step.
-            energy.integration = -0.5 * k * now * before;
-        }
-        Response {
-            // Tension is positive: the force on A points toward B.
-            force: normal * (k * now),
-            moment: Vec3::zeros(),
-            state: AdhesiveState { holding: 1.0 },
-            status: Status::Lives,
-            energy,
-        }
+        // Tension is positive: the force on A points to B.
+        let mut response = Response::of_force(normal * (k * now), AdhesiveState { holding: 1.0 });
+        response.energy.stored_normal = 0.5 * k * now * now;
+        // The spring acts from the touch on, which lies within the step in which the contact begins.
+        response.energy.integration = if held { 0.0 } else { -0.5 * k * now * before };
+        (response, holds)
     }
 
     /// Stiffness for the time step bound.

@@ -17,7 +17,7 @@ pub mod report;
 pub mod sweep;
 
 pub use concordem_contact::{
-    columns, conformance, for_each_law, kinematics, law, law_state, material, math, prefetch, quantity,
+    columns, conformance, for_each_law, kinematics, law, law_state, material, math, prefetch, quantity, step, straight,
 };
 pub use concordem_operator as operator;
 pub use concordem_packing as packing;

@@ -15,6 +15,8 @@ pub(super) trait LoopKind {
     const DEFORM: bool = false;
     /// YADE's measures in columns, in place of the finite one.
     const YADE: bool = false;
+    /// Compiled for each kind of vector registers, not for the smallest alone.
+    const WIDE: bool = true;
 }
 
 /// Rigid particles, the finite measure, no cell.
@@ -44,6 +46,7 @@ pub(super) struct General;
 impl LoopKind for General {
     const PERIODIC: bool = true;
     const SAMPLE: bool = true;
+    const WIDE: bool = false;
 }
 
 /// As [`General`], with rigid particles and with particles that deform.
@@ -51,6 +54,7 @@ pub(super) struct GeneralDeforming;
 impl LoopKind for GeneralDeforming {
     const PERIODIC: bool = true;
     const SAMPLE: bool = true;
+    const WIDE: bool = false;
     const DEFORM: bool = true;
 }
 
@@ -58,8 +62,8 @@ impl LoopKind for GeneralDeforming {
 pub(super) trait WithKind<L> {
     /// Type of the result.
     type Output;
-    /// Run the loop of kind `K`, with vector registers if `wide`, and this measure.
-    fn run<K: LoopKind>(self, wide: bool, measure: MotionMeasure) -> Self::Output;
+    /// Run the loop of kind `K` with this measure.
+    fn run<K: LoopKind>(self, measure: MotionMeasure) -> Self::Output;
 }
 
 /// Choose the loop for a law and a step.
@@ -78,19 +82,19 @@ pub(super) fn choose<L: ContactLaw, F: WithKind<L>>(context: &StepContext<'_>, f
     // Conditions on constants of the law come first, so that the compiler omits the loops they exclude.
     if L::DEFORMS && deforms {
         if finite && !periodic {
-            function.run::<Deforming>(true, MotionMeasure::Finite)
+            function.run::<Deforming>(MotionMeasure::Finite)
         } else {
-            function.run::<GeneralDeforming>(false, mode)
+            function.run::<GeneralDeforming>(mode)
         }
     } else if finite && periodic {
-        function.run::<InCell>(true, MotionMeasure::Finite)
+        function.run::<InCell>(MotionMeasure::Finite)
     } else if finite {
-        function.run::<Plain>(true, MotionMeasure::Finite)
+        function.run::<Plain>(MotionMeasure::Finite)
     } else if !L::Kinematics::ONE_MODE && yade {
-        function.run::<AsYade>(true, mode)
+        function.run::<AsYade>(mode)
     } else if L::DEFORMS {
-        function.run::<GeneralDeforming>(false, mode)
+        function.run::<GeneralDeforming>(mode)
     } else {
-        function.run::<General>(false, mode)
+        function.run::<General>(mode)
     }
 }

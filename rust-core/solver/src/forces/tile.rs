@@ -74,9 +74,9 @@ struct TileLoop<'a, 'b, L: ContactLaw> {
 impl<L: ContactLaw> WithKind<L> for TileLoop<'_, '_, L> {
     type Output = Totals;
     #[inline(always)]
-    fn run<K: LoopKind>(self, wide: bool, measure: MotionMeasure) -> Totals {
+    fn run<K: LoopKind>(self, measure: MotionMeasure) -> Totals {
         let Self { context, rows, tile } = self;
-        if wide {
+        if K::WIDE {
             dispatch(WideLoop { measure, context, rows, tile, kind: PhantomData::<K> })
         } else {
             run::<L, K, Scalar>(measure, Scalar, context, rows, tile)
