@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use concordem::assembly::assemble;
 use concordem::assembly::restart::{Continuation, apply, check};
-use concordem::assembly::{assemble, sphere_pack};
+use concordem::output::sphere_pack;
 use concordem::output::{ResultFile, RunFiles, RunHeader, SeriesColumn, checkpoint, csv};
 use concordem::packing::import;
 use concordem::packing::shape::Mesh;

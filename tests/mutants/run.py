@@ -56,6 +56,7 @@ PACKAGES = {
     "solver": "concordem-solver",
     "packing": "concordem-packing",
     "statics": "concordem-statics",
+    "files": "concordem-files",
     "scenario": "concordem-scenario",
     "multiscale": "concordem-multiscale",
     "app": "concordem",

@@ -25,7 +25,7 @@ mod stream;
 pub mod sweep;
 mod vtk;
 
-pub use concordem_scenario::assembly::sphere_pack;
+pub use concordem_files::sphere_pack;
 pub use error::OutputError;
 pub use result::ResultFile;
 pub use run_files::{BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField};

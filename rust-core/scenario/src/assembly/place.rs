@@ -6,10 +6,10 @@ use std::path::Path;
 use super::cache::{PackingCache, Stored};
 use super::stl::Named;
 use super::{AssemblyError, Progress, plane, unfit, walled};
-use crate::files::{is_hdf5, open_regular};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Axis, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_files::paths::{is_hdf5, open_regular};
 use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
 use concordem_packing::cooker::Measured;
 use concordem_packing::random_dense::{self, Protocol, RandomDense};
@@ -114,7 +114,7 @@ pub fn place_cached(
     cache: Option<&PackingCache>,
     progress: Progress<'_>,
 ) -> Result<Placed, AssemblyError> {
-    place_with(scenario, folder, super::sphere_pack::read, cache, progress)
+    place_with(scenario, folder, concordem_files::sphere_pack::read, cache, progress)
 }
 
 /// [`place`] with another reader of HDF5 files.

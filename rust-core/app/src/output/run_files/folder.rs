@@ -11,7 +11,7 @@ use crate::output::checkpoint::{self, Checkpoint};
 use crate::output::error::OutputError;
 use crate::output::hdf::{self, kind};
 use crate::output::sealed;
-use concordem_scenario::files::UNFINISHED;
+use concordem_files::paths::UNFINISHED;
 
 /// Working folder of the run whose result is `path`.
 pub fn parts_folder(path: &Path) -> PathBuf {

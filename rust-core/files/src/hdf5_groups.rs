@@ -7,10 +7,10 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::hdf5_text::{Bytes, u16_at, u32_at, u64_at};
+use crate::hdf5_text::{Bytes, u16_at, u32_at, u64_at};
 
 /// Type of the message in the object header of a group: addresses of its tree and of its heap.
-pub(super) const SYMBOL_TABLE: u16 = 0x11;
+pub(crate) const SYMBOL_TABLE: u16 = 0x11;
 /// Largest number of nodes read for the list of members; in a forged file nodes may refer to each other.
 const MOST_NODES: usize = 100_000;
 /// Largest number of members, and longest name of one: their product limits the time that a forged file may take.
@@ -20,12 +20,12 @@ const LONGEST_NAME: usize = 256;
 const MOST_OBJECTS: usize = 10_000_000;
 
 /// A member of a group.
-pub(super) struct Member {
-    pub(super) name: Vec<u8>,
+pub(crate) struct Member {
+    pub(crate) name: Vec<u8>,
     /// Address of its object header.
-    pub(super) address: u64,
+    pub(crate) address: u64,
     /// Addresses of tree and heap of a group, as its parent repeats them.
-    pub(super) table: Option<[u64; 2]>,
+    pub(crate) table: Option<[u64; 2]>,
 }
 
 /// Checks that the lists of members of all groups lie in the file.
@@ -71,7 +71,7 @@ fn table_of(entry: &[u8]) -> Option<[u64; 2]> {
 }
 
 /// Members of a group: a B-tree of nodes with entries, whose names lie in a local heap. Symbolic links are left out.
-pub(super) fn members(bytes: &mut Bytes, [tree, heap]: [u64; 2]) -> Result<Vec<Member>, String> {
+pub(crate) fn members(bytes: &mut Bytes, [tree, heap]: [u64; 2]) -> Result<Vec<Member>, String> {
     let head = bytes.array::<32>(heap)?;
     if &head[..4] != b"HEAP" {
         return Err("refers to an address without names".to_owned());

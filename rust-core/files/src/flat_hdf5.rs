@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::hdf5_groups::{SYMBOL_TABLE, members};
-use super::hdf5_text::{Bytes, Message, u32_at, u64_at};
+use crate::hdf5_groups::{SYMBOL_TABLE, members};
+use crate::hdf5_text::{Bytes, Message, u32_at, u64_at};
 
 /// How to make a file that can be read; ends messages.
 pub const REMEDY: &str = "Write it in HDF5's oldest format without chunks and compression, as h5py does by default (`h5repack -l \

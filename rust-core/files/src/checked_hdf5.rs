@@ -1,9 +1,25 @@
-//! Safe reading of untrusted HDF5 files: checks sizes, types, and strings before the HDF5 library allocates memory.
+//! Safe use of the HDF5 library: the options for opening files, and reading of untrusted ones, whose sizes and types are checked before
+//! the library allocates memory.
 
 use hdf5::{Container, Dataset, H5Type};
 
 /// Largest ratio of the size of a dataset to the size of its file: the best compression of `deflate`.
 const MOST_COMPRESSION: u64 = 1032;
+
+/// Options for opening HDF5 files: closing a file closes all its objects, and file locks are off.
+///
+/// Locks are not needed, because no other process uses an unfinished file and a finished one never changes. They fail
+/// on some network file systems, and a child process that another thread starts while a file is open would keep the
+/// lock.
+///
+/// HDF5 2 writes by default a layout that HDF5 1.6 cannot read, nor the readers here that do without the library: ask for the oldest one.
+pub fn options() -> hdf5::FileBuilder {
+    let mut options = hdf5::File::with_options();
+    options.with_fapl(|fapl| {
+        fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false).libver_earliest()
+    });
+    options
+}
 
 /// Number of values in a dataset that needs `bytes` of memory per value, in a file of `file_length` bytes.
 ///

@@ -1,4 +1,4 @@
-//! Reading the files of a scenario, and checking the paths that results are written to.
+//! Regular files to read, and files that get their name when they are complete.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read};

@@ -1,31 +1,17 @@
 //! Sphere packs in HDF5: `position` (N×3, m), `radius` (N, m), and for a periodic pack `cell` (3×3, m; a row is an
-//! edge vector). Units are attributes. Any program may write such files, as plain HDF5 ([`super::flat_hdf5`]). Files of this
-//! program end with a seal ([`super::seal`]); their attribute `kind` says that the seal is required. A seal is always
+//! edge vector). Units are attributes. Any program may write such files, as plain HDF5 ([`crate::flat_hdf5`]). Files of this
+//! program end with a seal ([`crate::seal`]); their attribute `kind` says that the seal is required. A seal is always
 //! checked if present. The HDF5 library writes packs, but does not read them.
 
 use std::path::Path;
 
-use super::flat_hdf5::{FlatFile, Numbers, REMEDY};
-use super::seal::{self, SealError};
-use crate::files;
+use crate::checked_hdf5::options;
+use crate::flat_hdf5::{FlatFile, Numbers, REMEDY};
+use crate::paths;
+use crate::seal::{self, SealError};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::Packing;
 use concordem_solver::state::{Cell, Sphere};
-
-/// Options for opening HDF5 files: closing a file closes all its objects, and file locks are off.
-///
-/// Locks are not needed, because no other process uses an unfinished file and a finished one never changes. They fail
-/// on some network file systems, and a child process that another thread starts while a file is open would keep the
-/// lock.
-///
-/// HDF5 2 writes by default a layout that HDF5 1.6 cannot read, nor the readers here that do without the library: ask for the oldest one.
-pub fn options() -> hdf5::FileBuilder {
-    let mut options = hdf5::File::with_options();
-    options.with_fapl(|fapl| {
-        fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false).libver_earliest()
-    });
-    options
-}
 
 /// Attribute of the packs that this program writes.
 const KIND: &str = "kind";
@@ -35,7 +21,7 @@ const KIND: &str = "kind";
 /// # Errors
 /// The file cannot be read; the message says what is missing or wrong.
 pub fn read(path: &Path) -> Result<Packing, String> {
-    files::open_regular(path).map_err(|error| error.to_string())?;
+    paths::open_regular(path).map_err(|error| error.to_string())?;
     let sealed = match seal::check(path) {
         Ok(()) => true,
         Err(SealError::Missing) => false,
@@ -99,9 +85,9 @@ pub fn read(path: &Path) -> Result<Packing, String> {
 /// The file cannot be written.
 pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
     hdf5::silence_errors(true);
-    let path = &files::target(path).map_err(|error| error.to_string())?;
+    let path = &paths::target(path).map_err(|error| error.to_string())?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-    let unfinished = files::new_unfinished(folder).map_err(|error| error.to_string())?;
+    let unfinished = paths::new_unfinished(folder).map_err(|error| error.to_string())?;
     let temporary = unfinished.path();
     let fill = || -> hdf5::Result<()> {
         let file = options().create(temporary)?;
@@ -134,8 +120,8 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
     if !is_same(&read(temporary)?, packing) {
         return Err("what was written, read back, differs: the disk or the file system lost it".to_owned());
     }
-    files::put_in_place(unfinished, path).map_err(|error| error.to_string())?;
-    files::sync_folder(folder).map_err(|error| error.to_string())
+    paths::put_in_place(unfinished, path).map_err(|error| error.to_string())?;
+    paths::sync_folder(folder).map_err(|error| error.to_string())
 }
 
 /// Whether two packings have equal bits.

@@ -69,28 +69,28 @@ fn address_in(shown: &str) -> Option<u64> {
 }
 
 /// A message in an object header.
-pub(super) struct Message {
+pub(crate) struct Message {
     /// Type.
-    pub(super) kind: u16,
+    pub(crate) kind: u16,
     /// Whether the content is stored elsewhere; this program does not write such messages.
-    pub(super) shared: bool,
+    pub(crate) shared: bool,
     /// Content.
-    pub(super) data: Vec<u8>,
+    pub(crate) data: Vec<u8>,
 }
 
 /// A file that is read at checked offsets.
-pub(super) struct Bytes {
+pub(crate) struct Bytes {
     file: File,
     length: u64,
 }
 
 impl Bytes {
     /// Length of the file.
-    pub(super) fn length(&self) -> u64 {
+    pub(crate) fn length(&self) -> u64 {
         self.length
     }
 
-    pub(super) fn open(path: &Path) -> Result<Self, String> {
+    pub(crate) fn open(path: &Path) -> Result<Self, String> {
         let say = |error: io::Error| error.to_string();
         let file = File::open(path).map_err(say)?;
         let length = file.metadata().map_err(say)?.len();
@@ -107,7 +107,7 @@ impl Bytes {
     }
 
     /// Reads `count` bytes at offset `at`.
-    pub(super) fn read(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
+    pub(crate) fn read(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
         let end = at.checked_add(count).filter(|end| *end <= self.length);
         if end.is_none() {
             return Err("refers to an address beyond the end of the file".to_owned());
@@ -121,7 +121,7 @@ impl Bytes {
     }
 
     /// Reads an array of bytes at offset `at`.
-    pub(super) fn array<const N: usize>(&mut self, at: u64) -> Result<[u8; N], String> {
+    pub(crate) fn array<const N: usize>(&mut self, at: u64) -> Result<[u8; N], String> {
         let bytes = self.read(at, N as u64)?;
         bytes.try_into().map_err(|_| "is cut off".to_owned())
     }
@@ -137,7 +137,7 @@ impl Bytes {
     }
 
     /// Whether the object whose header is at `at` has an attribute of this name.
-    pub(super) fn has_attribute(&mut self, at: u64, name: &[u8]) -> Result<bool, String> {
+    pub(crate) fn has_attribute(&mut self, at: u64, name: &[u8]) -> Result<bool, String> {
         let messages = self.attribute_messages(at)?;
         Ok(messages.iter().filter_map(|message| Attribute::of(message)).any(|attribute| attribute.name == name))
     }
@@ -152,7 +152,7 @@ impl Bytes {
     }
 
     /// All messages of the object whose header is at `at`.
-    pub(super) fn messages(&mut self, at: u64) -> Result<Vec<Message>, String> {
+    pub(crate) fn messages(&mut self, at: u64) -> Result<Vec<Message>, String> {
         let head = self.array::<16>(at)?;
         if head[0] != 1 {
             return Err(format!("belongs to an object with a header of version {}", head[0]));
@@ -252,15 +252,15 @@ fn text_reference(message: &[u8], name: &[u8]) -> Result<Option<[u8; 16]>, Strin
     }
 }
 
-pub(super) fn u16_at(bytes: &[u8], at: usize) -> u16 {
+pub(crate) fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {
+pub(crate) fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from(u16_at(bytes, at)) | u32::from(u16_at(bytes, at + 2)) << 16
 }
 
-pub(super) fn u64_at(bytes: &[u8], at: usize) -> u64 {
+pub(crate) fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
 }
 
@@ -285,7 +285,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("texts.h5");
         let texts: Vec<String> = (0..40).map(|k| "±ü".repeat(k * k)).collect();
-        let file = crate::assembly::sphere_pack::options().create(&path).expect("a file");
+        let file = crate::checked_hdf5::options().create(&path).expect("a file");
         let group = file.create_group("g").expect("a group");
         for (k, text) in texts.iter().enumerate() {
             let text: VarLenUnicode = text.parse().expect("a text");
@@ -296,7 +296,7 @@ mod tests {
         }
         group.new_attr::<f64>().create("number").and_then(|a| a.write_scalar(&1.0)).expect("written");
         file.close().expect("closed");
-        let file = crate::assembly::sphere_pack::options().open(&path).expect("a file");
+        let file = crate::checked_hdf5::options().open(&path).expect("a file");
         let group = file.group("g").expect("the group");
         for (k, text) in texts.iter().enumerate() {
             assert_eq!(attribute(&path, &group, &format!("a{k}")).expect("a text"), *text);
