@@ -11,11 +11,11 @@
 pub mod checkpoint;
 pub mod csv;
 pub mod error;
+mod events;
 pub mod export;
 mod frames;
 pub mod hash;
 mod hdf;
-mod merge;
 mod read_back;
 pub mod result;
 pub mod run_files;

@@ -16,9 +16,8 @@ use std::time::Duration;
 use super::error::{At, OutputError};
 use super::hdf::options;
 use super::read_back;
-use concordem_files::hdf5_groups;
-use concordem_files::paths;
 use concordem_files::seal::{self, SealError};
+use concordem_files::{hdf5_groups, leftovers, paths};
 
 /// Folder that holds `path`.
 pub(crate) fn folder_of(path: &Path) -> PathBuf {
@@ -148,7 +147,7 @@ impl TextFile {
 
 fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
     // What killed processes have left.
-    super::run_files::sweep_leftovers(scratch);
+    leftovers::sweep(scratch);
     paths::new_unfinished(scratch).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound if !scratch.is_dir() => OutputError::NoFolder { path: scratch.to_owned() },
         io::ErrorKind::NotFound => OutputError::NotWritable { path: scratch.to_owned(), source: error },
