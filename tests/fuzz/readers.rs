@@ -15,7 +15,7 @@ use concordem::schedule::Simulation;
 use concordem::state::columns::{ColumnData, ColumnStore, StoredColumn};
 use concordem::sweep::Sweep;
 use concordem::sweep::journal::Journal;
-use concordem::sweep::point::Outcome;
+use concordem::sweep::outcome::Outcome;
 use concordem_tests::commands::concordem;
 
 use concordem_tests::random::Random;

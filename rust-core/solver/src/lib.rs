@@ -51,11 +51,9 @@ pub mod state;
 pub mod time_step;
 mod wrap;
 
-pub use error::SolverError;
+pub use error::{DeviceError, SolverError};
 pub use forces::{record, walls};
 pub use model::{Model, Scheme};
 pub use pair_coefficients::PairCoefficients;
 pub use report::StepReport;
-pub use solver::{
-    DeviceError, Excluded, Exclusion, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps,
-};
+pub use solver::{Excluded, Exclusion, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};

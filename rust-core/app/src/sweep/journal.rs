@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use super::point::Outcome;
+use super::outcome::Outcome;
 
 const MAGIC: &str = "concordem sweep 1";
 

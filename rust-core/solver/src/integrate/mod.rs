@@ -10,6 +10,7 @@
 //! force times the displacement after.
 
 mod batch;
+mod chunk;
 mod clumps;
 mod damping;
 mod kick;
@@ -25,7 +26,8 @@ pub use damping::Damping;
 use crate::forces::{TILE, TileMap};
 use crate::lanes::dispatch;
 use crate::state::{Cell, Particles};
-use particle::{Chunk, ChunkLoop, Shared};
+use chunk::ChunkLoop;
+use particle::{Chunk, Shared};
 
 /// Constants of the kick.
 #[derive(Debug, Clone, Copy)]

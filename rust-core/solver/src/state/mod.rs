@@ -9,6 +9,7 @@ mod pairs;
 pub mod particles;
 mod persistence;
 pub mod table;
+mod triangle;
 pub mod walls;
 
 pub use clumps::Clump;
