@@ -7,7 +7,7 @@ use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::Solver;
 use concordem_solver::heat::network::NearPair;
-use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
+use concordem_solver::state::contacts::{ContactFlags, Pair, ReadContacts};
 use concordem_solver::state::{Cell, Particles, Sphere, State};
 
 use super::create::Fresh;
@@ -87,7 +87,7 @@ impl Network {
         longest = longest.max(self.check_held(&before, &number, cutoff)?);
         self.relink(&number, &atoms.edge);
         // Those that are sorted; what follows is added behind them.
-        let held = [Kind::Bond, Kind::Contact].map(|kind| self.block(kind).map_or(0, Contacts::len));
+        let held = [Kind::Bond, Kind::Contact].map(|kind| self.block(kind).map_or(0, ReadContacts::len));
         let thermal = self.thermal_of(&arriving);
         longest = longest.max(self.place_arriving(&arriving, held, &atoms.edge, cutoff)?);
         // Before the solver takes its memory.

@@ -1,12 +1,13 @@
 //! Inputs of a force evaluation besides the contacts.
 
+use concordem_contact::Cell;
 use concordem_contact::kinematics::deformable::{Deformable, SurfaceDisplacement};
 use concordem_contact::kinematics::sphere_sphere::Motion;
 use concordem_contact::kinematics::{MotionMeasure, Pose};
 use concordem_contact::law::TemperatureFactors;
 use concordem_contact::math::{Symmetric, Vec3};
 
-use crate::state::{Cell, Constraint, Particles};
+use crate::state::particles::{Constraint, Particles};
 
 /// Inputs of a force evaluation besides the contacts.
 #[derive(Clone, Copy)]
@@ -42,7 +43,7 @@ pub struct StepContext<'a> {
     pub softening: Option<Softened<'a>>,
     /// Whether dissipated energy becomes heat, so that each contact lists it.
     pub heats: bool,
-    /// Whether the step has just been evaluated, for [`record`](super::record).
+    /// Whether the step has just been evaluated, for [`record`](crate::forces::record).
     pub evaluated: bool,
     /// Prescribed translations whose reactions strain the particles: all of them, or those in the plane.
     pub reacting: Constraint,

@@ -6,24 +6,28 @@ use concordem_contact::wrench::Wrench;
 
 use crate::state::contacts::Contacts;
 
+/// Particles per tile. The solver of a subdomain has a single tile instead
+/// ([`Solver::for_subdomain`](crate::Solver::for_subdomain)).
+pub const TILE: usize = 1024;
+
 /// Division of one block of contacts into tiles, and the halo slots of each tile. Scratch: rebuilt whenever the list of
 /// contacts changes.
 #[derive(Debug, Clone, Default)]
 pub struct TileMap {
     /// Particles per tile.
-    pub(super) tile_length: usize,
+    pub(crate) tile_length: usize,
     /// First contact of each tile, then the number of contacts.
-    pub(super) contact_start: Vec<u32>,
+    pub(crate) contact_start: Vec<u32>,
     /// First halo slot of each tile, then the number of slots.
-    pub(super) halo_start: Vec<u32>,
+    pub(crate) halo_start: Vec<u32>,
     /// First entry of each particle in `slots`, then the number of entries.
     target_start: Vec<u32>,
     /// Halo slots by target particle, ascending.
     slots: Vec<u32>,
     /// Force and torque in each halo slot.
-    pub(super) halo: Vec<Wrench>,
+    pub(crate) halo: Vec<Wrench>,
     /// Particle virial in each halo slot; empty if particles are rigid.
-    pub(super) virial_halo: Vec<ParticleVirial>,
+    pub(crate) virial_halo: Vec<ParticleVirial>,
 }
 
 impl TileMap {
@@ -121,6 +125,6 @@ impl TileMap {
 
 /// Whether particle `b` lies in the tile of `length` particles that begins at particle `base`.
 #[inline(always)]
-pub(super) fn is_local(b: u32, base: usize, length: usize) -> bool {
+pub(crate) fn is_local(b: u32, base: usize, length: usize) -> bool {
     (b as usize).wrapping_sub(base) < length
 }
