@@ -158,6 +158,7 @@ test-docs:
 test-lint:
 	.ci/format --check
 	@.ci/timed mutants-apply tests/mutants/run.py --check
+	@.ci/timed circles .ci/circles
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
 	# The laws compile for processors without a standard library.
 	@.ci/timed no-std $(CARGO) clippy --release -p concordem-contact --no-default-features --lib -- -D warnings
