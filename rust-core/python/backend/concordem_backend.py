@@ -1,6 +1,6 @@
 """Builds the package with maturin, after the parts of the native YADE plugin.
 
-pip calls it for a source package and for the folder yade-bridge; both have the script native/build. `make wheel` calls the script and
+pip calls it for a source package and for the folder rust-core/python. `make wheel` calls the script yade-bridge/native/build and
 maturin itself.
 """
 
@@ -44,10 +44,8 @@ def build_wheel(
     """The wheel, with the parts of the native plugin on Linux, the only system of YADE."""
     if sys.platform == "linux":
         project = Path(__file__).resolve().parents[1]
-        # A source package has pyproject.toml and python/ one folder higher than the repository has.
-        bridge = project if (project / "native").is_dir() else project / "yade-bridge"
+        # The folder yade-bridge lies beside pyproject.toml in a source package, two folders higher in the repository.
+        script = next(path for folder in (project, project.parents[1]) if (path := folder / "yade-bridge/native/build").is_file())
         parts = project / "python/concordem/yade/native"
-        subprocess.run(
-            ["bash", str(bridge / "native/build")], check=True, env={**os.environ, "PARTS": str(parts)}, stdout=sys.stderr
-        )
+        subprocess.run(["bash", str(script)], check=True, env={**os.environ, "PARTS": str(parts)}, stdout=sys.stderr)
     return maturin.build_wheel(wheel_directory, config_settings, metadata_directory)

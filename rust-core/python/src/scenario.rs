@@ -62,6 +62,7 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
     )))
 }
 
+/// The TOML table of a mapping; `path`: its key, for messages.
 pub fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table> {
     let mut table = toml::Table::new();
     for item in mapping.call_method0("items")?.try_iter()? {
@@ -263,7 +264,7 @@ fn schema(kind: &str) -> PyResult<String> {
     }
 }
 
-pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Scenario>()?;
     module.add_function(wrap_pyfunction!(schema, module)?)
 }

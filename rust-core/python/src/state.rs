@@ -75,7 +75,7 @@ unsafe fn view<'py, T: Element>(
 }
 
 impl State {
-    pub fn new(simulation: Py<Simulation>) -> Self {
+    pub(crate) fn new(simulation: Py<Simulation>) -> Self {
         Self { simulation }
     }
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-LIBRARY = Path(__file__).parents[2] / os.environ.get("CARGO_TARGET_DIR", "target") / "liggghts/libconcordem-liggghts.so"
+LIBRARY = Path(__file__).parents[3] / os.environ.get("CARGO_TARGET_DIR", "target") / "liggghts/libconcordem-liggghts.so"
 
 BEGIN = """
 import sys
