@@ -65,12 +65,12 @@ lammps:
 # HDF5 is compiled from source: some five minutes on two processors.
 wheel:
 	.ci/setup wheel
-	yade-bridge/wheel --sdist
+	rust-core/python/wheel --sdist
 
 # The plugin is compiled against the installed YADE of a Debian 13, which debootstrap makes the first time.
 wheel-yade:
 	.ci/setup wheel
-	yade-bridge/wheel --yade
+	rust-core/python/wheel --yade
 
 deb: liggghts lammps
 	.ci/setup wheel
@@ -108,7 +108,7 @@ test-build: test-lint
 	.ci/setup test
 	BUILT=1 liggghts-bridge/build
 	BUILT=1 liggghts-bridge/lammps/build
-	BUILT=1 yade-bridge/test.sh package
+	BUILT=1 rust-core/python/test.sh package
 
 # Unit, integration and documentation tests of the library and of the program.
 test-rust:
@@ -137,7 +137,7 @@ test-studies:
 	@.ci/timed instructions validation/instructions.py
 
 test-python:
-	@.ci/timed $@ yade-bridge/test.sh python
+	@.ci/timed $@ rust-core/python/test.sh python
 
 test-yade:
 	@.ci/timed $@ yade-bridge/tests/yade/run.sh
@@ -158,6 +158,7 @@ test-docs:
 test-lint:
 	.ci/format --check
 	@.ci/timed mutants-apply tests/mutants/run.py --check
+	@.ci/timed circles .ci/circles
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
 	# The laws compile for processors without a standard library.
 	@.ci/timed no-std $(CARGO) clippy --release -p concordem-contact --no-default-features --lib -- -D warnings
@@ -264,7 +265,7 @@ lint-bench:
 bench:
 	.ci/setup test
 	$(CARGO) build $(TESTED) --lib --bins --example speed
-	BUILT=1 yade-bridge/test.sh package
+	BUILT=1 rust-core/python/test.sh package
 	.venv/bin/python validation/speed.py $(BENCH)
 
 # Kernels for graphics processors. Their results are tested without one, with the other tests.
@@ -286,7 +287,7 @@ bench-parts:
 
 docs:
 	.ci/setup build
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude concordem-python --exclude concordem-bench
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude concordem-python --exclude concordem-module --exclude concordem-bench
 
 book: $(CONCORDEM)
 	docs/build
@@ -295,14 +296,14 @@ book: $(CONCORDEM)
 validate: $(CONCORDEM)
 	.ci/setup test
 	liggghts-bridge/build
-	yade-bridge/test.sh package
+	rust-core/python/test.sh package
 	cd validation && ../.venv/bin/python -m pytest -q tests
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
 validate-full: $(CONCORDEM)
 	.ci/setup test
 	liggghts-bridge/build
-	yade-bridge/test.sh package
+	rust-core/python/test.sh package
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run --full --strict
 	validation/specimens.py --full
 	.venv/bin/python validation/distributed_specimen.py --full

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use concordem::assembly::assemble;
 use concordem::assembly::restart::{Continuation, apply, check};
-use concordem::assembly::{assemble, sphere_pack};
+use concordem::output::sphere_pack;
 use concordem::output::{ResultFile, RunFiles, RunHeader, SeriesColumn, checkpoint, csv};
 use concordem::packing::import;
 use concordem::packing::shape::Mesh;
@@ -14,7 +15,7 @@ use concordem::schedule::Simulation;
 use concordem::state::columns::{ColumnData, ColumnStore, StoredColumn};
 use concordem::sweep::Sweep;
 use concordem::sweep::journal::Journal;
-use concordem::sweep::point::Outcome;
+use concordem::sweep::outcome::Outcome;
 use concordem_tests::commands::concordem;
 
 use concordem_tests::random::Random;

@@ -56,6 +56,7 @@ PACKAGES = {
     "solver": "concordem-solver",
     "packing": "concordem-packing",
     "statics": "concordem-statics",
+    "files": "concordem-files",
     "scenario": "concordem-scenario",
     "multiscale": "concordem-multiscale",
     "app": "concordem",
@@ -63,7 +64,7 @@ PACKAGES = {
 WITHOUT = {"fuzz"}
 # The packages that are compiled: those with tests, and one that makes all dependencies have the features that they have in
 # `make test`, so that what that compiled is used here.
-SELECTED = [*PACKAGES.values(), "concordem-tests", "concordem-python"]
+SELECTED = [*PACKAGES.values(), "concordem-tests", "concordem-module"]
 
 # A mutant survives less than one time in twenty.
 WANTED = 0.95

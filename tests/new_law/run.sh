@@ -27,10 +27,10 @@ liggghts-bridge/build
 liggghts-bridge/lammps/build
 yade-bridge/native/build
 # The package without a wheel, which would compile HDF5.
-$cargo build --release -p concordem-python
+$cargo build --release -p concordem-module
 rm -rf "$root/site"
 mkdir "$root/site"
-cp -r yade-bridge/python/concordem "$root/site/"
+cp -rL rust-core/python/python/concordem "$root/site/"
 cp target/release/lib_core.so "$root/site/concordem/_core.abi3.so"
 # The program of the package, which is the program: another one would compile everything again.
 printf '#!/bin/sh\nPYTHONPATH=%q exec %q -m concordem "$@"\n' "$root/site" "$python" >"$root/concordem"

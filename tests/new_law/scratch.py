@@ -31,7 +31,10 @@ def copy(root, to):
             shutil.rmtree(old) if old.is_dir() and not old.is_symlink() else old.unlink()
     listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=root, stdout=subprocess.PIPE, check=True)
     for name in filter(None, listed.stdout.decode().split("\0")):
-        if (root / name).is_file():
+        if (root / name).is_symlink():
+            (to / name).parent.mkdir(parents=True, exist_ok=True)
+            (to / name).symlink_to((root / name).readlink())
+        elif (root / name).is_file():
             (to / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(root / name, to / name)
     for name in (".venv", ".venv-debian", ".venv-lammps"):

@@ -24,15 +24,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 
-use crate::arrays::{
+use concordem_python::arrays::{
     Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, tensors, vectors,
 };
-use crate::errors::{OrRaise, caught, of_assembly};
-use crate::scenario::{Scenario, table_of};
-use crate::shared::{Access, Shared};
-use crate::state::contact_table;
-use crate::warnings::warn;
-use crate::work::{Pool, guarded};
+use concordem_python::errors::{OrRaise, caught, of_assembly};
+use concordem_python::scenario::{Scenario, table_of};
+use concordem_python::shared::{Access, Shared};
+use concordem_python::state::contact_table;
+use concordem_python::warnings::warn;
+use concordem_python::work::{Pool, guarded};
 use host::{Engines, Host};
 use motion::{Motion, MotionLayout};
 
@@ -424,7 +424,7 @@ impl Hosted {
             vectors(py, &c.force)?,
             vectors(py, &c.moment)?,
         );
-        Ok((positions, crate::arrays::result(py, "Contacts", fields)?))
+        Ok((positions, concordem_python::arrays::result(py, "Contacts", fields)?))
     }
 
     /// YADE's `normDmg`, `numBrokenCohesive`, and `stress` (Pa, (n, 3, 3)) of the particles, in the order of `bodies`.

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use concordem::prefetch::{AHEAD, prefetch};
 
-use crate::arrays::scalars;
+use concordem_python::arrays::scalars;
 
 /// Read a number at an address.
 ///

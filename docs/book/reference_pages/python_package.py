@@ -5,13 +5,13 @@ import re
 
 from .text import ROOT, sentence
 
-PACKAGE = ROOT / "yade-bridge/python/concordem"
+PACKAGE = ROOT / "rust-core/python/python/concordem"
 
 
 def rust_docs():
     """Doc comments of the functions that Python sees: by (class or "", name)."""
     found, names = {}, {}
-    for path in sorted((ROOT / "yade-bridge/src").glob("*.rs")):
+    for path in sorted([*(ROOT / "rust-core/python/src").glob("*.rs"), *(ROOT / "yade-bridge/src").glob("*.rs")]):
         owner, doc, renamed = "", [], None
         for line in path.read_text(encoding="utf-8").splitlines():
             text = line.strip()

@@ -5,8 +5,8 @@ use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::contacts::Pair;
 
+use super::bonds::{BondsOfAtom, Fresh, ends};
 use super::exchange::Arriving;
-use super::lists::{BondsOfAtom, ends};
 use super::{Network, NetworkError};
 use crate::atoms::Tag;
 use crate::bond_list::{BondOfList, read_bonds};
@@ -21,17 +21,6 @@ pub(super) struct UserList {
     reader: Option<PieceReader>,
     /// What this processor keeps.
     share: Vec<BondOfList>,
-}
-
-/// A bond that the next rebuild creates and measures.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fresh {
-    /// Ids, the lower one first.
-    pub(super) tags: [Tag; 2],
-    /// Reference length, m; 0: the current distance.
-    pub(super) length: f64,
-    /// Row of the pair coefficients, if parameters belong to bond types.
-    pub(super) row: u16,
 }
 
 impl Network {

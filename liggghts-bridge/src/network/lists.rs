@@ -4,11 +4,11 @@
 use concordem_contact::law::ContactLawName;
 use concordem_solver::state::contacts::Pair;
 
-use super::create::Fresh;
+use super::before::{ABSENT, Before};
+use super::bonds::{BondsOfAtom, Fresh, ends};
 use super::exchange::{Arriving, adjacency};
-use super::rebuild::{ABSENT, Before};
 use super::{Network, NetworkError, particle_of};
-use crate::atoms::{Atoms, Tag, Tags};
+use crate::atoms::{Atoms, Tag};
 use crate::records::{Kind, ascending};
 
 /// Neighbor lists of a pair style of the host.
@@ -19,24 +19,6 @@ pub struct NeighborLists<'a> {
     pub index_bits: i32,
     /// Factors on the forces of a pair by its two upper bits: LAMMPS' weights of special bonds.
     pub weights: [f64; 4],
-}
-
-/// The bonds in the host's list of an owned atom.
-pub struct BondsOfAtom<'a> {
-    /// Id of the atom.
-    pub tag: Tag,
-    /// Ids of its partners.
-    pub partners: Tags<'a>,
-    /// Types of the bonds; one that is not positive does not count.
-    pub types: &'a [i32],
-}
-
-/// Ends of listed bonds: owned atom, partner, bond type.
-pub(super) fn ends<'a>(lists: &'a [BondsOfAtom<'_>]) -> impl Iterator<Item = [Tag; 3]> + 'a {
-    lists.iter().flat_map(|atom| {
-        let bonds = atom.partners.iter().zip(atom.types).filter(|(_, bond_type)| **bond_type > 0);
-        bonds.map(|(partner, &bond_type)| [atom.tag, partner, Tag::from(bond_type)])
-    })
 }
 
 /// One end of a bond with coefficients `row` as a number, such that sums over different sets of ends differ (the finalizer of splitmix64).

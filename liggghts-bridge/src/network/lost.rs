@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use concordem_solver::state::contacts::Pair;
 
+use super::before::Before;
 use super::exchange::Arriving;
-use super::rebuild::Before;
 use super::{Network, blocks};
 use crate::atoms::{Atoms, Tag};
 use crate::records::{Kind, Record};

@@ -8,6 +8,8 @@
 //!
 //! | module | contains |
 //! |---|---|
+//! | `before` | the particles before a rebuild |
+//! | `bonds` | bonds as the host lists them, and new ones |
 //! | `create` | new bonds |
 //! | `lists` | bonds of the host's lists; pairs of the host's neighbor lists that belong to the network |
 //! | `memory` | data stored per atom in the host's arrays |
@@ -20,6 +22,8 @@
 //! | `resize` | contacts of atoms whose radii change |
 //! | `results` | counts, energies, virial, stress |
 
+mod before;
+mod bonds;
 mod create;
 mod error;
 mod exchange;
@@ -43,13 +47,15 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::{Contacts, Pair};
 use concordem_solver::{Excluded, Model, PairCoefficients, Solver};
 
-use create::{Fresh, UserList};
+pub use bonds::BondsOfAtom;
+use bonds::Fresh;
+use create::UserList;
 pub use error::NetworkError;
 use exchange::{Adjacency, Incoming, Pieces};
 pub use exclude::{Exclusions, Rules};
 use heat::Thermal;
 pub use heat_network::Asked;
-pub use lists::{BondsOfAtom, NeighborLists};
+pub use lists::NeighborLists;
 use memory::Layout;
 use results::row_of_break;
 pub use results::{BREAK, Sums, TOTALS};

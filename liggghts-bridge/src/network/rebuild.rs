@@ -7,19 +7,16 @@ use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::Solver;
 use concordem_solver::heat::network::NearPair;
-use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
+use concordem_solver::state::contacts::{ContactFlags, Pair, ReadContacts};
 use concordem_solver::state::{Cell, Particles, Sphere, State};
 
-use super::create::Fresh;
+use super::before::{ABSENT, Before};
+use super::bonds::{BondsOfAtom, Fresh};
 use super::exchange::Arriving;
-use super::lists::BondsOfAtom;
 use super::memory::inertia;
-use super::{Network, NetworkError, blocks, particle_of};
+use super::{Network, NetworkError, blocks};
 use crate::atoms::{Atoms, LARGEST_TAG, Tag, vector};
 use crate::records::{HISTORY, Kind};
-
-/// Stands for the particle of an atom that is neither owned nor a ghost.
-pub(super) const ABSENT: u32 = u32::MAX;
 
 /// New bonds.
 #[derive(Default)]
@@ -87,7 +84,7 @@ impl Network {
         longest = longest.max(self.check_held(&before, &number, cutoff)?);
         self.relink(&number, &atoms.edge);
         // Those that are sorted; what follows is added behind them.
-        let held = [Kind::Bond, Kind::Contact].map(|kind| self.block(kind).map_or(0, Contacts::len));
+        let held = [Kind::Bond, Kind::Contact].map(|kind| self.block(kind).map_or(0, ReadContacts::len));
         let thermal = self.thermal_of(&arriving);
         longest = longest.max(self.place_arriving(&arriving, held, &atoms.edge, cutoff)?);
         // Before the solver takes its memory.
@@ -394,41 +391,6 @@ fn length_of(flags: ContactFlags, reference: &Reference, previous: &PreviousGeom
 /// Flags of a contact whose A this processor owns or not.
 fn ownership(bits: u8, owned: bool) -> u8 {
     if owned { bits & !ContactFlags::NOT_OWNED } else { bits | ContactFlags::NOT_OWNED }
-}
-
-/// The particles before a rebuild.
-pub(super) struct Before {
-    /// Their ids.
-    tags: Vec<Tag>,
-    /// The particles in the order of their ids.
-    by_tag: Vec<u32>,
-}
-
-impl Before {
-    /// Ids of a contact's atoms.
-    pub(super) fn tags_of(&self, pair: Pair) -> [Tag; 2] {
-        [pair.a, pair.b].map(|p| self.tags[p as usize])
-    }
-
-    /// The pair of two atoms; `None` if one of them was not here.
-    pub(super) fn pair(&self, tags: [Tag; 2]) -> Option<Pair> {
-        let [Some(p), Some(q)] = tags.map(|tag| particle_of(&self.tags, &self.by_tag, tag)) else { return None };
-        Some(Pair { a: p.min(q) as u32, b: p.max(q) as u32 })
-    }
-
-    /// Present number of each particle, [`ABSENT`] if it is gone. `tags`, `by_tag`: the present particles.
-    fn renumbering(&self, tags: &[Tag], by_tag: &[u32]) -> Vec<u32> {
-        let mut numbers = vec![ABSENT; self.tags.len()];
-        let mut after = by_tag.iter().peekable();
-        for &p in &self.by_tag {
-            let tag = self.tags[p as usize];
-            while after.next_if(|&&q| tags[q as usize] < tag).is_some() {}
-            if let Some(&q) = after.next_if(|&&q| tags[q as usize] == tag) {
-                numbers[p as usize] = q;
-            }
-        }
-        numbers
-    }
 }
 
 /// Periodic image of B closest to A; `between` is the position of B minus that of A. 0 along axes that are not periodic.

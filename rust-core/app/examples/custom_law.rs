@@ -17,13 +17,11 @@
 
 use concordem::conformance::{Native, Properties, Station, Subject, Window, check};
 use concordem::kinematics::PointKinematics;
-use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Response, Stiffness};
-use concordem::math::Vec3;
+use concordem::law::{ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Response, Stiffness};
 use concordem::math::Vec3;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
-use concordem::straight::{ColumnUse, Given};
 
 /// Parameters: one value for each pair of materials.
 #[derive(Debug, Clone, Copy, PartialEq)]

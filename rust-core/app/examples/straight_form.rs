@@ -8,12 +8,11 @@
 use std::time::Instant;
 
 use concordem::kinematics::PointKinematics;
-use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Response, Stiffness};
+use concordem::law::{ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Response, Stiffness};
 use concordem::math::Vec3;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
-use concordem::straight::{ColumnUse, Given};
 
 /// The law of the tutorial; with `STRAIGHT`, the solver may use its straight form.
 #[derive(Debug, Clone, Copy)]

@@ -1,47 +1,7 @@
-//! Contacts in columns: the straight form of a law, for many contacts at once.
+//! Contacts in columns: the straight form of a law ([`crate::law::straight_form`]), for many contacts at once.
 //!
-//! A law that gives its response without branches as well ([`ContactLaw::straight`]) runs in the vector registers of the
-//! processor. It knows nothing of columns: the solver reads the contacts of a batch into [`ContactColumns`], applies the
-//! measure and the law to all of them, and stores the results. The compiler neither fuses nor reorders operations, so the
-//! bits are those of [`ContactLaw::respond`]. A contact of which the straight form is not certain takes `respond`.
-//!
-//! ```
-//! use concordem_contact::kinematics::{MotionMeasure, PointKinematics};
-//! use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
-//! use concordem_contact::math::Vec3;
-//! use concordem_contact::straight::{ColumnUse, Given};
-//!
-//! /// A spring of stiffness `self.0` (N/m) that pushes, but does not pull.
-//! #[derive(Clone, Copy)]
-//! struct Bumper(f64);
-//!
-//! concordem_contact::law_state! {
-//!     /// Nothing to remember.
-//!     pub struct BumperState {}
-//! }
-//!
-//! impl ContactLaw for Bumper {
-//!     type State = BumperState;
-//!     type Kinematics = PointKinematics;
-//!     const NAME: &'static str = "bumper";
-//!     /// Its straight form reads no masses and dissipates nothing.
-//!     const COLUMNS: Option<ColumnUse> = Some(ColumnUse::ELASTIC);
-//!
-//!     fn respond(&self, motion: &PointKinematics, old: &BumperState, dt: f64) -> Response<BumperState> {
-//!         let (response, holds) = self.straight(motion, old, &Given::NOTHING, dt);
-//!         if holds { response } else { Response::opened(EnergySplit::default()) }
-//!     }
-//!
-//!     fn straight(&self, motion: &PointKinematics, _: &BumperState, _: &Given, _: f64) -> (Response<BumperState>, bool) {
-//!         let response = Response::of_force(motion.normal * (self.0 * motion.elongation), BumperState {});
-//!         (response, motion.elongation < 0.0)
-//!     }
-//!
-//!     fn stiffness(&self, _: &ContactGeometry) -> Stiffness {
-//!         Stiffness { normal: self.0, ..Stiffness::default() }
-//!     }
-//! }
-//! ```
+//! The solver reads the contacts of a batch into [`ContactColumns`], applies the measure and the law to all of them, and stores the
+//! results. The compiler neither fuses nor reorders operations, so the bits are those of [`ContactLaw::respond`].
 
 use bytemuck::Zeroable as _;
 
@@ -49,80 +9,10 @@ use crate::columns::{Arrays, BATCH, Item};
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::{Kinematics, Measured, MotionMeasure, PointKinematics, PoseInput, VelocityInput};
-use crate::law::{ContactLaw, EnergySplit};
+use crate::law::{ColumnUse, ContactLaw, EnergySplit, Given};
 use crate::math::{Symmetric, Vec3};
 use crate::step::wrenches;
 use crate::wrench::Wrenches;
-
-/// What the straight form of a law reads and changes. The solver moves nothing else.
-#[derive(Debug, Clone, Copy)]
-pub struct ColumnUse {
-    /// When it reads masses.
-    pub masses: Masses,
-    /// Whether the history changes.
-    pub history: bool,
-    /// How many reals at the end of the history belong to an optional part of the law (a dashpot). While they are zero and
-    /// the law does not use that part ([`ContactLaw::uses_optional_part`]), [`Given::reduced`] says so.
-    pub optional: usize,
-    /// Whether [`EnergySplit::damage`] may differ from zero.
-    pub damage: bool,
-    /// Whether [`EnergySplit::friction`] may differ from zero.
-    pub friction: bool,
-    /// Whether [`EnergySplit::viscous`] may differ from zero.
-    pub viscous: bool,
-    /// Whether [`EnergySplit::integration`] may differ from zero.
-    pub integration: bool,
-}
-
-impl ColumnUse {
-    /// Everything: right for any law.
-    pub const ALL: Self = Self {
-        masses: Masses::Read,
-        history: true,
-        optional: 0,
-        damage: true,
-        friction: true,
-        viscous: true,
-        integration: true,
-    };
-    /// A law of springs that reads no masses.
-    pub const ELASTIC: Self = Self {
-        masses: Masses::Unread,
-        history: false,
-        optional: 0,
-        damage: false,
-        friction: false,
-        viscous: false,
-        integration: false,
-    };
-}
-
-/// When the straight form of a law reads [`ContactGeometry::mass_a`] and `mass_b`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Masses {
-    /// Never.
-    Unread,
-    /// With the optional part.
-    WithOptionalPart,
-    /// Always.
-    Read,
-}
-
-/// What is known before the straight form runs.
-#[derive(Debug, Clone, Copy)]
-pub struct Given {
-    /// How the motion is measured.
-    pub measure: MotionMeasure,
-    /// Whether the straight form may leave out the optional part; see [`ColumnUse::optional`].
-    pub reduced: bool,
-    /// Argument and value of [`ContactLaw::value_ahead`] for this contact; NaN if it was not computed.
-    pub ahead: [f64; 2],
-}
-
-impl Given {
-    /// Nothing is known; the measure is the finite one.
-    pub const NOTHING: Self = Self { measure: MotionMeasure::Finite, reduced: false, ahead: [f64::NAN; 2] };
-}
 
 /// Contacts of a batch, one array per number. Unused places are computed as well, from whatever the arrays contain.
 ///

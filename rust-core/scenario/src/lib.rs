@@ -58,7 +58,6 @@
 
 pub mod assembly;
 pub mod checks;
-pub mod files;
 pub mod sampling;
 pub mod schedule;
 pub mod schema;

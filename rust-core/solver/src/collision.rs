@@ -12,7 +12,7 @@ use concordem_contact::law::{ContactGeometry, Stiffness};
 use concordem_contact::math::{Vec3, pow};
 
 use crate::Model;
-use crate::forces::BegunContact;
+use crate::evaluation::BegunContact;
 use crate::integrate::Damping;
 use crate::state::contacts::{ContactFlags, Contacts};
 use crate::state::{Particles, State, WallShape};

@@ -16,26 +16,12 @@
 
 use rayon::prelude::*;
 
-use crate::forces::{TILE, TileMap};
+use crate::evaluation::{TILE, TileMap};
 use crate::state::particles::load_virial;
 use crate::state::{Constraint, Deformation, Particles};
+pub use crate::step_sums::DeformationSums;
 use concordem_contact::kinematics::deformable::{Deformable, ReactionSums, SurfaceDisplacement, Update, VirialParts};
 use concordem_contact::math::{Symmetric, Vec3};
-
-/// Sums over the particles of one step, J; see the [module](self).
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct DeformationSums {
-    /// Energy stored in particles, J.
-    pub stored: f64,
-    /// Dissipated in the step by the lag of the strains, J.
-    pub lag: f64,
-    /// Lost in the step to forces that strain particles but do not depend on their strain, J.
-    pub other: f64,
-    /// Work of external loads in the step, J.
-    pub loads: f64,
-    /// Work of reactions in the step, J.
-    pub reactions: f64,
-}
 
 /// Computes the strains of deformable particles. Holds scratch data only.
 #[derive(Default)]

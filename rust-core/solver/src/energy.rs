@@ -1,8 +1,7 @@
 //! Energy ledger: the balance of work, kinetic and stored energy, and dissipation. Every term has a formula of its own; the
 //! residual shows the error of the balance.
 
-use super::deformation::DeformationSums;
-use super::integrate::KickSums;
+use super::step_sums::{DeformationSums, KickSums};
 use concordem_contact::law::EnergySplit;
 
 /// A compensated sum (Neumaier 1974).

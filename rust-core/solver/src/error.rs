@@ -3,7 +3,6 @@
 use concordem_contact::law::LawName;
 use concordem_contact::law::names::listing;
 
-use crate::DeviceError;
 use crate::neighbor::NeighborError;
 
 /// Why a step fails.
@@ -146,3 +145,8 @@ pub enum SolverError {
         what: String,
     },
 }
+
+/// Why a device fails, and the remedy.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct DeviceError(pub String);

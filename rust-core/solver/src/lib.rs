@@ -22,7 +22,7 @@
 //! ```
 //!
 //! * [`state`]: everything that changes during a run; [`neighbor`]: candidate pairs;
-//! * [`forces`]: the contact forces ([`walls`], [`record`]); [`deformation`]: the strains of deformable particles, and
+//! * [`evaluation`]: what an evaluation of contacts reads and gives; [`forces`]: the contact forces ([`walls`], [`record`]); [`deformation`]: the strains of deformable particles, and
 //!   [`coupling`]: whether they converge;
 //! * [`integrate`]: kick and drift; [`time_step`]: its stability limit, [`collision`]: the limit for possible contacts;
 //!   [`energy`]: the ledger;
@@ -34,6 +34,7 @@ pub mod coupling;
 pub mod deformation;
 pub mod energy;
 mod error;
+pub mod evaluation;
 pub mod forces;
 pub mod fracture;
 pub mod heat;
@@ -48,14 +49,13 @@ mod peculiar;
 mod report;
 mod solver;
 pub mod state;
+mod step_sums;
 pub mod time_step;
 mod wrap;
 
-pub use error::SolverError;
+pub use error::{DeviceError, SolverError};
 pub use forces::{record, walls};
 pub use model::{Model, Scheme};
 pub use pair_coefficients::PairCoefficients;
 pub use report::StepReport;
-pub use solver::{
-    DeviceError, Excluded, Exclusion, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps,
-};
+pub use solver::{Excluded, Exclusion, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};

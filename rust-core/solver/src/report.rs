@@ -4,7 +4,7 @@ use concordem_contact::law::EnergySplit;
 use concordem_contact::math::Mat3;
 
 use crate::deformation::DeformationSums;
-use crate::forces::{BegunContact, BondEvent};
+use crate::evaluation::{BegunContact, BondEvent};
 use crate::integrate::KickSums;
 use crate::state::contacts::Pair;
 

@@ -3,10 +3,9 @@
 use nalgebra::Matrix6;
 use rayon::prelude::*;
 
-use super::iterative::solve;
-use super::link::{LinkStrain, NodeMotion};
+use super::iterative::{Accuracy, solve};
+use super::link::{LinkStrain, NodeMotion, uniform};
 use super::network::Loose;
-use super::solve::Accuracy;
 use super::stiffness_product::{StiffnessProduct, add, motion, relief};
 use super::{ElasticConstants, LinkNetwork, StaticsError};
 use concordem_contact::kinematics::deformable::Compliance;
@@ -94,18 +93,6 @@ const CANCELED: f64 = 1e-9;
 /// Components of strain of a network: all six, or those of the plane.
 pub(super) fn strains(planar: bool) -> impl Iterator<Item = usize> {
     (0..6).filter(move |component| !planar || matches!(component, 0 | 1 | 5))
-}
-
-/// Relative motion of the ends of a branch `l` under unit strain `component`.
-pub(super) fn uniform(l: &Vec3, component: usize) -> Vec3 {
-    match component {
-        0 => Vec3::new(l.x, 0.0, 0.0),
-        1 => Vec3::new(0.0, l.y, 0.0),
-        2 => Vec3::new(0.0, 0.0, l.z),
-        3 => Vec3::new(0.0, 0.5 * l.z, 0.5 * l.y),
-        4 => Vec3::new(0.5 * l.z, 0.0, 0.5 * l.x),
-        _ => Vec3::new(0.5 * l.y, 0.5 * l.x, 0.0),
-    }
 }
 
 /// Stiffness of the periodic cell of a network from six solutions with one unit strain each (Stránský 2018,

@@ -5,8 +5,24 @@ use rayon::prelude::*;
 
 use super::StaticsError;
 use super::krylov::{Failure, biconjugate_gradients, conjugate_gradients};
-use super::solve::Accuracy;
 use super::stiffness_product::StiffnessProduct;
+
+/// When the iteration stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Norm of the residual over norm of the right-hand side (rotational parts divided by [`LinkNetwork::scale`](crate::LinkNetwork::scale)).
+    pub residual: f64,
+    /// Largest number of iterations.
+    pub iterations: usize,
+}
+
+impl Default for Accuracy {
+    /// 1e-11, 20 000: the stiffness of a cell is a minimum, so its error is the square of the residual and limited by
+    /// rounding.
+    fn default() -> Self {
+        Self { residual: 1e-11, iterations: 20_000 }
+    }
+}
 
 /// Solve `K u = f` for each right-hand side. Returns the solutions and the largest number of iterations.
 pub(super) fn solve(

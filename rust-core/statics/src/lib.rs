@@ -25,10 +25,11 @@ mod stiffness_product;
 
 pub use cell_stiffness::{CellStiffness, Derivatives, cell_stiffness, cell_stiffness_and_derivatives};
 pub use closed_form::{ClosedForm, closed_form};
+pub use iterative::Accuracy;
 pub use link::Link;
 pub use moduli::ElasticConstants;
 pub use network::LinkNetwork;
-pub use solve::{Accuracy, Support, solve_supported};
+pub use solve::{Support, solve_supported};
 
 /// Order of the components of strain and stress: 11, 22, 33, 23, 31, 12; shear strains are engineering strains.
 pub const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];

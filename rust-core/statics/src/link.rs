@@ -32,6 +32,18 @@ pub struct Link {
     pub stiffness: Stiffness,
 }
 
+/// Relative motion of the ends of a branch `l` under unit strain `component`.
+pub(super) fn uniform(l: &Vec3, component: usize) -> Vec3 {
+    match component {
+        0 => Vec3::new(l.x, 0.0, 0.0),
+        1 => Vec3::new(0.0, l.y, 0.0),
+        2 => Vec3::new(0.0, 0.0, l.z),
+        3 => Vec3::new(0.0, 0.5 * l.z, 0.5 * l.y),
+        4 => Vec3::new(0.5 * l.z, 0.0, 0.5 * l.x),
+        _ => Vec3::new(0.5 * l.y, 0.5 * l.x, 0.0),
+    }
+}
+
 /// Motion of a particle: displacement (m) and small rotation (rad).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct NodeMotion {

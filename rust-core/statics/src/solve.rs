@@ -16,27 +16,10 @@
 
 use nalgebra::Vector6;
 
-use super::iterative::solve;
+use super::iterative::{Accuracy, solve};
 use super::link::NodeMotion;
 use super::stiffness_product::{StiffnessProduct, add, motion};
 use super::{LinkNetwork, StaticsError};
-
-/// When the iteration stops.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Accuracy {
-    /// Norm of the residual over norm of the right-hand side (rotational parts divided by [`LinkNetwork::scale`]).
-    pub residual: f64,
-    /// Largest number of iterations.
-    pub iterations: usize,
-}
-
-impl Default for Accuracy {
-    /// 1e-11, 20 000: the stiffness of a cell is a minimum, so its error is the square of the residual and limited by
-    /// rounding.
-    fn default() -> Self {
-        Self { residual: 1e-11, iterations: 20_000 }
-    }
-}
 
 /// A degree of freedom with a prescribed motion.
 #[derive(Debug, Clone, Copy, PartialEq)]

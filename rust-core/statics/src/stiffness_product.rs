@@ -6,8 +6,7 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
 use super::LinkNetwork;
-use super::cell_stiffness::uniform;
-use super::link::{LinkStrain, NodeMotion};
+use super::link::{LinkStrain, NodeMotion, uniform};
 
 /// The product of a network's stiffness matrix with a vector, matrix-free. Rotations are scaled to lengths; prescribed
 /// degrees of freedom are omitted.

@@ -77,7 +77,7 @@ def package():
         import concordem
         import concordem.operators
     except ImportError as error:
-        raise NotInstalled(f"the Python package concordem is missing ({error}); run yade-bridge/test.sh package") from None
+        raise NotInstalled(f"the Python package concordem is missing ({error}); run rust-core/python/test.sh package") from None
     return concordem
 
 

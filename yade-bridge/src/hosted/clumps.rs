@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::{get, same_length};
-use crate::arrays::{Indices, Rows, Scalars, Vectors, rows, vectors};
+use concordem_python::arrays::{Indices, Rows, Scalars, Vectors, rows, vectors};
 
 /// Rigid clumps from arrays: position, velocity, orientation (x, y, z, w), angular_momentum, mass, inertia, constraint, one row per clump;
 /// member (row of the bodies), of (clump of the member), offset, relative (orientation), one row per member.

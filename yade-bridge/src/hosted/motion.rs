@@ -11,7 +11,7 @@ use concordem_yade::own_thread::Workers;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::work::Pool;
+use concordem_python::work::Pool;
 
 use super::host::{Host, symbol};
 use crate::memory::{peek, poke};

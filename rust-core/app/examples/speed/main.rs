@@ -34,7 +34,7 @@ use concordem::packing::{Packing, import_text, mass_of};
 use concordem::solver::forces::{EvaluatedContacts, LawLoops};
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, PairCoefficients, Solver, StageTimes};
-use concordem::state::contacts::{ContactBlock, Contacts};
+use concordem::state::contacts::{ContactBlock, ReadContacts};
 use concordem::state::{Constraint, Particles, Sphere, State};
 
 use arguments::Arguments;

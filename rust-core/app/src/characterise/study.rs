@@ -1,7 +1,7 @@
 //! The structure of a packing as a point of a sweep.
 
 use super::{Body, CharacteriseError, Choice, characterise};
-use crate::sweep::point::Outcome;
+use crate::sweep::outcome::Outcome;
 use concordem_packing::cooker::BOUNDARY_DEPTH;
 use concordem_scenario::assembly::Placed;
 use concordem_scenario::schema::Scenario;

@@ -8,7 +8,7 @@ use ndarray::{Ix1, Ix2, s};
 
 use super::error::{At, OutputError};
 use super::hdf;
-use super::run_files::StoredField;
+use super::stream::StoredField;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
 /// A snapshot.

@@ -24,8 +24,8 @@ pub(crate) mod kind {
     pub const SWEEP: &str = "sweep";
 }
 
-pub(crate) use concordem_scenario::assembly::sphere_pack::options;
-use concordem_scenario::assembly::{checked_hdf5 as checked, hdf5_text};
+pub(crate) use concordem_files::checked_hdf5::options;
+use concordem_files::{checked_hdf5 as checked, hdf5_text};
 
 /// Writes kind and version into a new file.
 pub(crate) fn write_identity(file: &Group, kind: &str, path: &Path) -> Result<(), OutputError> {

@@ -11,11 +11,11 @@
 pub mod checkpoint;
 pub mod csv;
 pub mod error;
+mod events;
 pub mod export;
 mod frames;
 pub mod hash;
 mod hdf;
-mod merge;
 mod read_back;
 pub mod result;
 pub mod run_files;
@@ -25,7 +25,7 @@ mod stream;
 pub mod sweep;
 mod vtk;
 
-pub use concordem_scenario::assembly::sphere_pack;
+pub use concordem_files::sphere_pack;
 pub use error::OutputError;
 pub use result::ResultFile;
 pub use run_files::{BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField};

@@ -12,7 +12,7 @@ use hdf5::{Dataset, Group};
 use super::error::{At, OutputError};
 use super::frames;
 use super::hdf::{self, options};
-use concordem_scenario::assembly::hdf5_text;
+use concordem_files::hdf5_text;
 
 /// Bytes that are read and hashed at a time.
 const BLOCK: usize = 8 << 20;

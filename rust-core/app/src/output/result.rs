@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::error::{At, OutputError};
 use super::hdf::{self, kind};
 use super::run_files::{EARLIER, SeriesColumn};
-use super::{merge, sealed};
+use super::{events, sealed};
 use concordem_contact::math::Vec3;
 use concordem_solver::fracture::Event;
 use concordem_solver::state::columns::StoredColumn;
@@ -96,7 +96,7 @@ impl ResultFile {
 
     /// The event log.
     pub fn events(&self) -> Result<Vec<Event>, OutputError> {
-        merge::read_events(&self.file, &self.path)
+        events::read_events(&self.file, &self.path)
     }
 
     /// Hash of the state at the end.

@@ -1,7 +1,7 @@
 //! Writes files completely or not at all, and verifies them before reading.
 //!
 //! A file is written under another name in the same folder, closed, read back (`read_back`), sealed, synchronized to the
-//! disk, and only then renamed. The seal is described in [`concordem_scenario::assembly::seal`]. A file whose seal does not match is refused
+//! disk, and only then renamed. The seal is described in [`concordem_files::seal`]. A file whose seal does not match is refused
 //! before the HDF5 library reads it: damaged files can crash that library.
 //!
 //! Only regular files are replaced. If the path is a symbolic link, the link stays and its target is replaced.
@@ -16,9 +16,8 @@ use std::time::Duration;
 use super::error::{At, OutputError};
 use super::hdf::options;
 use super::read_back;
-use concordem_scenario::assembly::hdf5_groups;
-use concordem_scenario::assembly::seal::{self, SealError};
-use concordem_scenario::files;
+use concordem_files::seal::{self, SealError};
+use concordem_files::{hdf5_groups, leftovers, paths};
 
 /// Folder that holds `path`.
 pub(crate) fn folder_of(path: &Path) -> PathBuf {
@@ -28,9 +27,9 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// The file to replace when writing to `path`; see [`files::target`].
+/// The file to replace when writing to `path`; see [`paths::target`].
 pub(crate) fn target(path: &Path) -> Result<PathBuf, OutputError> {
-    files::target(path).map_err(|source| OutputError::NotReplaceable { path: path.to_owned(), source })
+    paths::target(path).map_err(|source| OutputError::NotReplaceable { path: path.to_owned(), source })
 }
 
 /// Writes an HDF5 file completely or not at all; `fill` writes its content.
@@ -148,8 +147,8 @@ impl TextFile {
 
 fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
     // What killed processes have left.
-    super::run_files::sweep_leftovers(scratch);
-    files::new_unfinished(scratch).map_err(|error| match error.kind() {
+    leftovers::sweep(scratch);
+    paths::new_unfinished(scratch).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound if !scratch.is_dir() => OutputError::NoFolder { path: scratch.to_owned() },
         io::ErrorKind::NotFound => OutputError::NotWritable { path: scratch.to_owned(), source: error },
         _ => OutputError::io(path, "create", error),
@@ -157,13 +156,13 @@ fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile
 }
 
 fn put_in_place(unfinished: tempfile::NamedTempFile, path: &Path) -> Result<(), OutputError> {
-    files::put_in_place(unfinished, path).map_err(|error| OutputError::io(path, "rename to", error))?;
+    paths::put_in_place(unfinished, path).map_err(|error| OutputError::io(path, "rename to", error))?;
     sync_folder(&folder_of(path))
 }
 
 /// Synchronizes renamed and removed files of a folder to disk.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), OutputError> {
-    files::sync_folder(folder).map_err(|error| OutputError::io(folder, "synchronize", error))
+    paths::sync_folder(folder).map_err(|error| OutputError::io(folder, "synchronize", error))
 }
 
 /// Checks that a file is complete and unchanged.

@@ -7,8 +7,23 @@ use ndarray::{ArrayView1, ArrayView2, s};
 
 use super::error::{At, OutputError};
 use super::hdf;
-use super::run_files::StoredField;
-use concordem_solver::state::columns::ColumnData;
+use concordem_solver::state::columns::{ColumnData, StoredColumn};
+
+/// A field of one snapshot, or of several with equal numbers of rows, one after the other.
+#[derive(Debug)]
+pub(super) struct StoredField {
+    pub name: String,
+    pub unit: String,
+    pub description: String,
+    pub column: StoredColumn,
+}
+
+impl StoredField {
+    /// Type and shape of a row, as text.
+    pub(super) fn shape(&self) -> String {
+        format!("{} {}", self.column.components, self.column.kind())
+    }
+}
 
 /// The fields of all snapshots, in a group.
 pub(super) struct FieldStream<'a> {

@@ -5,7 +5,7 @@
 //! | `sweep`, `scenario` | both files, as text |
 //! | `axes/NAME` | values of an axis: numbers, or lines of text |
 //! | `points/axis_K` | index of the value of axis K (from 0) at each point |
-//! | `points/young`, … | the quantities of [`point`](crate::sweep::point), one number per point, with unit and meaning |
+//! | `points/young`, … | the quantities of [`outcome`](crate::sweep::outcome), one number per point, with unit and meaning |
 //! | `points/stiffness` | of elastic sweeps: 36 numbers per point, Pa (11, 22, 33, 23, 31, 12; engineering shear strains) |
 //! | `problems` | one line per failed point: number and message |
 
@@ -15,7 +15,8 @@ use std::path::Path;
 use super::error::{At, OutputError};
 use super::{hdf, sealed};
 use crate::provenance;
-use crate::sweep::point::{Outcome, STIFFNESS, Study, columns};
+use crate::sweep::outcome::{Outcome, STIFFNESS};
+use crate::sweep::point::{Study, columns};
 use crate::sweep::{Axis, Sweep};
 use concordem_solver::state::columns::Column;
 

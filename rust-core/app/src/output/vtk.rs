@@ -11,8 +11,7 @@ use hdf5::types::FixedAscii;
 
 use super::error::{At, OutputError};
 use super::hdf;
-use super::run_files::StoredField;
-use super::stream::{Appended, FieldStream};
+use super::stream::{Appended, FieldStream, StoredField};
 
 /// Cells of a grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

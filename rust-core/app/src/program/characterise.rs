@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::check::count;
 use super::drive::check_page_name;
 use super::meter::Meter;
+use super::readable::count;
 use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
 use crate::characterise::{Body, CharacteriseError, Characteristics, Choice, characterise};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::check::{count, seconds};
 use super::meter::Meter;
+use super::readable::{count, seconds};
 use super::tables::{BondRows, Tables, bond_damage};
 use super::watch::Live;
 use super::{Failure, shell};

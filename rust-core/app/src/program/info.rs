@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use super::check::{count, seconds};
 use super::drive::scenario_instead;
+use super::readable::{count, seconds};
 use super::{Console, Facts, Failure};
 use crate::output::run_files::{Unfinished, look};
 use crate::output::{OutputError, ResultFile, checkpoint, csv};

@@ -18,6 +18,7 @@ mod init;
 mod measure;
 mod meter;
 mod pack;
+mod readable;
 mod report;
 mod restart;
 mod resume;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::check::count;
 use super::meter::Meter;
+use super::readable::count;
 use super::settings::Settings;
 use super::{Console, Facts, Failure, Work};
 use crate::output::OutputError;

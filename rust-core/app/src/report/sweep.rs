@@ -7,7 +7,8 @@ use super::html::{escape, frame, number};
 use crate::output::sweep::problems;
 use crate::provenance::PROGRAM;
 use crate::sweep::Sweep;
-use crate::sweep::point::{Outcome, Quantity, Study};
+use crate::sweep::outcome::{Outcome, Quantity};
+use crate::sweep::point::Study;
 
 /// Colors of the curves.
 const COLORS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];

@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use super::point::Outcome;
+use super::outcome::Outcome;
 
 const MAGIC: &str = "concordem sweep 1";
 
@@ -71,7 +71,7 @@ impl Journal {
             file.set_len(0).map_err(failed("write"))?;
             file.write_all(format!("{head}\n").as_bytes()).and_then(|()| file.sync_all()).map_err(failed("write"))?;
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            concordem_scenario::files::sync_folder(folder).map_err(failed("write"))?;
+            concordem_files::paths::sync_folder(folder).map_err(failed("write"))?;
         } else if lines.next() != Some(&head) {
             return Err(JournalError::Other { path: path.to_owned() });
         } else {

@@ -18,6 +18,7 @@
 
 mod axis;
 pub mod journal;
+pub mod outcome;
 pub mod point;
 pub mod results;
 mod schema;
@@ -35,7 +36,8 @@ use concordem_scenario::checks::read_text;
 use concordem_scenario::schema::{
     Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Setting, Source, large,
 };
-use point::{MOST_RESULTS, Study};
+use outcome::MOST_RESULTS;
+use point::Study;
 use results::{DEFAULT, RunResult};
 pub use schema::schema;
 

@@ -5,7 +5,7 @@ use concordem_scenario::sampling::{Operator, Record};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::{OperatorSample, Scenario};
 
-use super::point::{MOST_RESULTS, Outcome, Quantity};
+use super::outcome::{MOST_RESULTS, Outcome, Quantity};
 use crate::report::properties_of_run;
 
 /// Which number of a series.

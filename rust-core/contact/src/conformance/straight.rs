@@ -1,8 +1,7 @@
 //! The straight form of a law against its response, bit for bit.
 
 use super::{Finding, Host, LawState, MotionMeasure, PointKinematics, SEEDS, STEPS, Subject, drive};
-use crate::law::{ContactLaw, EnergySplit, Response, Status};
-use crate::straight::{ColumnUse, Given, Masses};
+use crate::law::{ColumnUse, ContactLaw, EnergySplit, Given, Masses, Response, Status};
 
 /// What a straight form returns for a step; `None` if the law has none under this measure.
 pub(super) fn outcome<L: ContactLaw<Kinematics = PointKinematics>>(

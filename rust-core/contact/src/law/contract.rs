@@ -1,13 +1,13 @@
 //! The interface of a contact law.
 
 use super::state::LawState;
+use super::straight_form::{ColumnUse, Given};
 use crate::columns::Item;
 use crate::geometry::{ContactGeometry, Reference, contact_area};
 use crate::kinematics::{Kinematics, MotionMeasure, PointKinematics};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::Vec3;
-use crate::straight::{ColumnUse, Given};
 
 /// A contact law: parameters of a pair of materials, and the response of a contact to its motion.
 pub trait ContactLaw: Copy + Send + Sync + 'static {

@@ -17,12 +17,13 @@
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};
+use super::{
+    ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Response, Status, Stiffness, TemperatureFactors,
+};
 use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm};
-use crate::straight::{ColumnUse, Given};
 #[cfg(feature = "std")]
 use {
     super::{

@@ -29,13 +29,12 @@
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
 use super::restitution::{End, damping_of_restitution};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+use super::{ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Response, Status, Stiffness};
 pub use crate::elastic::Elastic;
 use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm, pow};
-use crate::straight::{ColumnUse, Given};
 #[cfg(feature = "std")]
 use {
     super::{

@@ -15,6 +15,7 @@ pub mod names;
 pub mod registry;
 pub mod restitution;
 pub mod state;
+pub mod straight_form;
 #[cfg(feature = "std")]
 pub mod table;
 
@@ -42,5 +43,6 @@ pub use linear_bond::LinearBondState;
 #[cfg(feature = "std")]
 pub use names::{ContactLawName, LawName};
 pub use state::{Field, LawState, Parity};
+pub use straight_form::{ColumnUse, Given, Masses};
 #[cfg(feature = "std")]
 pub use table::{Fault, FaultKind, HasTable, LawFacts, LawTable, RegisteredLaw};

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::place::{Placed, solid};
+use super::place::solid;
+use super::placed::Placed;
 use super::stl::Named;
 use super::{AssemblyError, Progress, material_index};
 use crate::schema::{self, AggregateGroup, AggregateShape, Problem, Scenario, Surface};

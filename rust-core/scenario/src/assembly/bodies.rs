@@ -1,6 +1,6 @@
 //! Initial velocities, prescribed motions, forces, and clumps.
 
-use super::histories::{fastest, history};
+use super::motions::{fastest, history};
 use super::particles::ClumpMembers;
 use super::selection::member_of_clump;
 use super::{AssemblyError, set_index, unfit};

@@ -16,6 +16,9 @@ const MAGIC: &[u8] = b"concordem packing 1\n";
 /// Length of the hash at the end.
 const HASH: usize = 32;
 
+/// Name of the stage in which a packing is read from the cache.
+pub(super) const FROM_CACHE: &str = "from cache";
+
 /// A folder with packings.
 #[derive(Debug, Clone)]
 pub struct PackingCache {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::aggregates::{Division, Places, region};
 use super::cuts::Cuts;
-use super::place::Placed;
+use super::placed::Placed;
 use super::{AssemblyError, Progress, material_index, unfit};
 use crate::schema::quantity::vector;
 use crate::schema::{FiberGroup, Problem, Quantity, Scenario, Surface};

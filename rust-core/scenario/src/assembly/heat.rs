@@ -1,7 +1,7 @@
 //! Heat conduction: the network of the assembled particles, initial temperatures, sources, and the surface.
 
 use super::bodies::members;
-use super::histories::history;
+use super::motions::history;
 use super::{AssemblyError, unfit};
 use crate::checks::length;
 use crate::schedule::{HeatHistories, History};

@@ -4,7 +4,7 @@ mod flexure;
 
 use super::histories::stages;
 use super::selection::{bounds_along, extents, layer, member_of_clump};
-use super::{AssemblyError, material_index, place::Placed, unfit};
+use super::{AssemblyError, material_index, placed::Placed, unfit};
 use crate::schedule::Loading;
 use crate::schedule::loading::Gauge;
 use crate::schema::quantity::{Component, CrossSection, Length, StrainRate, Velocity};

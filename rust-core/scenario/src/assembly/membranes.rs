@@ -4,7 +4,7 @@
 //! of centers, is wider than the reach of the membrane; so it sinks into wide gaps at the surface, but does not enter pores inside. The
 //! border of the cells that remain is closed, so that pressure on it has neither a resultant force nor a moment.
 
-use super::histories::history;
+use super::motions::history;
 use super::selection::{bounds_along, extents, layer};
 use super::{AssemblyError, unfit};
 use crate::schedule::Membrane;

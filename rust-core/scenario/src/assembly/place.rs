@@ -3,87 +3,18 @@
 use std::io::BufReader;
 use std::path::Path;
 
-use super::cache::{PackingCache, Stored};
+use super::cache::{FROM_CACHE, PackingCache, Stored};
+use super::placed::Placed;
+use super::radii::sizes;
 use super::stl::Named;
 use super::{AssemblyError, Progress, plane, unfit, walled};
-use crate::files::{is_hdf5, open_regular};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Axis, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
-use concordem_packing::cooker::Measured;
+use concordem_files::paths::{is_hdf5, open_regular};
 use concordem_packing::random_dense::{self, Protocol, RandomDense};
-use concordem_packing::{
-    Crop, Lattice, Packing, Random, Shape, SizeDistribution, import, random_discs, tile, tile_and_crop,
-};
-use concordem_solver::neighbor::NeighborError;
+use concordem_packing::{Crop, Lattice, Packing, Random, Shape, import, random_discs, tile, tile_and_crop};
 use concordem_solver::state::{Cell, Sphere};
-
-/// A packing with the shape that was cut out of it.
-pub struct Placed {
-    /// The spheres, and the periodic cell if there is one.
-    pub packing: Packing,
-    /// Solid volume divided by volume (in the plane: area of the discs divided by area), of the periodic cell or of the
-    /// packing before it was cut.
-    pub packing_fraction: Option<f64>,
-    /// Cross-sections of the shape perpendicular to x, y, z, m².
-    pub cross_sections: Option<[f64; 3]>,
-    /// The periodic packing that `packing` was cut from, if any.
-    pub unit: Option<Packing>,
-    /// The shape that was cut out or filled, if any.
-    pub body: Option<Shape>,
-    /// The packing between walls, if it is one.
-    pub walled: Option<Walled>,
-}
-
-impl Placed {
-    /// A packing that nothing was cut out of.
-    pub(super) fn without_shape(packing: Packing) -> Self {
-        Self { packing, packing_fraction: None, cross_sections: None, unit: None, body: None, walled: None }
-    }
-
-    /// Interaction ratio at which the packing has `coordination` bonds per particle, and the coordination number reached: of the periodic
-    /// packing, of the particles inside a packing between walls, or of all particles. `None` if there are too few pairs.
-    ///
-    /// # Errors
-    /// Input that the neighbor search rejects.
-    pub fn ratio_for_coordination(&self, coordination: f64) -> Result<Option<(f64, f64)>, NeighborError> {
-        if let Some(walled) = &self.walled {
-            return ratio_inside(&self.packing.spheres, None, &walled.boundary, coordination);
-        }
-        let whole = self.unit.as_ref().unwrap_or(&self.packing);
-        ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination)
-    }
-}
-
-/// Facts about a packing between walls.
-pub struct Walled {
-    /// Whether each sphere belongs to the boundary: nearer to a wall than two mean radii.
-    pub boundary: Vec<bool>,
-    /// Links that become bonds, as pairs of spheres, if the packing determines them.
-    pub network: Option<Vec<[u32; 2]>>,
-    /// Interaction ratio that gives the network, with enlarged radii.
-    pub interaction_ratio: Option<f64>,
-    /// How a cooker packing was made.
-    pub cooked: Option<Cooking>,
-}
-
-/// How a cooker packing was made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cooking {
-    /// Before the walls softened.
-    pub filled: Measured,
-    /// At the end.
-    pub last: Measured,
-    /// Mean number of links of a sphere inside.
-    pub links_inside: f64,
-    /// Forced insertions.
-    pub packets: usize,
-    /// Spheres that were pushed through a wall and removed.
-    pub lost: usize,
-    /// Time steps of all relaxations.
-    pub steps: u64,
-}
 
 /// Reads a sphere pack from an HDF5 file, or says why it cannot.
 pub(super) type PackReader = fn(&Path) -> Result<Packing, String>;
@@ -114,7 +45,7 @@ pub fn place_cached(
     cache: Option<&PackingCache>,
     progress: Progress<'_>,
 ) -> Result<Placed, AssemblyError> {
-    place_with(scenario, folder, super::sphere_pack::read, cache, progress)
+    place_with(scenario, folder, concordem_files::sphere_pack::read, cache, progress)
 }
 
 /// [`place`] with another reader of HDF5 files.
@@ -317,9 +248,6 @@ pub fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64
     })
 }
 
-/// Name of the stage in which a packing is read from the cache.
-pub(super) const FROM_CACHE: &str = "from cache";
-
 /// The periodic cell of a random dense packing, from the cache if it is there.
 fn compact_cached(
     packing: &schema::Packing,
@@ -359,54 +287,4 @@ fn compact(packing: &schema::Packing, progress: Progress<'_>) -> Result<Packing,
         progress("compaction", (now.packing_fraction / 0.65).min(0.99));
     };
     Ok(random_dense::random_dense(&recipe, report)?.packing)
-}
-
-/// Distribution of the radii of a packing.
-pub(super) fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution {
-    match (radius, radii) {
-        (Some(radius), _) => SizeDistribution::Single(radius),
-        (None, Some(schema::Radii::Uniform { minimum, maximum })) => {
-            SizeDistribution::Uniform { low: minimum.si(), high: maximum.si() }
-        }
-        (None, Some(schema::Radii::Table { radii, shares })) => {
-            SizeDistribution::Discrete(radii.iter().zip(shares).map(|(r, s)| (r.si(), s.si())).collect())
-        }
-        (None, Some(schema::Radii::LogNormal { median, deviation, minimum, maximum })) => {
-            // A thousand classes of equal width in ln r, weighted by the normal density of ln r.
-            const CLASSES: u32 = 1000;
-            let (low, high) = (concordem_contact::math::ln(minimum.si()), concordem_contact::math::ln(maximum.si()));
-            let middle = concordem_contact::math::ln(median.si());
-            let class = |k: u32| {
-                let x = low + (high - low) * (f64::from(k) + 0.5) / f64::from(CLASSES);
-                let z = (x - middle) / deviation.si();
-                (concordem_contact::math::exp(x), concordem_contact::math::exp(-0.5 * z * z))
-            };
-            SizeDistribution::Discrete((0..CLASSES).map(class).collect())
-        }
-        // The checks of the scenario guarantee one of the two.
-        (None, None) => SizeDistribution::Discrete(Vec::new()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Log-normal radii between three deviations on either side of the median: the logarithm has the mean of the normal
-    /// distribution and, cut off there, 0.9733 of its variance. 20,000 radii, one in each slice of a thousand classes, know both to
-    /// 1e-4.
-    #[test]
-    fn log_normal_radii_have_their_deviation() {
-        let deviation = 0.2;
-        let (low, high) = (1e-3 * (-0.6_f64).exp(), 1e-3 * 0.6_f64.exp());
-        let text = format!(
-            "kind = \"log-normal\"\nmedian = 1e-3\ndeviation = {deviation}\nminimum = {low:e}\nmaximum = {high:e}"
-        );
-        let table: schema::Radii = toml::from_str(&text).unwrap();
-        let radii = sizes(None, Some(&table)).radii(20_000, 1).unwrap();
-        let logarithms: Vec<f64> = radii.iter().map(|r| (r / 1e-3).ln() / deviation).collect();
-        let mean = logarithms.iter().sum::<f64>() / 20_000.0;
-        let variance = logarithms.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / 20_000.0;
-        assert!(mean.abs() < 1e-3 && (variance - 0.9733).abs() < 1e-3, "{mean} {variance}");
-    }
 }

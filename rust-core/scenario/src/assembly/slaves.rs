@@ -5,10 +5,10 @@ use std::path::Path;
 
 use super::bodies::members;
 use super::{AssemblyError, unfit};
-use crate::files::open_regular;
 use crate::schedule::{Histories, Moved, RecordedMotion};
 use crate::schema::{Scenario, Slave};
 use concordem_contact::math::Vec3;
+use concordem_files::paths::open_regular;
 use concordem_solver::state::{Constraint, State};
 
 /// Reads the files of `[[slave]]`. What they move gets its largest speeds, which bound the time step; [`start`] sets those of the

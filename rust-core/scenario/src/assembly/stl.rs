@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{AssemblyError, unfit};
-use crate::files::open_regular;
 use concordem_contact::math::Vec3;
+use concordem_files::paths::open_regular;
 use concordem_packing::shape::Mesh;
 use concordem_packing::{Surface, read_stl};
 use std::io::Read;

@@ -1,7 +1,8 @@
 //! Packings between walls: filled by force, or grown.
 
-use super::cache::{PackingCache, Stored};
-use super::place::{Cooking, FROM_CACHE, Placed, Walled, sizes};
+use super::cache::{FROM_CACHE, PackingCache, Stored};
+use super::placed::{Cooking, Placed, Walled};
+use super::radii::sizes;
 use super::{AssemblyError, Progress, unfit};
 use crate::schema::{self, Quantity};
 use concordem_contact::law::Elastic;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::histories::{history, largest};
+use super::motions::{history, largest};
 use super::overlaps::key_of_wall;
 use super::stl::Named;
 use super::time_step::Step;
@@ -240,7 +240,7 @@ fn mesh(scenario: &Scenario, number: usize, wall: &schema::Wall, folder: &Path) 
             format!("triangle {leaning} is not perpendicular to the plane z = 0; in two dimensions all must be");
         return Err(unfit(&key, message));
     }
-    if let Some(motion) = super::histories::mesh_motion(scenario, wall, &mesh.position, 0) {
+    if let Some(motion) = super::motions::mesh_motion(scenario, wall, &mesh.position, 0) {
         if motion.single.len() != mesh.position.len() && !motion.single.is_empty() {
             let message = format!("{} rows for the {} vertices of the mesh", motion.single.len(), mesh.position.len());
             return Err(unfit(&format!("wall[{number}].motion.vertices"), message));

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::{Checker, length};
-use crate::files::is_hdf5;
 use crate::schema::quantity::{Length, vector};
 use crate::schema::{Lattice, Packing, Radii, Shape};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_files::paths::is_hdf5;
 use concordem_packing::Correction;
 use concordem_solver::neighbor::{CandidatePair, candidate_pairs};
 use concordem_solver::state::Cell;

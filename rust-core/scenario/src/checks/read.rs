@@ -11,7 +11,8 @@ use crate::schema::{Document, Given, ReadError, Scenario, ScenarioError, Setting
 /// # Errors
 /// The file cannot be read, is HDF5, or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, ReadError> {
-    let bytes = crate::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+    let bytes =
+        concordem_files::paths::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
     if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
         return Err(ReadError::Hdf5 { path: path.to_owned() });
     }

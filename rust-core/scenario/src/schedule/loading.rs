@@ -1,7 +1,6 @@
 //! Loading of a specimen, and measurement of its stress and strain.
 
 use super::Flexure;
-use super::cell_servo::CellServoMemory;
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_packing::TIE;
 use concordem_solver::state::State;
@@ -156,23 +155,12 @@ impl Loading {
     /// Drives the cell, the ends, or the plates; called before every step.
     ///
     /// `axial_forces`: the result of [`Self::axial_forces`] after the last step. `factor`: of the rate, from the present stage;
-    /// `None` without stages. `memory`: what the servo of a cell remembers, a part of the state.
-    #[expect(clippy::too_many_arguments, reason = "what a step knows")]
-    pub(super) fn apply(
-        &self,
-        state: &mut State,
-        solver: &mut Solver,
-        last: &StepReport,
-        axial_forces: [f64; 2],
-        factor: Option<f64>,
-        by_stress: bool,
-        memory: &mut [f64; CellServoMemory::LENGTH],
-    ) {
+    /// `None` without stages. A servo of a cell is driven by [`Self::apply_to_cell`].
+    pub(super) fn apply(&self, state: &mut State, solver: &mut Solver, axial_forces: [f64; 2], factor: Option<f64>) {
         if let Some(factor) = factor {
             self.apply_factor(state, solver, factor);
         }
         let factor = factor.unwrap_or(1.0);
-        self.apply_to_cell(state, solver, last, (factor, by_stress), memory);
         if let Self::Turning { axis, about, layers, rate, .. } = self {
             let rate = rate * factor;
             let dt = state.clock.dt;

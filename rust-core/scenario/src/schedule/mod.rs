@@ -2,6 +2,7 @@
 
 mod bonding;
 mod cell_servo;
+mod driven;
 mod expression;
 mod field;
 mod flexure;
@@ -19,11 +20,12 @@ mod watch;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
 pub use bonding::{Bonding, Moment};
+pub use driven::{HeatHistories, Histories, TimedLoads, TimedMesh, TimedMotion, TimedTurning, TimedWall};
 pub use expression::{Expression, ExpressionFault};
 pub use field::{Field, FieldStep};
 pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
-pub use history::{HeatHistories, Histories, History, TimedLoads, TimedMesh, TimedMotion, TimedTurning, TimedWall};
+pub use history::History;
 pub use loading::Loading;
 pub use membrane::Membrane;
 pub use opening::{Extensometer, Opening, OpeningServo};

@@ -294,7 +294,9 @@ impl Simulation {
         }
         let mut lasting = [0.0; CellServoMemory::LENGTH];
         lasting.copy_from_slice(&self.state.schedule_memory[memory::LASTING..memory::BONDED]);
-        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, driven, by_stress, &mut lasting);
+        loading.apply(&mut self.state, &mut self.solver, axial, driven);
+        let of_cell = (driven.unwrap_or(1.0), by_stress);
+        loading.apply_to_cell(&self.state, &mut self.solver, &self.last, of_cell, &mut lasting);
         self.state.schedule_memory[memory::LASTING..memory::BONDED].copy_from_slice(&lasting);
         let before = BeforeStep { volume: self.state.cell.map_or(1.0, |cell| cell.volume()), ..before };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));

@@ -7,10 +7,10 @@
 use bytemuck::Pod;
 use concordem_contact::columns::{Arrays as _, BATCH, Item, Lanes, all_plus_zero, places};
 use concordem_contact::kinematics::{Kinematics, MotionMeasure, Pose};
-use concordem_contact::law::{ContactLaw, Status};
+use concordem_contact::law::{ContactLaw, Masses, Status};
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::step::{Contact, How, Stepped, step};
-use concordem_contact::straight::{ContactColumns, Masses, Run};
+use concordem_contact::straight::{ContactColumns, Run};
 
 use super::kinds::LoopKind;
 use super::tile::{PendingContact, TileEvaluator};

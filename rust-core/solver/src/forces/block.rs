@@ -1,52 +1,12 @@
-//! Blocks of contacts that the solver can evaluate, whatever their law.
+//! How a block of contacts is evaluated: tile by tile, with the loops of its law.
 
-use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
-use concordem_contact::wrench::Wrench;
+use concordem_contact::kinematics::deformable::ParticleVirial;
 use rayon::prelude::*;
 
-use super::record::{ContactForces, WallForces};
-use super::{LawLoops, StepContext, Tile, TileMap, Totals};
+use super::{LawLoops, Tile};
+use crate::evaluation::{ContactForces, EvaluatedContacts, ParticleSums, StepContext, TileMap, Totals, WallForces};
 use crate::state::Wall;
 use crate::state::contacts::{ContactBlock, Contacts, Pair};
-
-/// Sums to which an evaluation adds forces and virials; all slices are by particle.
-pub struct ParticleSums<'a> {
-    /// Net contact force and torque.
-    pub net: &'a mut [Wrench],
-    /// Particle virials; empty if the particles are rigid.
-    pub virials: ParticleVirials<'a>,
-}
-
-impl ParticleSums<'_> {
-    /// The same sums, borrowed for a shorter time.
-    pub fn reborrow(&mut self) -> ParticleSums<'_> {
-        ParticleSums { net: self.net, virials: self.virials.reborrow() }
-    }
-}
-
-/// A block of contacts that the solver can evaluate.
-pub trait EvaluatedContacts: Contacts {
-    /// Evaluate all contacts; histories advance by one step.
-    ///
-    /// Adds forces on particles of a contact's own tile to `sums`; others go to the map's halo.
-    fn evaluate(&mut self, context: &StepContext<'_>, map: &mut TileMap, sums: ParticleSums<'_>) -> Totals;
-    /// Evaluate all contacts with walls; histories advance by one step.
-    ///
-    /// `b` of a pair numbers the elements of all walls. Adds forces on particles to `sums`, and forces of the particles
-    /// on the walls to `walls`.
-    fn evaluate_walls(&mut self, context: &StepContext<'_>, walls: &mut [Wall], sums: ParticleSums<'_>) -> Totals;
-    /// Append the forces of all contacts at the present positions; histories stay. With `border` (whether each particle belongs to a
-    /// set), only those of contacts between a member and another particle.
-    fn record(&self, context: &StepContext<'_>, border: Option<&[bool]>, out: &mut ContactForces);
-    /// Append the forces of all contacts with walls at the present positions; histories stay.
-    fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces);
-    /// Copy of the block.
-    fn boxed_clone(&self) -> Box<dyn EvaluatedContacts>;
-    /// The block as plain contacts.
-    fn contacts(&self) -> &dyn Contacts;
-    /// The block as plain contacts.
-    fn contacts_mut(&mut self) -> &mut dyn Contacts;
-}
 
 impl<L: LawLoops> EvaluatedContacts for ContactBlock<L> {
     fn evaluate(&mut self, context: &StepContext<'_>, map: &mut TileMap, sums: ParticleSums<'_>) -> Totals {

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::HeatModel;
 use super::pass::{HeatPass, conductance};
-use crate::forces::TILE;
+use crate::evaluation::TILE;
 use crate::state::contacts::{ContactFlags, Contacts};
 use crate::state::{Cell, Particles, State};
 

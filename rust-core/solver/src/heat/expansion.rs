@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use super::{HeatModel, HeatState};
-use crate::forces::{ExpansionRates, TILE};
+use crate::evaluation::{ExpansionRates, TILE};
 use crate::state::{Particles, State};
 
 /// Thermal strains of the particles. Scratch.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::pass::HeatPass;
 use super::{HeatModel, HeatState};
 use crate::SolverError;
-use crate::forces::TILE;
+use crate::evaluation::TILE;
 use crate::state::Particles;
 
 /// Relative residual at which the iteration ends. The temperatures are updated by the flows that follow from the

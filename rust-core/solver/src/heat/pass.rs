@@ -13,7 +13,7 @@ use super::supply::{Exchange, Factors, Spread, factor};
 use super::{HeatModel, HeatState};
 use crate::SolverError;
 use crate::energy::Sum;
-use crate::forces::TILE;
+use crate::evaluation::TILE;
 use crate::forces::walls::element_table;
 use crate::state::contacts::{BrokenBond, ContactFlags};
 use crate::state::{Particles, State};

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::{HeatModel, HeatState};
-use crate::forces::{Softened, TILE};
+use crate::evaluation::{Softened, TILE};
 use crate::state::Particles;
 
 /// Factors of the particles. Scratch.

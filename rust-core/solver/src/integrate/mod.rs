@@ -10,6 +10,7 @@
 //! force times the displacement after.
 
 mod batch;
+mod chunk;
 mod clumps;
 mod damping;
 mod kick;
@@ -22,10 +23,13 @@ use rayon::prelude::*;
 pub use clumps::advance_clumps;
 pub use damping::Damping;
 
-use crate::forces::{TILE, TileMap};
+use crate::evaluation::{TILE, TileMap};
 use crate::lanes::dispatch;
 use crate::state::{Cell, Particles};
-use particle::{Chunk, ChunkLoop, Shared};
+use chunk::ChunkLoop;
+use particle::{Chunk, Shared};
+
+pub use crate::step_sums::KickSums;
 
 /// Constants of the kick.
 #[derive(Debug, Clone, Copy)]
@@ -66,46 +70,6 @@ pub struct NetForces<'a> {
     pub force: &'a [Vec3],
     /// Torques, N·m.
     pub torque: &'a [Vec3],
-}
-
-/// Sums over the particles of one kick, J. Pairs of works are over the half step before and after the instant.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct KickSums {
-    /// `Σ ½ m v⁻·v⁺ + ½ I ω⁻·ω⁺`, J.
-    pub kinetic: f64,
-    /// Energy dissipated by artificial damping, J.
-    pub damping: [f64; 2],
-    /// Work of the prescribed degrees of freedom, J.
-    pub boundary: [f64; 2],
-    /// Work of gravity and external loads, J.
-    pub external: [f64; 2],
-    /// `Σ|F|²` of the net force over free components, N².
-    pub net_force_squared: f64,
-    /// Number of bodies with a free component: particles, and clumps in place of their members.
-    pub free_particles: u64,
-    /// `Σ|M|²` of the net moment over free components, N²·m².
-    pub net_torque_squared: f64,
-    /// Number of bodies with a free rotation.
-    pub free_rotations: u64,
-    /// Largest `|v|²` after the kick, m²/s².
-    pub max_speed_squared: f64,
-}
-
-impl KickSums {
-    /// Add other sums.
-    pub fn merge(&mut self, other: &Self) {
-        self.kinetic += other.kinetic;
-        for i in 0..2 {
-            self.damping[i] += other.damping[i];
-            self.boundary[i] += other.boundary[i];
-            self.external[i] += other.external[i];
-        }
-        self.net_force_squared += other.net_force_squared;
-        self.free_particles += other.free_particles;
-        self.net_torque_squared += other.net_torque_squared;
-        self.free_rotations += other.free_rotations;
-        self.max_speed_squared = self.max_speed_squared.max(other.max_speed_squared);
-    }
 }
 
 /// Sum the forces and torques of each particle: those of its own tile, then those in the halos, in fixed order. Sets those of the tiles to

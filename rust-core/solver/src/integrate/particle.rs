@@ -1,13 +1,10 @@
-//! Kick and drift of the particles of a chunk.
+//! Kick and drift of a particle of a chunk.
 
-use concordem_contact::columns::{BATCH, Columns, Lanes};
 use concordem_contact::math::{Mat3, Quat, Vec3, normalized, quaternion_of_rotation_vector};
 
-use super::batch::FreeKick;
 use super::damping::changes;
 use super::kick::Freedom;
 use super::{KickContext, KickSums, NetForces};
-use crate::lanes::LanesFnOnce;
 use crate::state::particles::load_of;
 use crate::state::{Constraint, Load};
 
@@ -35,33 +32,6 @@ pub(super) struct Shared<'a> {
     pub net: NetForces<'a>,
     /// Velocity gradient of the cell, 1/s.
     pub gradient: Option<Mat3>,
-}
-
-/// The loop over the particles of a chunk, with the widest instructions of the processor.
-pub(super) struct ChunkLoop<'a, 'b> {
-    pub shared: &'a Shared<'a>,
-    pub chunk: Chunk<'b>,
-}
-
-impl LanesFnOnce for ChunkLoop<'_, '_> {
-    type Output = KickSums;
-    #[inline(always)]
-    fn call<T: Lanes>(self, lanes: T) -> KickSums {
-        let Self { shared, mut chunk } = self;
-        let mut sums = KickSums::default();
-        let count = chunk.position.len();
-        if let Some(kick) = FreeKick::of(shared, &chunk) {
-            let mut columns = Columns::default();
-            for first in (0..count).step_by(BATCH) {
-                kick.advance(lanes, &mut columns, shared, &mut chunk, first..count.min(first + BATCH), &mut sums);
-            }
-        } else {
-            for i in 0..count {
-                advance(shared, &mut chunk, i, &mut sums);
-            }
-        }
-        sums
-    }
 }
 
 /// Kick and drift of particle `i` of a chunk, unless it belongs to a clump.

@@ -12,12 +12,7 @@ use super::{STIFFNESS_INTERVAL, Solver, book, check_finite};
 use crate::forces::BondEvent;
 use crate::integrate::{Damping, KickSums};
 use crate::state::State;
-use crate::{SolverError, StepReport};
-
-/// Why a device fails, and the remedy.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct DeviceError(pub String);
+use crate::{DeviceError, SolverError, StepReport};
 
 /// A device that takes steps, with the bits of [`Solver::step`].
 pub trait StepDevice: Send + Sync {

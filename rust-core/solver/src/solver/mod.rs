@@ -27,7 +27,7 @@ use crate::record::Forces;
 use crate::state::{Cell, Particles, State};
 use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
-pub use device::{DeviceError, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};
+pub use device::{StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};
 pub use excluded::{Excluded, Exclusion};
 pub use stages::StageTimes;
 use stages::Stopwatch;

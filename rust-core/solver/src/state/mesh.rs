@@ -10,7 +10,7 @@
 
 use concordem_contact::math::{Mat3, Quat, Vec3};
 
-use super::walls::closest_on_triangle;
+use super::triangle::closest_on_triangle;
 
 /// Height of a triangle over its longest side, relative to that side, below which the triangle has no area. Below it, the rounding
 /// of the vertices turns the normal by more than 1e-7.

@@ -9,6 +9,7 @@ mod pairs;
 pub mod particles;
 mod persistence;
 pub mod table;
+mod triangle;
 pub mod walls;
 
 pub use clumps::Clump;
@@ -22,7 +23,7 @@ pub use walls::{Turning, Wall, WallShape};
 use concordem_contact::math::Vec3;
 
 use crate::energy::Ledger;
-use crate::forces::EvaluatedContacts;
+use crate::evaluation::EvaluatedContacts;
 use crate::heat::HeatState;
 use contacts::BrokenBond;
 

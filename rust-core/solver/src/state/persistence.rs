@@ -5,13 +5,12 @@ use concordem_contact::law::Reference;
 use concordem_contact::math::{Mat3, Quat, Symmetric, Vec3};
 
 use super::columns::with_length;
-use super::contacts::{BrokenBond, Pair};
+use super::contacts::{BrokenBond, Contacts, Pair};
 use super::{
     Cell, Clock, Clump, Column, ColumnError, ColumnSink, ColumnSource, Constraint, Load, Particles, State, Wall,
     WriteColumns,
 };
 use crate::energy::{Ledger, Sum};
-use crate::forces::EvaluatedContacts;
 use crate::heat::{HeatLedger, HeatState};
 
 impl State {
@@ -76,7 +75,7 @@ impl State {
                 problem: format!("names a {what} that does not exist"),
             })
         };
-        let pairs = |block: &dyn EvaluatedContacts, path: &str, walls: Option<usize>| {
+        let pairs = |block: &dyn Contacts, path: &str, walls: Option<usize>| {
             let bad = |k: usize| {
                 let Pair { a, b } = block.view(k).pair;
                 a as usize >= count || b as usize >= walls.unwrap_or(count)
@@ -87,14 +86,14 @@ impl State {
             }
         };
         for block in &self.bonds {
-            pairs(block.as_ref(), "bonds", None)?;
+            pairs(block.contacts(), "bonds", None)?;
         }
         if let Some(block) = &self.contacts {
-            pairs(block.as_ref(), "contacts", None)?;
+            pairs(block.contacts(), "contacts", None)?;
         }
         if let Some(block) = &self.wall_contacts {
             let elements = self.walls.iter().map(Wall::element_count).sum();
-            pairs(block.as_ref(), "wall_contacts", Some(elements))?;
+            pairs(block.contacts(), "wall_contacts", Some(elements))?;
         }
         let missing = |pair: &Pair| pair.a as usize >= count || pair.b as usize >= count;
         if let Some(k) = self.broken.iter().position(|b| missing(&b.pair) || usize::from(b.block) >= self.bonds.len()) {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::output::error::OutputError;
 use crate::output::frames::{Frame, Frames};
 use crate::output::result::ResultFile;
-use crate::output::run_files::StoredField;
+use crate::output::stream::StoredField;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
 /// Bonds at one time.

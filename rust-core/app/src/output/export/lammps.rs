@@ -11,8 +11,8 @@ use super::{Exported, beside, free, name_of, particles_of};
 use crate::output::error::OutputError;
 use crate::output::frames::{Frame, Frames};
 use crate::output::result::ResultFile;
-use crate::output::run_files::StoredField;
 use crate::output::sealed::{self, TextFile};
+use crate::output::stream::StoredField;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::ColumnData;
 

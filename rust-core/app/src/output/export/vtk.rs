@@ -8,8 +8,8 @@ use super::script::{filled, literal};
 use super::{Exported, beside, free, name_of, particles_of};
 use crate::output::error::OutputError;
 use crate::output::result::ResultFile;
-use crate::output::run_files::StoredField;
 use crate::output::sealed;
+use crate::output::stream::StoredField;
 use crate::output::vtk::{Cells, VtkWriter};
 
 /// The macro of ParaView.

@@ -19,6 +19,7 @@
 mod folder;
 mod header;
 mod look;
+mod merge;
 mod snapshot;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,12 +29,12 @@ use std::path::{Path, PathBuf};
 use super::checkpoint::{self, Checkpoint, RunMark};
 use super::error::OutputError;
 use super::hdf::{self, kind};
-use super::{merge, sealed};
+use super::{events, sealed};
+use concordem_files::leftovers;
 use concordem_solver::fracture::Event;
 use concordem_solver::state::columns::WriteColumns;
 
 pub use folder::parts_folder;
-pub(super) use folder::sweep_leftovers;
 use folder::{
     check_own, cleared, finished_run_id, list_numbered, lock, new_folder, new_run_id, numbered, remove, remove_folder,
     remove_unfinished, usable,
@@ -43,7 +44,6 @@ pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
 pub use look::{Follower, News, Unfinished, look};
 pub use snapshot::{BondSnapshot, Snapshot, SnapshotField};
-pub(super) use snapshot::{POSITION, SnapshotBatch, StoredField, batches_of, bond_batches_of};
 use snapshot::{StoredSnapshot, snapshot_fields};
 
 /// The open files of a run.
@@ -133,8 +133,8 @@ impl RunFiles {
         // The folder gets its name after its header is written, so a folder without a header is left over from a
         // finished run.
         let folder = sealed::folder_of(path);
-        sweep_leftovers(&folder);
-        let run_id = new_run_id(path, &header);
+        leftovers::sweep(&folder);
+        let run_id = new_run_id(path, &header.scenario);
         let new = new_folder(&folder)?;
         let lock = lock(new.path())?;
         write_header(new.path(), &header, &run_id)?;
@@ -167,7 +167,7 @@ impl RunFiles {
     /// Resumes the run whose result is `path` from its newest usable checkpoint.
     pub fn resume(path: &Path) -> Result<Resumed, OutputError> {
         let path = &sealed::target(path)?;
-        sweep_leftovers(&sealed::folder_of(path));
+        leftovers::sweep(&sealed::folder_of(path));
         let parts = parts_folder(path);
         if !parts.is_dir() {
             return match sealed::verify(path) {
@@ -399,7 +399,7 @@ impl RunFiles {
             for (k, (rows, table)) in self.operators.iter().zip(&self.header.operators).enumerate() {
                 hdf::write_array(file, &merge::operator_rows(k), rows, table.width(), path)?;
             }
-            merge::write_events(file, &self.events, path)?;
+            events::write_events(file, &self.events, path)?;
             snapshot::write_batches(file, &self.snapshots, path)?;
             snapshot::write_bond_batches(file, &self.bonds, path)?;
             stage("within segment");
@@ -411,9 +411,9 @@ impl RunFiles {
 /// A point at which tests kill the process.
 #[cfg(not(test))]
 #[inline]
-pub(super) fn stage(_name: &str) {}
+fn stage(_name: &str) {}
 #[cfg(test)]
-pub(super) use tests::stage;
+use tests::stage;
 
 #[cfg(test)]
 mod tests;

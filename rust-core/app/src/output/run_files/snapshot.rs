@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::folder::numbered;
 use crate::output::error::{At, OutputError};
+use crate::output::stream::StoredField;
 use crate::output::{hdf, sealed};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::columns::{Column, ColumnData, StoredColumn};
@@ -61,16 +62,8 @@ pub(super) struct StoredSnapshot {
     pub(super) fields: Vec<StoredField>,
 }
 
-#[derive(Debug)]
-pub(in crate::output) struct StoredField {
-    pub name: String,
-    pub unit: String,
-    pub description: String,
-    pub column: StoredColumn,
-}
-
 /// Name of the positions among the fields of a stored snapshot.
-pub(in crate::output) const POSITION: &str = "position";
+pub(super) const POSITION: &str = "position";
 /// Name of the ids among the fields of a stored snapshot.
 const ID: &str = "id";
 
@@ -100,10 +93,7 @@ pub(super) fn snapshot_fields(parts: &Path, segments: u64) -> Result<Option<Vec<
 }
 
 /// The group of the batches of a segment, and their names in order.
-pub(in crate::output) fn batches_of(
-    segment: &hdf5::Group,
-    path: &Path,
-) -> Result<(hdf5::Group, Vec<String>), OutputError> {
+pub(super) fn batches_of(segment: &hdf5::Group, path: &Path) -> Result<(hdf5::Group, Vec<String>), OutputError> {
     let group = segment.group(BATCHES).map_err(|_| OutputError::Damaged {
         path: path.to_owned(),
         problem: "it has no batches of snapshots; if another version of concordem began this run, finish it with that version"
@@ -114,7 +104,7 @@ pub(in crate::output) fn batches_of(
 }
 
 /// Paths of the batches of bonds of a segment, in order.
-pub(in crate::output) fn bond_batches_of(segment: &hdf5::Group, path: &Path) -> Result<Vec<String>, OutputError> {
+pub(super) fn bond_batches_of(segment: &hdf5::Group, path: &Path) -> Result<Vec<String>, OutputError> {
     if !segment.link_exists(BOND_BATCHES) {
         return Ok(Vec::new());
     }
@@ -189,7 +179,7 @@ fn concatenated(columns: &[&ColumnData]) -> ColumnData {
 
 /// Snapshots with equal numbers of particles, as read from a segment.
 #[derive(Debug)]
-pub(in crate::output) struct SnapshotBatch {
+pub(super) struct SnapshotBatch {
     pub time: Vec<f64>,
     pub step: Vec<u64>,
     /// Edge vectors of the cell, m, nine numbers per snapshot; empty without a cell.
@@ -199,7 +189,7 @@ pub(in crate::output) struct SnapshotBatch {
 }
 
 impl SnapshotBatch {
-    pub(in crate::output) fn read(group: &hdf5::Group, path: &Path) -> Result<Self, OutputError> {
+    pub(super) fn read(group: &hdf5::Group, path: &Path) -> Result<Self, OutputError> {
         let inner = group.group("fields").at(path)?;
         let mut fields = Vec::new();
         for name in hdf::numbered_members(&inner, "", path)? {
@@ -214,13 +204,6 @@ impl SnapshotBatch {
         let (time, step) = (hdf::read_array(group, "time", path)?, hdf::read_array(group, "step", path)?);
         let cells = if group.link_exists(CELL) { hdf::read_array(group, CELL, path)? } else { Vec::new() };
         Ok(Self { time, step, cells, fields })
-    }
-}
-
-impl StoredField {
-    /// Type and shape of a row, as text.
-    pub(super) fn shape(&self) -> String {
-        format!("{} {}", self.column.components, self.column.kind())
     }
 }
 

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::super::check::seconds;
 use super::super::drive::build;
 use super::super::meter::Meter;
+use super::super::readable::seconds;
 use super::super::settings::Settings;
 use super::super::{Console, Facts, Failure, Work};
 use super::{elastic_failure, stress, with_values};

@@ -10,10 +10,10 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::Live;
 use crate::output::run_files::Follower;
-use crate::program::check::count;
 use crate::program::drive::{Interruption, build_with, result_path};
 use crate::program::info::share_of;
 use crate::program::meter::{Display, Meter};
+use crate::program::readable::count;
 use crate::program::restart::apply_changes;
 use crate::program::run::SCENARIO_FILE;
 use crate::program::tables::bond_damage;

@@ -46,13 +46,15 @@ pub use table::{BeamKind, CohesiveBeamTable};
 use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 use super::common::{ParameterError, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
+use super::{
+    ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Reference, Response, Status, Stiffness,
+    TemperatureFactors,
+};
 use crate::kinematics::bond_frame::across;
 use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, is_zero, norm};
-use crate::straight::{ColumnUse, Given};
 
 /// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -98,13 +98,15 @@ pub use parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSu
 pub use table::CpmTable;
 pub use yade::YadeParameters;
 
-use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
+use super::{
+    ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Masses, Reference, Response, Status, Stiffness,
+    TemperatureFactors,
+};
 use crate::columns::Item;
 use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, is_zero};
-use crate::straight::{ColumnUse, Given, Masses};
 
 crate::law_state! {
     /// History of a CPM contact.

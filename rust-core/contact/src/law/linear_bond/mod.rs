@@ -27,12 +27,14 @@ mod tests;
 pub use table::LinearBondTable;
 
 use super::common::{ParameterError, reciprocal_of_step, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, TemperatureFactors};
+use super::{
+    ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Masses, Reference, Response, Status, Stiffness,
+    TemperatureFactors,
+};
 use crate::kinematics::PointKinematics;
 #[cfg(not(feature = "std"))]
 use crate::math::Real as _;
 use crate::math::{Vec3, norm};
-use crate::straight::{ColumnUse, Given, Masses};
 
 /// Parameters of the brittle linear bond.
 ///

@@ -102,7 +102,7 @@ mod tests {
     use concordem_contact::law::{LawState as _, LinearBond};
     use concordem_contact::math::Vec3;
 
-    use super::super::Contacts as _;
+    use super::super::{ContactTemperature as _, EditContacts as _};
     use super::*;
 
     /// Add a contact whose particles and numbers follow from `n`.

@@ -17,7 +17,7 @@ const STEPS: u64 = 40;
 const COMMIT_EVERY: u64 = 7;
 
 /// Kills this process when it reaches the stage named by an environment variable for the n-th time.
-pub(in crate::output) fn stage(name: &str) {
+pub(super) fn stage(name: &str) {
     static PASSED: AtomicU32 = AtomicU32::new(0);
     let Ok(wanted) = std::env::var("CONCORDEM_TEST_KILL") else { return };
     let (stage, count) = wanted.rsplit_once(':').unwrap();

@@ -1,0 +1,270 @@
+//! Scenarios from text, files, dictionaries, and keyword arguments.
+
+use std::path::PathBuf;
+
+use concordem::assembly::pack;
+use concordem::scenario::{self, ReadError, Setting, TEMPLATES};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
+
+use crate::errors::{OrRaise, caught, of_assembly};
+use crate::packing::packing_of;
+use crate::scripted::Replacement;
+use crate::simulation::Simulation;
+use crate::warnings::warn;
+use crate::work::guarded;
+
+/// A scenario: the input of a run.
+#[pyclass(frozen, module = "concordem")]
+pub struct Scenario {
+    /// The scenario.
+    pub inner: scenario::Scenario,
+    /// Folder of relative paths in the scenario.
+    pub folder: PathBuf,
+}
+
+/// A Python value as TOML; `None` for `None`.
+fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>> {
+    if object.is_none() {
+        return Ok(None);
+    }
+    if let Ok(flag) = object.cast::<PyBool>() {
+        return Ok(Some(toml::Value::Boolean(flag.is_true())));
+    }
+    if object.is_instance_of::<PyString>() {
+        return Ok(Some(toml::Value::String(object.extract()?)));
+    }
+    if object.hasattr("items")? {
+        return Ok(Some(toml::Value::Table(table_of(object, key)?)));
+    }
+    if object.hasattr("__fspath__")? {
+        return Ok(Some(toml::Value::String(object.call_method0("__fspath__")?.extract()?)));
+    }
+    // NumPy scalars become numbers, arrays become lists.
+    let scalar = !object.hasattr("__len__")?;
+    if scalar && !object.is_instance_of::<PyFloat>() && object.hasattr("__index__")? {
+        return Ok(Some(toml::Value::Integer(object.extract()?)));
+    }
+    if scalar && let Ok(real) = object.extract::<f64>() {
+        return Ok(Some(toml::Value::Float(real)));
+    }
+    if let Ok(items) = object.try_iter() {
+        let mut list = Vec::new();
+        for (k, item) in items.enumerate() {
+            list.extend(toml_of(&item?, &format!("{key}[{k}]"))?);
+        }
+        return Ok(Some(toml::Value::Array(list)));
+    }
+    Err(PyTypeError::new_err(format!(
+        "{key} has type {}; give a number, string, boolean, list, or dictionary",
+        object.get_type().name()?
+    )))
+}
+
+/// The TOML table of a mapping; `path`: its key, for messages.
+pub fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table> {
+    let mut table = toml::Table::new();
+    for item in mapping.call_method0("items")?.try_iter()? {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
+        let name: String =
+            key.extract().map_err(|_| PyTypeError::new_err(format!("{path}: the key {key} is not a string")))?;
+        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        if let Some(value) = toml_of(&value, &path)? {
+            table.insert(name, value);
+        }
+    }
+    Ok(table)
+}
+
+impl Scenario {
+    /// A scenario that Python has given; its warnings go to Python.
+    pub fn with_warnings(py: Python<'_>, inner: scenario::Scenario, folder: PathBuf) -> PyResult<Self> {
+        warn(py, &inner, &caught(|| inner.warnings())?)?;
+        Ok(Self { inner, folder })
+    }
+
+    fn parse(py: Python<'_>, name: &str, text: &str, folder: PathBuf) -> PyResult<Self> {
+        Self::with_warnings(py, caught(|| scenario::Scenario::parse(name, text))?.or_raise()?, folder)
+    }
+
+    fn of_mapping(mapping: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
+        let mut table = table_of(mapping, "")?;
+        table.entry("version").or_insert(toml::Value::Integer(1));
+        // Allow a single table instead of a list of tables.
+        for key in ["material", "interface", "wall", "set", "prescribe", "clump", "force", "initial", "sample"] {
+            if let Some(value) = table.get_mut(key)
+                && value.is_table()
+            {
+                *value = toml::Value::Array(vec![value.clone()]);
+            }
+        }
+        let text = toml::to_string_pretty(&table).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Self::parse(mapping.py(), "<scenario>", &text, folder)
+    }
+}
+
+#[pymethods]
+impl Scenario {
+    /// A scenario from its tables as keyword arguments. Raises ScenarioError if it is invalid.
+    #[new]
+    #[pyo3(signature = (**tables))]
+    fn new(py: Python<'_>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let empty = PyDict::new(py);
+        Self::of_mapping(tables.unwrap_or(&empty).as_any(), PathBuf::new())
+    }
+
+    /// A scenario from a mapping; paths in it are relative to `folder`. Raises ScenarioError if it is invalid.
+    #[staticmethod]
+    #[pyo3(signature = (mapping, folder=None))]
+    fn from_dict(mapping: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<Self> {
+        if !mapping.hasattr("items")? {
+            return Err(PyTypeError::new_err("the scenario is not a mapping; give a dictionary of tables"));
+        }
+        Self::of_mapping(mapping, folder.unwrap_or_default())
+    }
+
+    /// A scenario from TOML text; `name` appears in messages. Raises ScenarioError if it is invalid.
+    #[staticmethod]
+    #[pyo3(signature = (text, name="<text>", folder=None))]
+    fn from_text(py: Python<'_>, text: &str, name: &str, folder: Option<PathBuf>) -> PyResult<Self> {
+        Self::parse(py, name, text, folder.unwrap_or_default())
+    }
+
+    /// A scenario from a TOML file; paths in it are relative to its folder. Raises ScenarioError if it is invalid.
+    #[staticmethod]
+    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let inner = caught(|| scenario::Scenario::read(&path))?.or_raise()?;
+        let folder = inner.directory();
+        Self::with_warnings(py, inner, folder)
+    }
+
+    /// A scenario that is included in the program; see `templates`.
+    #[staticmethod]
+    fn template(py: Python<'_>, name: &str) -> PyResult<Self> {
+        let template = scenario::template(name).ok_or_else(|| {
+            let names: Vec<_> = TEMPLATES.iter().map(|template| template.name).collect();
+            PyValueError::new_err(format!("there is no template \"{name}\"; choose one of {}", names.join(", ")))
+        })?;
+        Self::parse(py, template.name, template.text, PathBuf::new())
+    }
+
+    /// Names of the templates.
+    #[staticmethod]
+    fn templates() -> Vec<&'static str> {
+        TEMPLATES.iter().map(|template| template.name).collect()
+    }
+
+    /// The TOML text.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.inner.source.text
+    }
+
+    /// Name of the file, or its substitute in messages.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.source.name
+    }
+
+    /// Title.
+    #[getter]
+    fn title(&self) -> &str {
+        &self.inner.title
+    }
+
+    /// This scenario with other values: key paths as in `--set` (`"material[0].cpm.young"`), values as in the constructor. A list is
+    /// replaced as a whole. Messages show a setting as `--set KEY=VALUE`. Raises ScenarioError if the new scenario is invalid,
+    /// ValueError if a key leads nowhere.
+    ///
+    /// >>> import concordem
+    /// >>> slow = concordem.Scenario.template("cpm-small").with_settings({"loading.strain_rate": "0.2 1/s"})
+    /// >>> slow.to_dict().get("loading").get("strain_rate")
+    /// '0.2 1/s'
+    fn with_settings(&self, settings: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if !settings.hasattr("items")? {
+            return Err(PyTypeError::new_err(
+                "the settings are not a mapping; give a dictionary of key paths and values",
+            ));
+        }
+        let mut list = Vec::new();
+        for item in settings.call_method0("items")?.try_iter()? {
+            let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
+            let key: String =
+                key.extract().map_err(|_| PyTypeError::new_err(format!("the key {key} is not a string")))?;
+            let value = toml_of(&value, &key)?
+                .ok_or_else(|| PyTypeError::new_err(format!("{key} is None; a setting cannot remove a key")))?;
+            list.push(Setting::new(&key, value.to_string()).map_err(PyValueError::new_err)?);
+        }
+        let inner = match caught(|| self.inner.with_settings(&list))? {
+            Err(ReadError::Setting(problem)) => return Err(PyValueError::new_err(problem)),
+            other => other.or_raise()?,
+        };
+        Self::with_warnings(settings.py(), inner, self.folder.clone())
+    }
+
+    /// The tables as a dictionary.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("tomllib")?.call_method1("loads", (self.text(),))
+    }
+
+    /// Create particles and bonds. Returns a Simulation. Raises AssemblyError if this is not possible.
+    ///
+    /// `bond_law`, `contact_law`: laws written in Python (`concordem.laws.Law`) that replace those of the scenario; `contact_law` acts
+    /// without a bond, also with walls.
+    #[pyo3(signature = (threads=None, progress=None, bond_law=None, contact_law=None))]
+    fn simulation(
+        slf: &Bound<'_, Self>,
+        threads: Option<usize>,
+        progress: Option<Bound<'_, PyAny>>,
+        bond_law: Option<Py<PyAny>>,
+        contact_law: Option<Py<PyAny>>,
+    ) -> PyResult<Simulation> {
+        let laws = Replacement { bonds: bond_law, contacts: contact_law };
+        Simulation::build(slf, threads, progress.as_ref(), None, &laws)
+    }
+
+    /// Create only the packing. Returns Packing.
+    #[pyo3(signature = (threads=None, progress=None))]
+    fn pack<'py>(
+        &self,
+        py: Python<'py>,
+        threads: Option<usize>,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let made = guarded(py, threads, progress.as_ref(), |progress| pack(&self.inner, &self.folder, progress))?;
+        packing_of(py, &made.map_err(|error| of_assembly(&self.inner, error))?)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<concordem.Scenario {}: {}>", self.inner.source.name, self.inner.title)
+    }
+
+    /// The text contains the settings; which of them `with_settings` gave is not kept by pickle.
+    fn __eq__(&self, other: &Self) -> bool {
+        let [one, two] = [self, other].map(|scenario| &scenario.inner.source);
+        (&one.name, &one.text) == (&two.name, &two.text)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, String, String))> {
+        let this = slf.get();
+        let folder = this.folder.display().to_string();
+        Ok((slf.get_type().getattr("from_text")?, (this.text().to_owned(), this.name().to_owned(), folder)))
+    }
+}
+
+/// JSON Schema of scenarios or of sweeps, as text.
+#[pyfunction]
+#[pyo3(signature = (kind="scenario"))]
+fn schema(kind: &str) -> PyResult<String> {
+    match kind {
+        "scenario" => Ok(scenario::schema().to_string()),
+        "sweep" => Ok(concordem::sweep::schema().to_string()),
+        _ => Err(PyValueError::new_err(format!("kind is \"{kind}\"; give \"scenario\" or \"sweep\""))),
+    }
+}
+
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Scenario>()?;
+    module.add_function(wrap_pyfunction!(schema, module)?)
+}
