@@ -10,6 +10,7 @@ use std::time::Instant;
 use concordem::kinematics::PointKinematics;
 use concordem::law::{ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Response, Stiffness};
 use concordem::math::Vec3;
+use concordem::solver::forces::LawLoops;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
@@ -87,7 +88,10 @@ struct Run {
 }
 
 impl Run {
-    fn new<const STRAIGHT: bool>(side: u32) -> Self {
+    fn new<const STRAIGHT: bool>(side: u32) -> Self
+    where
+        Adhesive<STRAIGHT>: LawLoops,
+    {
         let mut particles = Particles::default();
         for i in 0..side * side * side {
             let place = [i % side, i / side % side, i / side / side].map(|k| 1.99 * f64::from(k));
