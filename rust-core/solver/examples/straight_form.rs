@@ -3,17 +3,17 @@
 //! A cubic lattice of 27,000 spheres that overlap a little and move at random; all contacts hold. Both laws run in turn, and the
 //! states must be equal to the last bit.
 //!
-//! Run: `cargo run --release -p concordem --example straight_form`
+//! Run: `cargo run --release -p concordem-solver --example straight_form`
 
 use std::time::Instant;
 
-use concordem::kinematics::PointKinematics;
-use concordem::law::{ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Response, Stiffness};
-use concordem::math::Vec3;
-use concordem::solver::forces::LawLoops;
-use concordem::solver::{Model, PairCoefficients, Solver};
-use concordem::state::contacts::ContactBlock;
-use concordem::state::{Particles, Sphere, State};
+use concordem_contact::kinematics::PointKinematics;
+use concordem_contact::law::{ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Response, Stiffness};
+use concordem_contact::math::Vec3;
+use concordem_solver::forces::LawLoops;
+use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::{Particles, Sphere, State};
+use concordem_solver::{Model, PairCoefficients, Solver};
 
 /// The law of the tutorial; with `STRAIGHT`, the solver may use its straight form.
 #[derive(Debug, Clone, Copy)]
@@ -24,7 +24,7 @@ struct Adhesive<const STRAIGHT: bool> {
     pull_off: f64,
 }
 
-concordem::law_state! {
+concordem_contact::law_state! {
     /// History of an [`Adhesive`] contact.
     pub struct AdhesiveState {
         /// 1 since the particles touched, 0 before.
@@ -79,7 +79,7 @@ impl<const STRAIGHT: bool> ContactLaw for Adhesive<STRAIGHT> {
     }
 }
 
-concordem::solver::compile_loops!(Adhesive<true>, Adhesive<false>);
+concordem_solver::compile_loops!(Adhesive<true>, Adhesive<false>);
 
 /// A lattice of spheres with its solver.
 struct Run {
@@ -110,11 +110,11 @@ impl Run {
         Self { state, solver }
     }
 
-    /// Seconds per step, of `steps`.
+    /// Seconds per step without a sample, of `steps`.
     fn time(&mut self, steps: u32) -> f64 {
         let start = Instant::now();
         for _ in 0..steps {
-            self.solver.step(&mut self.state).expect("a sound step");
+            self.solver.step_with(&mut self.state, false).expect("a sound step");
         }
         start.elapsed().as_secs_f64() / f64::from(steps)
     }
