@@ -40,7 +40,7 @@ impl KickSums {
     }
 }
 
-/// Sums over the particles of one step, J; see the [module](self).
+/// Sums over the particles of one step, J; see [`deformation`](crate::deformation).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DeformationSums {
     /// Energy stored in particles, J.
