@@ -8,7 +8,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::strain::Dimension;
 use concordem_operator::strain::cosserat;
 use concordem_operator::tessellation::{Domain, power_diagram};
-use concordem_scenario::sampling::{Operator, ScheduledOperator, rotation_vector};
+use concordem_scenario::sampling::{Operator, RegionRule, ScheduledOperator, rotation_vector};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::template;
 
@@ -68,17 +68,15 @@ fn all_operators_of_a_periodic_cell() {
         let _ = writeln!(samples, "[[set]]\nname = \"{name}\"\nselection = {{ kind = \"ids\", ids = [{id}] }}");
     }
     for operator in Operator::ALL {
-        let region = match operator {
+        let definition = operator.definition();
+        let region = match definition.region {
             // This cell has no walls and conducts no heat.
-            Operator::BoundaryStress
-            | Operator::WallTraction
-            | Operator::WallMoment
-            | Operator::Temperature
-            | Operator::HeatFlux => continue,
-            Operator::CoarseGrain => "region = { kind = \"sphere\", center = [0, 0, 0], radius = \"9 mm\" }\n",
-            Operator::SetForce | Operator::SetMotion => "set = \"all\"\n",
-            Operator::Gauge => "sets = [\"first\", \"second\"]\n",
-            _ => "",
+            RegionRule::WholeBody | RegionRule::Wall | RegionRule::WallAlone => continue,
+            _ if definition.needs_heat() => continue,
+            RegionRule::Sphere => "region = { kind = \"sphere\", center = [0, 0, 0], radius = \"9 mm\" }\n",
+            RegionRule::Set => "set = \"all\"\n",
+            RegionRule::TwoSets => "sets = [\"first\", \"second\"]\n",
+            RegionRule::Any | RegionRule::WholeBodyOrCell | RegionRule::PeriodicCell | RegionRule::Shape => "",
         };
         let _ = write!(samples, "[[sample]]\noperator = \"{}\"\ninterval = 299\n{region}", operator.name());
     }
