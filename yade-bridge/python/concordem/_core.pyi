@@ -86,6 +86,7 @@ __all__ = [
     "region_stress_from_particles",
     "resultants",
     "run_program",
+    "sampled_operators",
     "schema",
     "solid_fraction",
     "spatial_order",
