@@ -7,9 +7,7 @@ use crate::schedule::{
     TimedWall,
 };
 use crate::schema::quantity::{Component, vector};
-use crate::schema::{
-    self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, VelocityField, WallShape,
-};
+use crate::schema::{self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, VelocityField};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::{Particles, PointOfAction, State};
 
@@ -73,8 +71,7 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
     }
     let mut first = 0;
     for wall in &scenario.walls {
-        // A box has six faces.
-        let faces = if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };
+        let faces = wall.shape.faces();
         if let Some(history) = wall.history.as_deref().and_then(|name| history(scenario, name))
             && wall.servo.is_none()
         {
@@ -88,7 +85,7 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
         if let Some(rotation) = &wall.rotation
             && let Some(history) = rotation.history.as_deref().and_then(|name| history(scenario, name))
         {
-            let angular_velocity = super::walls::axis_of(&wall.shape) * rotation.angular_velocity.si();
+            let angular_velocity = wall.shape.axis() * rotation.angular_velocity.si();
             histories.turning.push(TimedTurning { history, wall: first, angular_velocity });
         }
         first += faces;

@@ -128,14 +128,8 @@ pub fn one(
 fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
     let names = |number: usize, wall: &schema::Wall| wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
     let (_, wall) = scenario.walls.iter().enumerate().find(|(number, wall)| names(*number, wall) == name)?;
-    match &wall.shape {
-        schema::WallShape::Plane { point, .. } => {
-            let of_rotation = wall.rotation.as_ref().and_then(|rotation| rotation.point.as_ref());
-            Some(vector(of_rotation.unwrap_or(point)))
-        }
-        schema::WallShape::Cylinder { center, .. } | schema::WallShape::Plate { center, .. } => Some(vector(center)),
-        schema::WallShape::Box { .. } | schema::WallShape::Facets { .. } | schema::WallShape::Mesh { .. } => None,
-    }
+    let of_rotation = wall.rotation.as_ref().and_then(|rotation| rotation.point.as_ref());
+    of_rotation.map(vector).or_else(|| wall.shape.axis_point())
 }
 
 /// Particles of a set, by index.
