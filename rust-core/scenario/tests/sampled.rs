@@ -56,6 +56,17 @@ fn near(a: &Mat3, b: &Mat3, error: f64) {
     assert!((a - b).abs().max() <= error, "{a}{b} differ by {:e}, allowed {error:e}", (a - b).abs().max());
 }
 
+/// The definition of an operator is complete, and its line in the list, from which readers find the file, has its name.
+#[test]
+fn operators_have_the_names_of_their_lines() {
+    for operator in Operator::ALL {
+        let definition = operator.definition();
+        let capitalized = |word: &str| word[..1].to_uppercase() + &word[1..];
+        assert_eq!(format!("{operator:?}"), definition.name.split('-').map(capitalized).collect::<String>());
+        assert!(!definition.meaning.is_empty() && !definition.quantities.is_empty(), "{operator:?}");
+    }
+}
+
 /// In a periodic cell under shear and stretch, Delaunay cells give the strain of the periodic cell for any motion of the
 /// particles, contact cells add the rotations, and three definitions of stress agree. Tolerance: rounding in sums of a
 /// thousand terms, 1e-12 of the largest.

@@ -83,7 +83,9 @@ pub fn scheduled(
         return Err(PyValueError::new_err(format!("{key} is for tables [[sample]] of a scenario; remove it")));
     }
     let taken = |name: &String| inner.samples.iter().any(|sample| sample.name() == name);
-    let name = (0..).map(|k| format!("sample {k}")).find(|name| !taken(name)).unwrap_or_default();
+    // One of these names is free.
+    let mut names = (0..=inner.samples.len()).map(|k| format!("sample {k}"));
+    let name = names.find(|name| !taken(name)).unwrap_or_default();
     own.insert("operator".into(), operator.into());
     own.insert("name".into(), name.into());
     let tables: toml::Table =

@@ -111,24 +111,3 @@ impl JsonSchema for Operator {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Its line in the list names the file, so that readers find it, and its definition is complete.
-    #[test]
-    fn operators_have_the_names_of_their_files() {
-        for operator in Operator::ALL {
-            let definition = operator.definition();
-            let variant: String = definition.name.split('-').map(capitalized).collect();
-            assert_eq!(format!("{operator:?}"), variant);
-            assert!(!definition.meaning.is_empty() && !definition.quantities.is_empty(), "{operator:?}");
-        }
-    }
-
-    fn capitalized(word: &str) -> String {
-        let (first, rest) = word.split_at(1);
-        first.to_uppercase() + rest
-    }
-}
