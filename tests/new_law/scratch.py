@@ -64,4 +64,5 @@ def main(root, to):
     (to / "validation/cases/new-adhesion/scenario.toml").write_text(files["pull.toml"])
 
 
-main(*(Path(word).resolve() for word in sys.argv[1:]))
+if __name__ == "__main__":
+    main(*(Path(word).resolve() for word in sys.argv[1:]))

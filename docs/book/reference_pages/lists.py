@@ -14,32 +14,8 @@ BOOK = ROOT / "docs/book"
 OPERATORS = BOOK / "theory/operators.md"
 STUDY = BOOK / "how-to/how-large-how-fast.md"
 END = "<!-- end -->"
-
-#: Page, from the folder theory, with the equations of an operator. An operator without one is an error.
-PAGES = {
-    "region-stress": "[Stress](stress.md)",
-    "particle-stress": "[Stress](stress.md#particles)",
-    "boundary-stress": "[Stress](stress.md#boundary), [couple stress](couple-stress.md#body)",
-    "wall-traction": "[Stress](stress.md#walls)",
-    "wall-moment": "[Walls](../how-to/walls-and-stl.md#turn-a-plane-or-a-cylinder)",
-    "set-force": "[Load a set](../how-to/load-a-set.md)",
-    "set-motion": "[Load a set](../how-to/load-a-set.md)",
-    "gauge": "[Laboratory tests](../how-to/laboratory-tests.md)",
-    "couple-stress": "[Couple stress](couple-stress.md)",
-    "affine-strain": "[Strain](strain.md#affine-fit)",
-    "affine-rate": "[Strain](strain.md#affine-fit)",
-    "cell-strain": "[Strain](strain.md#space-cells)",
-    "cell-rate": "[Strain](strain.md#space-cells)",
-    "contact-cell-strain": "[Strain](strain.md#contact-cells)",
-    "contact-cell-rate": "[Strain](strain.md#contact-cells)",
-    "fabric": "[Fabric](fabric.md)",
-    "porosity": "[Fabric](fabric.md)",
-    "temperature": "[Heat](heat.md)",
-    "heat-flux": "[Heat](heat.md#flux)",
-    "damage-tensor": "[Damage](damage.md)",
-    "power": "[Power](power.md)",
-    "coarse-grain": "[Stress](stress.md#coarse-graining)",
-}
+#: One file per operator; a line of its comment names the page with its equations, from the folder theory.
+DEFINITIONS = ROOT / "rust-core/scenario/src/sampling/operators"
 
 HEADERS = {"LIGGGHTS and LAMMPS": "liggghts-bridge/shim/abi.h", "YADE": "yade-bridge/native/shim/abi.h"}
 
@@ -47,11 +23,13 @@ HEADERS = {"LIGGGHTS and LAMMPS": "liggghts-bridge/shim/abi.h", "YADE": "yade-br
 def operators(program, run):
     """Lines of the table of operators."""
     schema = Schema(json.loads(run(program, "schema")))
-    found = dict(schema.words(schema.root["$defs"]["Operator"]))
-    if set(found) != set(PAGES):
-        raise SystemExit(f"reference_pages/lists.py: give a page for these operators, or remove it: {', '.join(set(found) ^ set(PAGES))}")
     lines = ["| `operator` | Result | Page |", "|---|---|---|"]
-    lines += [f"| `{name}` | {sentence(meaning).rstrip('.')} | {PAGES[name]} |" for name, meaning in found.items()]
+    for name, meaning in schema.words(schema.root["$defs"]["Operator"]):
+        path = DEFINITIONS / f"{name.replace('-', '_')}.rs"
+        page = re.search(r"^//! Page: (.+)$", path.read_text(encoding="utf-8"), re.M)
+        if not page:
+            raise SystemExit(f"{path.relative_to(ROOT)}: no line `//! Page: [TITLE](PAGE.md)` in the comment at the top")
+        lines.append(f"| `{name}` | {sentence(meaning).rstrip('.')} | {page[1]} |")
     return lines
 
 

@@ -30,10 +30,12 @@ use crate::warnings::warn;
 use crate::work::{Pool, REPORT, SLICE, close, guarded, reporter};
 
 mod kept;
+mod sampled;
 mod snapshot;
 
 pub use kept::HISTORIES;
 use kept::{Kept, Records};
+use sampled::{by_quantity, recorded, scheduled};
 pub use snapshot::SimulationSnapshot;
 
 /// The data that steps change.
@@ -122,6 +124,10 @@ impl Simulation {
         })?;
         let mut assembly = assembly.map_err(|error| of_assembly(inner, error))?;
         let loads = assembly.state.particles.loads.clone();
+        if assembly.schedule.initial_positions.is_empty() {
+            // `sample` may ask for any operator later.
+            assembly.schedule.initial_positions.clone_from(&assembly.state.particles.position);
+        }
         warn(py, inner, &assembly.summary.warnings)?;
         let pool = Pool::new(threads)?;
         let mut records = Records::none(&assembly.schedule);
@@ -356,34 +362,26 @@ impl Simulation {
     #[getter]
     fn operator_samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
-        let dict = PyDict::new(py);
-        for (operator, entries) in inner.run.schedule.operators.iter().zip(&inner.records.operators) {
-            let times: Vec<f64> = entries.iter().map(|row| row.time).collect();
-            let steps: Vec<u64> = entries.iter().map(|row| row.step).collect();
-            let mut columns = vec![
-                TableColumn { name: "time".into(), unit: "s".into(), values: scalars(py, &times).into_any() },
-                TableColumn { name: "step".into(), unit: "1".into(), values: scalars(py, &steps).into_any() },
-            ];
-            let mut first = 0;
-            for quantity in operator.operator.quantities() {
-                let cells = operator.cells();
-                let last = first + quantity.components * cells;
-                let values: Vec<f64> = entries.iter().flat_map(|row| row.values[first..last].iter().copied()).collect();
-                let flat = scalars(py, &values).into_any();
-                let values = match (cells, quantity.components) {
-                    (1, 1) => flat,
-                    (1, 9) => flat.call_method1("reshape", (entries.len(), 3, 3))?,
-                    (1, n) => flat.call_method1("reshape", (entries.len(), n))?,
-                    (_, 1) => flat.call_method1("reshape", (entries.len(), cells))?,
-                    (_, 9) => flat.call_method1("reshape", (entries.len(), cells, 3, 3))?,
-                    (_, n) => flat.call_method1("reshape", (entries.len(), cells, n))?,
-                };
-                columns.push(TableColumn { name: quantity.name.into(), unit: quantity.unit.into(), values });
-                first = last;
-            }
-            dict.set_item(&operator.name, table(py, columns)?)?;
-        }
-        Ok(dict)
+        recorded(py, &inner.run.schedule.operators, &inner.records.operators)
+    }
+
+    /// Values of an operator at the current positions, by the names of its quantities: numbers, vectors (3,), and tensors (3, 3); with
+    /// `grid` one row per cell. `concordem.operators.sampled_operators()` has the names.
+    ///
+    /// `options`: keys of a table `[[sample]]` such as `region`, `wall`, or `set`, with values as in the constructor of Scenario. Raises
+    /// ScenarioError if they do not fit the operator or the scenario.
+    #[pyo3(signature = (operator, **options))]
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        operator: &str,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let mut inner = self.lock()?;
+        let sample = scheduled(py, self.scenario.get(), &inner.run, operator, options)?;
+        let pool = &self.pool;
+        let values = inner.change(py, |inner| pool.inside(|| inner.run.sample(&sample)))?.or_raise()?;
+        by_quantity(py, &sample, &values)
     }
 
     /// The event log so far, a structured array.
@@ -621,5 +619,6 @@ fn members_of(rows: &[u32], count: usize) -> PyResult<Vec<bool>> {
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Simulation>()?;
     module.add_class::<SimulationSnapshot>()?;
-    module.add_class::<State>()
+    module.add_class::<State>()?;
+    sampled::register(module)
 }

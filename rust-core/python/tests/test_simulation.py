@@ -366,3 +366,35 @@ def test_a_packing_is_unwound_when_interrupted():
     with pytest.raises(KeyboardInterrupt):
         scenario.simulation(threads=1)
     assert time.monotonic() - start < 5.0, "while spheres are placed, too, which takes a minute here"
+
+
+def test_sample_gives_what_the_run_records(concrete):
+    region = {"kind": "box", "minimum": ["-16 mm"] * 3, "maximum": ["16 mm"] * 3}
+    data = concrete.to_dict()
+    data["sample"] = [{"operator": name, "region": region, "interval": 1} for name in ("region-stress", "affine-strain", "porosity")]
+    simulation = concordem.Scenario.from_dict(data).simulation()
+    simulation.step(20)
+    before = simulation.state_hash()
+    now = {sample["operator"]: simulation.sample(sample["operator"], region=region) for sample in data["sample"]}
+    assert simulation.state_hash() == before
+    simulation.step()
+    for name, table in simulation.operator_samples.items():
+        for quantity, value in now[name].items():
+            assert np.array_equal(table[quantity][-1], value), (name, quantity)
+    # Also an operator from the start that the scenario does not have, and a grid.
+    assert simulation.sample("affine-rate", region=region)["gradient"].shape == (3, 3)
+    cells = simulation.sample("cell-strain", region=region, grid=[2, 1, 1])
+    assert cells["gradient"].shape == (2, 3, 3) and cells["volume"].shape == (2,)
+
+
+def test_sample_checks_its_options(concrete):
+    simulation = concrete.simulation()
+    assert {"porosity", "wall-moment", "heat-flux"} <= set(concordem.operators.sampled_operators())
+    with pytest.raises(concordem.ScenarioError, match="region-stress"):
+        simulation.sample("stress")
+    with pytest.raises(concordem.ScenarioError, match="no periodic cell"):
+        simulation.sample("porosity")
+    with pytest.raises(concordem.ScenarioError, match="does not use this key"):
+        simulation.sample("porosity", region={"kind": "all", "volume": "1 cm^3"}, wall="floor")
+    with pytest.raises(ValueError, match="remove it"):
+        simulation.sample("porosity", interval=2)

@@ -8,7 +8,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::strain::Dimension;
 use concordem_operator::strain::cosserat;
 use concordem_operator::tessellation::{Domain, power_diagram};
-use concordem_scenario::sampling::{Operator, ScheduledOperator, rotation_vector};
+use concordem_scenario::sampling::{Operator, RegionRule, ScheduledOperator, rotation_vector};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::template;
 
@@ -56,6 +56,17 @@ fn near(a: &Mat3, b: &Mat3, error: f64) {
     assert!((a - b).abs().max() <= error, "{a}{b} differ by {:e}, allowed {error:e}", (a - b).abs().max());
 }
 
+/// The definition of an operator is complete, and its line in the list, from which readers find the file, has its name.
+#[test]
+fn operators_have_the_names_of_their_lines() {
+    for operator in Operator::ALL {
+        let definition = operator.definition();
+        let capitalized = |word: &str| word[..1].to_uppercase() + &word[1..];
+        assert_eq!(format!("{operator:?}"), definition.name.split('-').map(capitalized).collect::<String>());
+        assert!(!definition.meaning.is_empty() && !definition.quantities.is_empty(), "{operator:?}");
+    }
+}
+
 /// In a periodic cell under shear and stretch, Delaunay cells give the strain of the periodic cell for any motion of the
 /// particles, contact cells add the rotations, and three definitions of stress agree. Tolerance: rounding in sums of a
 /// thousand terms, 1e-12 of the largest.
@@ -68,17 +79,15 @@ fn all_operators_of_a_periodic_cell() {
         let _ = writeln!(samples, "[[set]]\nname = \"{name}\"\nselection = {{ kind = \"ids\", ids = [{id}] }}");
     }
     for operator in Operator::ALL {
-        let region = match operator {
+        let definition = operator.definition();
+        let region = match definition.region {
             // This cell has no walls and conducts no heat.
-            Operator::BoundaryStress
-            | Operator::WallTraction
-            | Operator::WallMoment
-            | Operator::Temperature
-            | Operator::HeatFlux => continue,
-            Operator::CoarseGrain => "region = { kind = \"sphere\", center = [0, 0, 0], radius = \"9 mm\" }\n",
-            Operator::SetForce | Operator::SetMotion => "set = \"all\"\n",
-            Operator::Gauge => "sets = [\"first\", \"second\"]\n",
-            _ => "",
+            RegionRule::WholeBody | RegionRule::Wall | RegionRule::WallAlone => continue,
+            _ if definition.needs_heat() => continue,
+            RegionRule::Sphere => "region = { kind = \"sphere\", center = [0, 0, 0], radius = \"9 mm\" }\n",
+            RegionRule::Set => "set = \"all\"\n",
+            RegionRule::TwoSets => "sets = [\"first\", \"second\"]\n",
+            RegionRule::Any | RegionRule::WholeBodyOrCell | RegionRule::PeriodicCell | RegionRule::Shape => "",
         };
         let _ = write!(samples, "[[sample]]\noperator = \"{}\"\ninterval = 299\n{region}", operator.name());
     }

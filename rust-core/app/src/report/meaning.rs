@@ -2,7 +2,7 @@
 //! free.
 
 use concordem_scenario::schema::quantity::{Component, CrossSection};
-use concordem_scenario::schema::{Loading, Scenario, Side, WallShape};
+use concordem_scenario::schema::{Loading, Scenario};
 
 /// What strain and stress of a run are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,9 +37,7 @@ pub(super) type Named = (&'static str, &'static str);
 impl Meaning {
     /// The meaning of the curve of a scenario.
     pub(super) fn of(scenario: &Scenario) -> Self {
-        let encloses =
-            |shape: &WallShape| matches!(shape, WallShape::Box { .. } | WallShape::Cylinder { side: Side::Inside, .. });
-        let is_enclosed = !scenario.membranes.is_empty() || scenario.walls.iter().any(|wall| encloses(&wall.shape));
+        let is_enclosed = !scenario.membranes.is_empty() || scenario.walls.iter().any(|wall| wall.shape.encloses());
         match &scenario.loading {
             Loading::Platens { area: Some(CrossSection::Splitting), .. } => Self::Splitting,
             Loading::Uniaxial { .. } | Loading::Platens { .. } if is_enclosed => Self::Enclosed,

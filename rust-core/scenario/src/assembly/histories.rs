@@ -5,7 +5,7 @@ use super::motions::{field, history, mesh_motion};
 use super::{AssemblyError, unfit};
 use crate::schedule::{Histories, Loading, Stage, Stop, TimedLoads, TimedMotion, TimedTurning, TimedWall};
 use crate::schema::quantity::{Component, vector};
-use crate::schema::{self, AppliedForce, Control, Prescribe, Quantity, Scenario, WallShape};
+use crate::schema::{self, AppliedForce, Control, Prescribe, Quantity, Scenario};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::{Particles, PointOfAction, State};
 
@@ -50,8 +50,7 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
     }
     let mut first = 0;
     for wall in &scenario.walls {
-        // A box has six faces.
-        let faces = if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };
+        let faces = wall.shape.faces();
         if let Some(history) = wall.history.as_deref().and_then(|name| history(scenario, name))
             && wall.servo.is_none()
         {
@@ -65,7 +64,7 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
         if let Some(rotation) = &wall.rotation
             && let Some(history) = rotation.history.as_deref().and_then(|name| history(scenario, name))
         {
-            let angular_velocity = super::walls::axis_of(&wall.shape) * rotation.angular_velocity.si();
+            let angular_velocity = wall.shape.axis() * rotation.angular_velocity.si();
             histories.turning.push(TimedTurning { history, wall: first, angular_velocity });
         }
         first += faces;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::{AssemblyError, material_index, unfit};
 use crate::checks::{OVERLAP_BONDED, OVERLAP_DEEP, OVERLAP_UNBONDED, length};
-use crate::schema::{Packing, Problem, Scenario, WallShape};
+use crate::schema::{Packing, Problem, Scenario};
 use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::contacts::Pair;
@@ -97,7 +97,7 @@ fn distance(wall: &Wall, element: usize, x: &Vec3, cell: Option<&Cell>) -> f64 {
 pub(super) fn key_of_wall(scenario: &Scenario, number: usize) -> String {
     let mut first = 0;
     for (at, wall) in scenario.walls.iter().enumerate() {
-        first += if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };
+        first += wall.shape.faces();
         if number < first {
             return format!("wall[{at}].shape");
         }

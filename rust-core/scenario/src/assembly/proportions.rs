@@ -3,7 +3,7 @@
 
 use crate::checks::length;
 use crate::schema::quantity::vector;
-use crate::schema::{Problem, Quantity, SampleRegion, Scenario, WallShape};
+use crate::schema::{Problem, SampleRegion, Scenario, WallShape};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::{State, WallShape as Surface};
 
@@ -92,25 +92,14 @@ fn regions(scenario: &Scenario, body: &Body, planar: bool) -> Vec<Problem> {
 
 /// Largest edge of a wall, m, and the factor from which on it is doubtful; `None` for unbounded walls.
 fn size_of(shape: &WallShape, surface: &Surface) -> Option<(f64, f64)> {
-    Some(match shape {
-        WallShape::Plane { .. } => return None,
-        WallShape::Box { minimum, maximum } => ((vector(maximum) - vector(minimum)).max(), WALL),
-        WallShape::Cylinder { radius, length, .. } => ((2.0 * radius.si()).max(length.map_or(0.0, Quantity::si)), WALL),
-        WallShape::Plate { edges: Some(edges), .. } => {
-            (edges.iter().map(|edge| vector(edge).norm()).fold(0.0, f64::max), WALL)
-        }
-        WallShape::Plate { radius, .. } => (2.0 * radius.map_or(0.0, Quantity::si), WALL),
-        WallShape::Facets { .. } | WallShape::Mesh { .. } => {
-            let corners: Vec<Vec3> = match surface {
-                Surface::Facets { triangles } => triangles.iter().flatten().copied().collect(),
-                Surface::Mesh(mesh) => mesh.position.clone(),
-                _ => return None,
-            };
-            let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-            let (low, high) = corners.iter().fold(start, |(low, high), x| (low.inf(x), high.sup(x)));
-            ((high - low).max(), FILE)
-        }
-    })
+    let corners: Vec<Vec3> = match surface {
+        Surface::Facets { triangles } => triangles.iter().flatten().copied().collect(),
+        Surface::Mesh(mesh) => mesh.position.clone(),
+        _ => return shape.width().map(|width| (width, WALL)),
+    };
+    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let (low, high) = corners.iter().fold(start, |(low, high), x| (low.inf(x), high.sup(x)));
+    Some(((high - low).max(), FILE))
 }
 
 fn walls(scenario: &Scenario, state: &State, body: &Body) -> Vec<Problem> {
@@ -119,10 +108,9 @@ fn walls(scenario: &Scenario, state: &State, body: &Body) -> Vec<Problem> {
     let mut first = 0;
     for (at, wall) in scenario.walls.iter().enumerate() {
         let surface = &state.walls[first].shape;
-        first += if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };
+        first += wall.shape.faces();
         let key = format!("wall[{at}].shape");
-        let from_file = matches!(&wall.shape, WallShape::Facets { .. } | WallShape::Mesh { path: Some(_), .. });
-        let help = if from_file {
+        let help = if wall.shape.file().is_some() {
             "check the unit: if the numbers of the file are millimeters, write unit = \"1 mm\" in the shape"
         } else {
             "check the unit: plain numbers are meters"

@@ -1,7 +1,7 @@
 //! Builds the operators of a scenario with their regions.
 
 use super::{AssemblyError, material_index, set_index, unfit};
-use crate::sampling::{Operator, SampledRegion, SampledWall, ScheduledOperator};
+use crate::sampling::{Need, SampleKey, SampledRegion, SampledWall, ScheduledOperator};
 use crate::schema::quantity::vector;
 use crate::schema::{self, SampleRegion, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
@@ -96,16 +96,15 @@ pub fn one(
         let wall = scenario.wall_names().iter().position(|wall| wall == name)?;
         Some(SampledWall { wall: wall as u32, area: sample.area.map_or(1.0, schema::Quantity::si) })
     });
-    let mut about = sample.about.as_ref().map(vector);
-    if sample.operator == Operator::WallMoment && about.is_none() {
-        about = sample.wall.as_ref().and_then(|name| axis_point(scenario, name));
-        if about.is_none() {
-            return Err(unfit(
-                "sample.about",
-                "this wall has no axis; give the point that the moment refers to".into(),
-            ));
+    let about = match (&sample.about, &sample.wall) {
+        (Some(point), _) => Some(vector(point)),
+        // What an operator finds about a point of a wall, it finds about the axis.
+        (None, Some(name)) if sample.operator.definition().uses(SampleKey::About) => {
+            let message = "this wall has no axis; give the point that the moment refers to";
+            Some(axis_point(scenario, name).ok_or_else(|| unfit("sample.about", message.into()))?)
         }
-    }
+        (None, _) => None,
+    };
     let gradient = Mat3::from_fn(|i, j| sample.velocity_gradient[i][j].si());
     Ok(ScheduledOperator {
         name: sample.name().to_owned(),
@@ -129,14 +128,8 @@ pub fn one(
 fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
     let names = |number: usize, wall: &schema::Wall| wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
     let (_, wall) = scenario.walls.iter().enumerate().find(|(number, wall)| names(*number, wall) == name)?;
-    match &wall.shape {
-        schema::WallShape::Plane { point, .. } => {
-            let of_rotation = wall.rotation.as_ref().and_then(|rotation| rotation.point.as_ref());
-            Some(vector(of_rotation.unwrap_or(point)))
-        }
-        schema::WallShape::Cylinder { center, .. } | schema::WallShape::Plate { center, .. } => Some(vector(center)),
-        schema::WallShape::Box { .. } | schema::WallShape::Facets { .. } | schema::WallShape::Mesh { .. } => None,
-    }
+    let of_rotation = wall.rotation.as_ref().and_then(|rotation| rotation.point.as_ref());
+    of_rotation.map(vector).or_else(|| wall.shape.axis_point())
 }
 
 /// Particles of a set, by index.
@@ -215,7 +208,7 @@ fn region(
 
 /// Initial positions of all particles, if an operator needs them; else empty.
 pub fn initial_positions(samples: &[ScheduledOperator], state: &State) -> Vec<Vec3> {
-    let needed = samples.iter().any(|sample| sample.operator.definition().needs_initial_positions);
+    let needed = samples.iter().any(|sample| sample.operator.definition().needs(Need::InitialPositions));
     if needed { state.particles.position.clone() } else { Vec::new() }
 }
 

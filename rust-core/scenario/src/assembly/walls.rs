@@ -24,7 +24,7 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
             Some(servo) => pushing(servo, &wall.shape, face) * servo.maximum_speed.si(),
         };
         let material = material_index(scenario, &wall.material);
-        if let schema::WallShape::Mesh { .. } = &wall.shape {
+        if wall.shape.is_mesh() {
             let mesh = mesh(scenario, number, wall, folder)?;
             state.walls.push(Wall::new(name, WallShape::Mesh(mesh), material, Vec3::zeros()));
             continue;
@@ -57,49 +57,16 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
 
 /// Rotation of a wall before the first step, with the fastest angular velocity of the run unless a history changes it.
 fn turning(scenario: &Scenario, rotation: &schema::WallRotation, shape: &schema::WallShape) -> Turning {
-    let of_shape = match shape {
-        schema::WallShape::Plane { point, .. }
-        | schema::WallShape::Cylinder { center: point, .. }
-        | schema::WallShape::Plate { center: point, .. } => vector(point),
-        _ => Vec3::zeros(),
-    };
     let factor = largest(scenario, rotation.history.as_deref());
-    let angular_velocity = axis_of(shape) * (rotation.angular_velocity.si() * factor);
-    let center = rotation.point.as_ref().map_or(of_shape, vector);
+    let angular_velocity = shape.axis() * (rotation.angular_velocity.si() * factor);
+    let center = rotation.point.as_ref().map_or_else(|| shape.axis_point().unwrap_or_default(), vector);
     Turning { center, angular_velocity, previous: angular_velocity }
-}
-
-/// Unit vector of the axis about which a wall can turn; zero for shapes that cannot.
-pub(super) fn axis_of(shape: &schema::WallShape) -> Vec3 {
-    match shape {
-        schema::WallShape::Plane { normal, .. } | schema::WallShape::Plate { normal: Some(normal), .. } => {
-            vector(normal).normalize()
-        }
-        schema::WallShape::Cylinder { axis, .. } => {
-            let mut direction = Vec3::zeros();
-            direction[axis.index()] = 1.0;
-            direction
-        }
-        _ => Vec3::zeros(),
-    }
 }
 
 /// Direction in which a servo pushes, of length 1; `face`: index of the face of a box.
 fn pushing(servo: &schema::Servo, shape: &schema::WallShape, face: usize) -> Vec3 {
-    let given = servo.direction.as_ref().map(vector);
-    let direction = match shape {
-        schema::WallShape::Plane { normal, .. } => vector(normal),
-        schema::WallShape::Box { .. } => {
-            let mut normal = Vec3::zeros();
-            normal[face / 2] = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
-            normal
-        }
-        schema::WallShape::Cylinder { .. }
-        | schema::WallShape::Plate { .. }
-        | schema::WallShape::Facets { .. }
-        | schema::WallShape::Mesh { .. } => given.unwrap_or_default(),
-    };
-    direction.normalize()
+    let given = || servo.direction.as_ref().map(vector).unwrap_or_default();
+    shape.normal(face).unwrap_or_else(given).normalize()
 }
 
 /// The servos of the walls, which are at rest before the first step.
@@ -109,7 +76,7 @@ pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Res
     let mut servos = Vec::new();
     let mut first = 0;
     for wall in &scenario.walls {
-        let faces = if matches!(wall.shape, schema::WallShape::Box { .. }) { 6 } else { 1 };
+        let faces = wall.shape.faces();
         if let Some(servo) = &wall.servo {
             // In two dimensions particles do not touch the faces of z.
             for face in 0..if planar { faces.min(4) } else { faces } {
@@ -183,7 +150,7 @@ fn shapes(
             faces
         }
         schema::WallShape::Cylinder { center, radius, side, length, .. } => {
-            let (center, axis, radius) = (vector(center), axis_of(shape), radius.si());
+            let (center, axis, radius) = (vector(center), shape.axis(), radius.si());
             let inside = *side == Side::Inside;
             let half_length = length.map(|length| 0.5 * length.si());
             let shape = match (half_length, inside) {
@@ -200,7 +167,7 @@ fn shapes(
                 let normal = half_edges[0].cross(&half_edges[1]).normalize();
                 FiniteShape::Rectangle { center, normal, half_edges }
             } else {
-                FiniteShape::Disc { center, normal: axis_of(shape), radius: radius.map_or(0.0, Quantity::si) }
+                FiniteShape::Disc { center, normal: shape.axis(), radius: radius.map_or(0.0, Quantity::si) }
             };
             vec![(name, WallShape::Finite(shape))]
         }

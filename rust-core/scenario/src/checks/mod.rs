@@ -24,6 +24,7 @@ mod read;
 mod samples;
 mod structure;
 mod unused;
+mod walls;
 
 use crate::schema::quantity::{Dimension, Length};
 use crate::schema::{Document, Problem, ProblemKind, Quantity, Scenario};

@@ -2,9 +2,9 @@
 
 use super::{Checker, components};
 use crate::schema::quantity::{Component, Length};
-use crate::schema::{Axis, LawName, Loading, Packing, VelocityField, WallShape};
+use crate::schema::{Axis, LawName, Loading, Packing, VelocityField};
 
-const HELP: &str = "with dimension = 2 all motion is in the plane z = 0, and all rotation is about z";
+pub(super) const HELP: &str = "with dimension = 2 all motion is in the plane z = 0, and all rotation is about z";
 
 /// A vector of the scenario: key, value, and whether it is a rotation or a moment.
 type Entry = (String, [f64; 3], bool);
@@ -65,42 +65,6 @@ impl Checker<'_> {
                 let path = format!("{owner}.{}", law.key());
                 let key = if fault.key.is_empty() { path } else { format!("{path}.{}", fault.key) };
                 self.conflict(&key, fault.message, fault.help);
-            }
-        }
-    }
-
-    /// Checks that walls are perpendicular to the plane.
-    fn walls_in_plane(&mut self) {
-        for (at, wall) in self.scenario.walls.iter().enumerate() {
-            let path = format!("wall[{at}].shape");
-            match &wall.shape {
-                WallShape::Plane { normal, .. } if normal[2].si() != 0.0 => {
-                    self.conflict(&format!("{path}.normal[2]"), "points out of the plane", HELP);
-                }
-                WallShape::Cylinder { axis: Axis::X | Axis::Y, .. } => {
-                    let help = "write axis = \"z\", a circle in the plane";
-                    self.conflict(&format!("{path}.axis"), "the axis of the cylinder lies in the plane", help);
-                }
-                WallShape::Cylinder { length: Some(_), .. } => {
-                    let help = "remove `length`; in two dimensions a cylinder is a circle";
-                    self.conflict(&format!("{path}.length"), "lies across the plane", help);
-                }
-                WallShape::Plate { center, edges, normal, radius } => {
-                    let upright = |[a, b]: &[[Length; 3]; 2]| {
-                        let across = |edge: &[Length; 3]| edge[0].si() == 0.0 && edge[1].si() == 0.0;
-                        (across(a) && b[2].si() == 0.0) || (across(b) && a[2].si() == 0.0)
-                    };
-                    if center[2].si() != 0.0 {
-                        let help = "write 0; in two dimensions the plate is a line in the plane";
-                        self.conflict(&format!("{path}.center[2]"), "lies outside the plane", help);
-                    }
-                    let outlined = edges.is_some() || normal.is_some() || radius.is_some();
-                    if outlined && !edges.as_ref().is_some_and(upright) {
-                        let help = "give edges of which one is across the plane: edges = [[\"20 mm\", 0, 0], [0, 0, \"1 mm\"]]";
-                        self.conflict(&path, "the plate is not perpendicular to the plane z = 0", help);
-                    }
-                }
-                _ => {}
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::Checker;
 use super::structure::wording::listing;
-use crate::sampling::{Operator, RegionRule, SampleKey};
+use crate::sampling::{Operator, Refusal, RegionRule, SampleKey, Surroundings};
 use crate::schema::quantity::vector;
 use crate::schema::{OperatorSample, SampleRegion};
 use concordem_operator::Truncation;
@@ -169,17 +169,14 @@ impl Checker<'_> {
             {
                 self.known_set(&format!("{path}.{key}"), set);
             }
-            if matches!(sample.operator, Operator::Temperature | Operator::HeatFlux) && self.scenario.heat.is_none() {
+            let definition = sample.operator.definition();
+            if definition.needs_heat() && self.scenario.heat.is_none() {
                 let message = "the scenario has no heat conduction";
                 self.conflict(&format!("{path}.operator"), message, "add [heat] with `temperature`");
             }
-            if sample.operator == Operator::WallMoment && self.scenario.packing.is_periodic() {
-                let message = "in a periodic cell the moment depends on the image of the wall";
-                self.conflict(
-                    &format!("{path}.operator"),
-                    message,
-                    "use \"wall-traction\", or a packing without a cell",
-                );
+            let surroundings = Surroundings { is_periodic: self.scenario.packing.is_periodic() };
+            if let Some(Refusal { message, help }) = (definition.check)(&surroundings) {
+                self.conflict(&format!("{path}.operator"), message, help);
             }
             self.sample_region(sample, &path, misused);
         }

@@ -158,23 +158,68 @@ impl SampleKey {
     }
 }
 
-/// Definition of an operator.
+/// Data that not every operator needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// Positions at the start.
+    InitialPositions,
+    /// Damage of all bonds.
+    Bonds,
+    /// Temperatures of the particles.
+    Temperatures,
+    /// Temperatures, and the heat that flows along links and through the surface.
+    HeatFlows,
+}
+
+/// The scenario of an operator, as far as operators ask.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Surroundings {
+    /// Whether the packing is in a periodic cell.
+    pub is_periodic: bool,
+}
+
+/// Why an operator is not possible in a scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refusal {
+    /// What is wrong.
+    pub message: &'static str,
+    /// The remedy.
+    pub help: &'static str,
+}
+
+/// Definition of an operator: everything that scenarios, results, and Python know of it.
 pub struct OperatorDefinition {
+    /// Name in scenarios and results: that of its file, with hyphens.
+    pub name: &'static str,
+    /// What it gives, in one sentence.
+    pub meaning: &'static str,
     /// Quantities, in the order of the values.
     pub quantities: &'static [SampledQuantity],
     /// Accepted regions.
     pub region: RegionRule,
     /// Keys that it uses besides those of the region (`region`, `grid`, `velocity`, `velocity_gradient`).
     pub keys: &'static [SampleKey],
-    /// Whether it needs the initial positions.
-    pub needs_initial_positions: bool,
-    /// Whether it needs the damage of all bonds.
-    pub needs_bonds: bool,
+    /// Data that it needs.
+    pub needs: &'static [Need],
+    /// Finds out whether a scenario does not allow it.
+    pub check: fn(&Surroundings) -> Option<Refusal>,
     /// Appends the values to the row, in the order of `quantities`.
     pub(super) evaluate: fn(&Sampling<'_>, &mut Row) -> Result<(), OperatorError>,
 }
 
 impl OperatorDefinition {
+    /// What a definition need not write: an operator for any region without other keys and needs.
+    pub(super) const PLAIN: Self = Self {
+        name: "",
+        meaning: "",
+        quantities: &[],
+        region: RegionRule::Any,
+        keys: &[],
+        needs: &[],
+        check: |_| None,
+        evaluate: |_, _| Ok(()),
+    };
+
     /// Whether the operator uses a key of `[[sample]]`.
     pub fn uses(&self, key: SampleKey) -> bool {
         match key {
@@ -183,6 +228,16 @@ impl OperatorDefinition {
             }
             key => self.keys.contains(&key),
         }
+    }
+
+    /// Whether the operator needs these data.
+    pub fn needs(&self, data: Need) -> bool {
+        self.needs.contains(&data)
+    }
+
+    /// Whether the operator needs heat conduction.
+    pub fn needs_heat(&self) -> bool {
+        self.needs(Need::Temperatures) || self.needs(Need::HeatFlows)
     }
 }
 

@@ -5,7 +5,7 @@
 //! function that evaluates it. The scenario schema, the checks, the columns of results, `concordem measure`, and Python
 //! all use this definition.
 //!
-//! To add an operator: write a file in `operators/` with a `DEFINITION`, and add it to the list in `operators/mod.rs`.
+//! To add an operator: write a file in `operators/` with a `DEFINITION`, and add a line to the list in `operators/mod.rs`.
 //!
 //! ```
 //! use concordem_scenario::sampling::Operator;
@@ -21,7 +21,7 @@ mod record;
 mod scheduled;
 mod state;
 
-pub use definition::{OperatorDefinition, RegionRule, SampleKey, SampledQuantity};
+pub use definition::{Need, OperatorDefinition, Refusal, RegionRule, SampleKey, SampledQuantity, Surroundings};
 pub use operators::Operator;
 pub use record::{Record, SeriesColumn};
 pub use scheduled::{SampledRegion, SampledWall, ScheduledOperator};

@@ -14,7 +14,7 @@ use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
 use super::watch::Watch;
 use super::{Bonding, Record, Schedule, Stage, StageReason, bonding};
-use crate::sampling::{Bonds, Operator, SampledHeat, SampledState, ScheduledOperator, rigid_links};
+use crate::sampling::{Bonds, Need, SampledHeat, SampledState, ScheduledOperator, rigid_links};
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::forces::BondEvent;
@@ -78,6 +78,48 @@ fn start(state: &mut State, model: Model, schedule: &Schedule) -> Result<(Solver
     let mut last = StepReport::default();
     last.virial.copy_from_slice(&state.schedule_memory[memory::VIRIAL..memory::STOPPED]);
     Ok((solver, last))
+}
+
+/// Values of each of the operators `due`, at the present positions.
+fn evaluate(
+    solver: &mut Solver,
+    state: &mut State,
+    schedule: &Schedule,
+    mesh: &OnceLock<Result<Mesh, OperatorError>>,
+    due: &[&ScheduledOperator],
+) -> Result<Vec<Vec<f64>>, RunError> {
+    if due.is_empty() {
+        return Ok(Vec::new());
+    }
+    let step = state.clock.step;
+    let forces = solver.record(state)?;
+    let bodies: Vec<Vec<u32>> = state.clumps.iter().map(|clump| clump.members.clone()).collect();
+    let failed = |name: &str, source| RunError::Operator { name: name.to_owned(), step, source };
+    let links = rigid_links(&state.particles, &forces, &bodies).map_err(|error| failed("clumps", error))?;
+    let needs = |data| due.iter().any(|sample| sample.operator.definition().needs(data));
+    let flows = if needs(Need::HeatFlows) { solver.heat_flows(state)? } else { HeatFlows::default() };
+    let heat = match (&solver.model().heat, &state.heat) {
+        (Some(model), Some(heat)) => {
+            let (temperature, capacity) = (&heat.temperature, &model.capacity);
+            Some(SampledHeat { temperature, capacity, flows: &flows })
+        }
+        _ => None,
+    };
+    let sampled = SampledState {
+        particles: &state.particles,
+        cell: state.cell,
+        time: state.clock.time(),
+        bonds: &if needs(Need::Bonds) { Bonds::of(state, &forces) } else { Bonds::default() },
+        forces: &forces,
+        links: &links,
+        initial_positions: &schedule.initial_positions,
+        initial_edges: schedule.initial_edges,
+        mesh,
+        heat,
+        gravity: solver.model().gravity,
+        planar: schedule.planar,
+    };
+    due.iter().map(|sample| sample.evaluate(&sampled).map_err(|error| failed(&sample.name, error))).collect()
 }
 
 /// Largest number of walls that follow the opening of a gauge: the state has so many places for them.
@@ -152,46 +194,22 @@ impl Simulation {
 
     /// Values of the operators that are due (or of all), at the positions at which the next step evaluates the forces.
     fn operators(&mut self, all: bool) -> Result<Vec<OperatorRow>, RunError> {
-        let step = self.state.clock.step;
-        let is_due = |sample: &ScheduledOperator| all || step.is_multiple_of(sample.interval);
-        if !self.schedule.operators.iter().any(is_due) {
-            return Ok(Vec::new());
-        }
-        let forces = self.solver.record(&mut self.state)?;
-        let due = || self.schedule.operators.iter().enumerate().filter(|(_, sample)| is_due(sample));
-        let bodies: Vec<Vec<u32>> = self.state.clumps.iter().map(|clump| clump.members.clone()).collect();
-        let failed = |name: &str, source| RunError::Operator { name: name.to_owned(), step, source };
-        let links = rigid_links(&self.state.particles, &forces, &bodies).map_err(|error| failed("clumps", error))?;
-        let needs_bonds = due().any(|(_, sample)| sample.operator.definition().needs_bonds);
-        let needs_flows = due().any(|(_, sample)| sample.operator == Operator::HeatFlux);
-        let flows = if needs_flows { self.solver.heat_flows(&mut self.state)? } else { HeatFlows::default() };
-        let heat = match (&self.solver.model().heat, &self.state.heat) {
-            (Some(model), Some(heat)) => {
-                let (temperature, capacity) = (&heat.temperature, &model.capacity);
-                Some(SampledHeat { temperature, capacity, flows: &flows })
-            }
-            _ => None,
-        };
-        let state = SampledState {
-            particles: &self.state.particles,
-            cell: self.state.cell,
-            time: self.state.clock.time(),
-            bonds: &if needs_bonds { Bonds::of(&self.state, &forces) } else { Bonds::default() },
-            forces: &forces,
-            links: &links,
-            initial_positions: &self.schedule.initial_positions,
-            initial_edges: self.schedule.initial_edges,
-            mesh: &self.mesh,
-            heat,
-            gravity: self.solver.model().gravity,
-            planar: self.schedule.planar,
-        };
-        due()
-            .map(|(operator, sample)| {
-                let values = sample.evaluate(&state).map_err(|error| failed(&sample.name, error))?;
-                Ok(OperatorRow { operator, time: state.time, step, values })
-            })
-            .collect()
+        let clock = self.state.clock;
+        let is_due = |sample: &ScheduledOperator| all || clock.step.is_multiple_of(sample.interval);
+        let operators = self.schedule.operators.iter().enumerate();
+        let (numbers, due): (Vec<_>, Vec<_>) = operators.filter(|(_, sample)| is_due(sample)).unzip();
+        let rows = evaluate(&mut self.solver, &mut self.state, &self.schedule, &self.mesh, &due)?;
+        let row = |(operator, values)| OperatorRow { operator, time: clock.time(), step: clock.step, values };
+        Ok(numbers.into_iter().zip(rows).map(row).collect())
+    }
+
+    /// Values of an operator at the present positions, whether the schedule has it or not; see [`ScheduledOperator::evaluate`].
+    ///
+    /// # Errors
+    /// The operator cannot be evaluated, or needs initial positions that the schedule does not have.
+    pub fn sample(&mut self, operator: &ScheduledOperator) -> Result<Vec<f64>, RunError> {
+        let rows = evaluate(&mut self.solver, &mut self.state, &self.schedule, &self.mesh, &[operator])?;
+        Ok(rows.into_iter().next().unwrap_or_default())
     }
 
     /// Advances one step, with the record and the operators that are due. The step that ends the run also gives the

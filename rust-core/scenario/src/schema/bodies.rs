@@ -9,6 +9,7 @@ use super::quantity::{
     Angle, AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, StrainRate, Stress, Time,
     Velocity,
 };
+use super::wall_shape::WallShape;
 
 /// A rigid wall that particles touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -40,7 +41,7 @@ impl Wall {
     /// Names of its surfaces, six for a box; `number`: its index among all walls.
     pub fn names(&self, number: usize) -> Vec<String> {
         let name = self.name.clone().unwrap_or_else(|| format!("wall {number}"));
-        if !matches!(self.shape, WallShape::Box { .. }) {
+        if self.shape.faces() == 1 {
             return vec![name];
         }
         let faces = ["x", "y", "z"].into_iter().flat_map(|axis| ["minimum", "maximum"].map(|end| (axis, end)));
@@ -117,91 +118,6 @@ pub struct Servo {
     /// `maximum_speed = "0.1 m/s"`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub maximum_speed: Velocity,
-}
-
-/// Surface of a wall.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum WallShape {
-    /// An infinite plane.
-    Plane {
-        /// A point on the plane, m. Required.
-        point: [Length; 3],
-        /// Direction from the wall to the particles, a vector of any length. Required. Example: `normal = [0, 0, 1]`.
-        normal: [Number; 3],
-    },
-    /// The six faces of a box with the particles inside; each face is a separate wall.
-    Box {
-        /// Corner with the smallest coordinates, m. Required.
-        minimum: [Length; 3],
-        /// Corner with the largest coordinates, m. Required.
-        maximum: [Length; 3],
-    },
-    /// A circular cylinder, infinite along its axis or of a given `length`.
-    Cylinder {
-        /// A point on the axis, m; with `length` the center. Required.
-        center: [Length; 3],
-        /// Direction of the axis; default: "z".
-        #[serde(default)]
-        axis: Axis,
-        /// Radius, m. Required.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        radius: Length,
-        /// Side on which the particles are; default: "inside".
-        #[serde(default)]
-        side: Side,
-        /// Length along the axis, m; default: infinite. With the particles outside, the cylinder then is a solid rod with flat ends; inside
-        /// it is a tube with open ends, which particles touch from both sides.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        length: Option<Length>,
-    },
-    /// A flat plate without thickness; particles touch it from both sides. A rectangle has `edges`, a disc `normal` and `radius`.
-    Plate {
-        /// Center, m. Required.
-        center: [Length; 3],
-        /// Two neighboring edges of a rectangle, vectors perpendicular to each other, m.
-        /// Example: `edges = [["20 mm", 0, 0], [0, "10 mm", 0]]`.
-        edges: Option<[[Length; 3]; 2]>,
-        /// Direction across a disc, a vector of any length. Example: `normal = [0, 0, 1]`.
-        normal: Option<[Number; 3]>,
-        /// Radius of a disc, m.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        radius: Option<Length>,
-    },
-    /// Triangles of an STL file; particles touch them from both sides.
-    Facets {
-        /// Path of the STL file, relative to the scenario. Required. Example: `path = "hopper.stl"`.
-        path: String,
-        /// Length of one unit of the file, m; default: 1 m. Example for a file in millimeters: `unit = "1 mm"`.
-        #[serde(default = "super::packing::one_meter")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        unit: Length,
-    },
-    /// Triangles whose vertices move with `motion`, or by calls from Python; particles touch them from both sides. Give `path`, or
-    /// `vertices` and `triangles`.
-    Mesh {
-        /// Path of an STL file, relative to the scenario. Its vertices are numbered in the order in which they first appear. Example:
-        /// `path = "drum.stl"`.
-        path: Option<String>,
-        /// Length of one unit of the file, m; default: 1 m. Example for a file in millimeters: `unit = "1 mm"`.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        unit: Option<Length>,
-        /// Positions of the vertices at the start, m. Example: `vertices = [[0, 0, 0], ["1 mm", 0, 0], [0, "1 mm", 0]]`.
-        vertices: Option<Vec<[Length; 3]>>,
-        /// Vertices of each triangle, counted from 0. Example: `triangles = [[0, 1, 2]]`.
-        triangles: Option<Vec<[u32; 3]>>,
-    },
-}
-
-/// Side of a cylinder.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// Particles are inside.
-    #[default]
-    Inside,
-    /// Particles are outside.
-    Outside,
 }
 
 /// A named set of particles.

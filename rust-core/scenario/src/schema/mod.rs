@@ -46,6 +46,7 @@ mod setting;
 mod slave;
 pub(crate) mod syntax;
 mod templates;
+mod wall_shape;
 
 use std::path::{Path, PathBuf};
 
@@ -54,8 +55,8 @@ use serde::{Deserialize, Serialize};
 
 pub use aggregates::{AggregateGroup, AggregateShape, Aggregates, GradingTable, Mix, MixComponent, Surface};
 pub use bodies::{
-    AppliedForce, Clump, End, Initial, MeshMotion, ParticleSet, Prescribe, Selection, Servo, Side, VelocityField, Wall,
-    WallRotation, WallShape,
+    AppliedForce, Clump, End, Initial, MeshMotion, ParticleSet, Prescribe, Selection, Servo, VelocityField, Wall,
+    WallRotation,
 };
 pub use bonding::Bonding;
 pub use concordem_contact::heat::{
@@ -81,6 +82,7 @@ pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use setting::{Given, Setting};
 pub use slave::Slave;
 pub use templates::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
+pub use wall_shape::{Side, WallShape};
 
 use concordem_contact::kinematics::MotionMeasure;
 
@@ -214,7 +216,7 @@ impl Scenario {
             files.push(("packing.shape.path".to_owned(), path));
         }
         for (at, wall) in self.walls.iter().enumerate() {
-            if let WallShape::Facets { path, .. } | WallShape::Mesh { path: Some(path), .. } = &wall.shape {
+            if let Some(path) = wall.shape.file() {
                 files.push((format!("wall[{at}].shape.path"), path));
             }
         }

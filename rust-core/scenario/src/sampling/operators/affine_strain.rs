@@ -1,13 +1,15 @@
 //! Best affine fit of motion and rotation in a region, since the start or as rates.
+//!
+//! Page: [Strain](strain.md#affine-fit)
 
 use crate::sampling::definition::{
-    OperatorDefinition, PARTICLES, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor, vector,
+    Need, OperatorDefinition, PARTICLES, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor, vector,
 };
 use crate::sampling::state::MotionKind;
 use concordem_operator::OperatorError;
 use concordem_operator::strain::{AffineFit, affine_fit};
 
-const STRAIN_QUANTITIES: &[SampledQuantity] = &[
+const QUANTITIES: &[SampledQuantity] = &[
     tensor("gradient", "1", "Displacement gradient du_i/dx_j at initial positions"),
     tensor("cosserat_strain", "1", "Cosserat strain du_j/dx_i - e_ijk phi_k"),
     tensor("curvature", "1/m", "Curvature dphi_j/dx_i"),
@@ -16,34 +18,17 @@ const STRAIN_QUANTITIES: &[SampledQuantity] = &[
     PARTICLES,
 ];
 
-const RATE_QUANTITIES: &[SampledQuantity] = &[
-    tensor("gradient", "1/s", "Velocity gradient dv_i/dx_j"),
-    tensor("cosserat_rate", "1/s", "Cosserat strain rate dv_j/dx_i - e_ijk w_k"),
-    tensor("curvature_rate", "1/(m s)", "Rate of curvature dw_j/dx_i"),
-    vector("spin", "rad/s", "Mean angular velocity of the particles"),
-    scalar("residual", "m/s", "Root mean square of the non-affine velocity"),
-    PARTICLES,
-];
-
-pub(super) const STRAIN: OperatorDefinition = OperatorDefinition {
-    quantities: STRAIN_QUANTITIES,
+pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "affine-strain",
+    meaning: "Best affine fit of displacement and rotation since the start: gradient, Cosserat strain, curvature.",
+    quantities: QUANTITIES,
     region: RegionRule::Any,
-    keys: &[],
-    needs_initial_positions: true,
-    needs_bonds: false,
+    needs: &[Need::InitialPositions],
     evaluate: |sampling, row| evaluate(sampling, MotionKind::Displacement, row),
+    ..OperatorDefinition::PLAIN
 };
 
-pub(super) const RATE: OperatorDefinition = OperatorDefinition {
-    quantities: RATE_QUANTITIES,
-    region: RegionRule::Any,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: false,
-    evaluate: |sampling, row| evaluate(sampling, MotionKind::Rate, row),
-};
-
-fn evaluate(sampling: &Sampling<'_>, kind: MotionKind, row: &mut Row) -> Result<(), OperatorError> {
+pub(super) fn evaluate(sampling: &Sampling<'_>, kind: MotionKind, row: &mut Row) -> Result<(), OperatorError> {
     let fit = fit(sampling, kind)?;
     row.tensor(&fit.gradient).tensor(&fit.cosserat_strain()).tensor(&fit.curvature).vector(&fit.rotation);
     row.scalars([(fit.residual[0] / fit.particles as f64).sqrt(), fit.particles as f64]);

@@ -1,5 +1,7 @@
 //! Stress and couple stress of the whole body from its external loads: `(1/V) Σ x_i f_j` over walls, supports, and given
 //! forces.
+//!
+//! Page: [Stress](stress.md#boundary), [couple stress](couple-stress.md#body)
 
 use crate::sampling::definition::{
     OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor, vector,
@@ -20,12 +22,12 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "boundary-stress",
+    meaning: "Stress and couple stress of the whole body from the forces of walls and supports.",
     quantities: QUANTITIES,
     region: RegionRule::WholeBody,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

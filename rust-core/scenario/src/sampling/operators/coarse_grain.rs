@@ -1,4 +1,6 @@
 //! Coarse-grained density, velocity, and stress at the center of a sphere.
+//!
+//! Page: [Stress](stress.md#coarse-graining)
 
 use crate::sampling::definition::{
     OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor, vector,
@@ -14,12 +16,12 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "coarse-grain",
+    meaning: "Density, velocity, and stress at a point by a smooth kernel; the region is a sphere, the support of the kernel.",
     quantities: QUANTITIES,
     region: RegionRule::Sphere,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

@@ -1,38 +1,31 @@
 //! Gradient of motion with rotations, from the contact cells (power diagram) of the periodic cell.
+//!
+//! Page: [Strain](strain.md#contact-cells)
 
 use crate::sampling::definition::{
-    OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, VOLUME, scalar, tensor,
+    Need, OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, VOLUME, scalar, tensor,
 };
 use crate::sampling::state::MotionKind;
 use concordem_operator::OperatorError;
 use concordem_operator::strain::satake_strain;
 use concordem_operator::tessellation::{Domain, power_diagram};
 
-const FACES: SampledQuantity = scalar("faces", "1", "Faces between contact cells");
+pub(super) const FACES: SampledQuantity = scalar("faces", "1", "Faces between contact cells");
 
-const STRAIN_QUANTITIES: &[SampledQuantity] =
+const QUANTITIES: &[SampledQuantity] =
     &[tensor("gradient", "1", "du_i/dx_j + e_ijk phi_k: the transposed Cosserat strain"), VOLUME, FACES];
 
-const RATE_QUANTITIES: &[SampledQuantity] =
-    &[tensor("gradient", "1/s", "dv_i/dx_j + e_ijk w_k: the transposed Cosserat strain rate"), VOLUME, FACES];
-
-pub(super) const STRAIN: OperatorDefinition = OperatorDefinition {
-    quantities: STRAIN_QUANTITIES,
+pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "contact-cell-strain",
+    meaning: "Displacement gradient with rotations since the start, from the contact cells (power diagram) of the periodic cell.",
+    quantities: QUANTITIES,
     region: RegionRule::PeriodicCell,
-    keys: &[],
-    needs_initial_positions: true,
-    needs_bonds: false,
+    needs: &[Need::InitialPositions],
     evaluate: |sampling, row| evaluate(sampling, MotionKind::Displacement, row),
+    ..OperatorDefinition::PLAIN
 };
 
-pub(super) const RATE: OperatorDefinition = OperatorDefinition {
-    quantities: RATE_QUANTITIES,
-    needs_initial_positions: false,
-    evaluate: |sampling, row| evaluate(sampling, MotionKind::Rate, row),
-    ..STRAIN
-};
-
-fn evaluate(sampling: &Sampling<'_>, kind: MotionKind, row: &mut Row) -> Result<(), OperatorError> {
+pub(super) fn evaluate(sampling: &Sampling<'_>, kind: MotionKind, row: &mut Row) -> Result<(), OperatorError> {
     let state = sampling.state;
     let m = state.motion(kind);
     let edges = m.period.map(|period| period.edges).ok_or(OperatorError::Singular {

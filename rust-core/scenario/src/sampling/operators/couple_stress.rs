@@ -1,4 +1,6 @@
 //! Stress and couple stress about the center of a region, from the contacts inside it.
+//!
+//! Page: [Couple stress](couple-stress.md)
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, VOLUME, tensor, vector,
@@ -15,12 +17,12 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "couple-stress",
+    meaning: "Stress and couple stress about the center of the region, from contacts internal to the region.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

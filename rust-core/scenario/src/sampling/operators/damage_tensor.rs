@@ -1,7 +1,9 @@
 //! Damage tensors of the bonds whose midpoints lie in a region, or of the bonds of a list of particles.
+//!
+//! Page: [Damage](damage.md)
 
 use crate::sampling::definition::{
-    CONTACTS, OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor,
+    CONTACTS, Need, OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor,
 };
 use crate::sampling::state::Bonds;
 use concordem_contact::math::{Mat3, Vec3};
@@ -17,12 +19,13 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "damage-tensor",
+    meaning: "Damage tensors of the bonds: of their damage and of their lost strength; broken bonds count as 1.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: true,
+    needs: &[Need::Bonds],
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

@@ -1,4 +1,6 @@
 //! Fabric tensor and coordination number of a region.
+//!
+//! Page: [Fabric](fabric.md)
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, PARTICLES, RegionRule, Row, SampleKey, SampledQuantity, Sampling, scalar, tensor,
@@ -13,12 +15,13 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "fabric",
+    meaning: "Fabric tensor and coordination number.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
     keys: &[SampleKey::Truncation],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

@@ -2,9 +2,11 @@
 //! the strain `(l − l_0)/l_0`, and the opening the change of `x_2 − x_1`.
 //!
 //! Two sets on both sides of a notch give the crack mouth opening displacement.
+//!
+//! Page: [Laboratory tests](../how-to/laboratory-tests.md)
 
 use crate::sampling::definition::{
-    OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, scalar, vector,
+    Need, OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, scalar, vector,
 };
 use crate::sampling::state::SampledState;
 use concordem_operator::OperatorError;
@@ -17,12 +19,14 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "gauge",
+    meaning: "Length, elongation, strain, and opening between two sets of particles.",
     quantities: QUANTITIES,
     region: RegionRule::TwoSets,
     keys: &[SampleKey::Sets],
-    needs_initial_positions: true,
-    needs_bonds: false,
+    needs: &[Need::InitialPositions],
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

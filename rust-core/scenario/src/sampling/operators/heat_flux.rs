@@ -2,9 +2,11 @@
 //!
 //! It is the branch sum of the stress with heat in place of force. For the whole body it includes the surface: the way from a center to
 //! the face. Divided by minus the gradient of the temperature it is the effective conductivity (Fourier).
+//!
+//! Page: [Heat](heat.md#flux)
 
 use crate::sampling::definition::{
-    OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, VOLUME, scalar, vector,
+    Need, OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, VOLUME, scalar, vector,
 };
 use concordem_contact::math::Vec3;
 use concordem_operator::stress::region_stress;
@@ -17,12 +19,14 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "heat-flux",
+    meaning: "Mean heat flux from the sum over the links along which heat flows, surface included; needs `[heat]`.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
     keys: &[SampleKey::Truncation],
-    needs_initial_positions: false,
-    needs_bonds: false,
+    needs: &[Need::HeatFlows],
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

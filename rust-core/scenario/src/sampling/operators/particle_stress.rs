@@ -1,4 +1,6 @@
 //! Stress of a region as the sum of the particles' stresses: `(1/V) Σ V_p σ_p`.
+//!
+//! Page: [Stress](stress.md#particles)
 
 use crate::sampling::definition::{
     OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, VOLUME, scalar, tensor,
@@ -14,12 +16,13 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "particle-stress",
+    meaning: "Stress as the volume average over particles, walls included, and the mean stress in the particles.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
     keys: &[SampleKey::Partition],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

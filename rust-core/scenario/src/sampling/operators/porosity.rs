@@ -1,4 +1,6 @@
 //! Solid fraction and porosity of a region.
+//!
+//! Page: [Fabric](fabric.md)
 
 use crate::sampling::definition::{OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, VOLUME, scalar};
 use concordem_operator::OperatorError;
@@ -11,12 +13,12 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "porosity",
+    meaning: "Solid fraction and porosity.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

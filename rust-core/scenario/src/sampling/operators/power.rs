@@ -1,4 +1,6 @@
 //! Power put into the contacts, divided into the parts of stress, couple stress, and non-affine motion.
+//!
+//! Page: [Power](power.md)
 
 use super::affine_strain;
 use crate::sampling::definition::{OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar};
@@ -15,12 +17,12 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "power",
+    meaning: "Power put into the contacts, and the parts that stress and strain rate account for.",
     quantities: QUANTITIES,
     region: RegionRule::WholeBodyOrCell,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

@@ -1,4 +1,6 @@
 //! Stress of a region: `σ_ij = (1/V) Σ l_i f_j` over the branch vectors of its contacts. Those with walls end at the contact point.
+//!
+//! Page: [Stress](stress.md)
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, VOLUME, tensor,
@@ -19,12 +21,13 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "region-stress",
+    meaning: "Stress from the sum over branch vectors, and its kinetic part.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
     keys: &[SampleKey::Truncation],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

@@ -3,6 +3,8 @@
 //!
 //! Forces inside the set cancel. The reaction is the force of the support, grip, or plate that prescribes the motion of the set;
 //! it is zero along degrees of freedom that are free.
+//!
+//! Page: [Load a set](../how-to/load-a-set.md)
 
 use crate::sampling::definition::{
     OperatorDefinition, PARTICLES, RegionRule, Row, SampleKey, SampledQuantity, Sampling, vector,
@@ -20,12 +22,13 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "set-force",
+    meaning: "Force and moment on a set of particles from outside it, and the reaction of its prescribed motion.",
     quantities: QUANTITIES,
     region: RegionRule::Set,
     keys: &[SampleKey::Set, SampleKey::About],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 /// Force (N) and moment about a point (N·m).

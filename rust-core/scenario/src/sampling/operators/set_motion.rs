@@ -1,7 +1,9 @@
 //! Mean motion of a set of particles: each value is the mean over its particles, all with the same weight.
+//!
+//! Page: [Load a set](../how-to/load-a-set.md)
 
 use crate::sampling::definition::{
-    OperatorDefinition, PARTICLES, RegionRule, Row, SampleKey, SampledQuantity, Sampling, vector,
+    Need, OperatorDefinition, PARTICLES, RegionRule, Row, SampleKey, SampledQuantity, Sampling, vector,
 };
 use crate::sampling::state::SampledState;
 use concordem_operator::OperatorError;
@@ -15,12 +17,14 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "set-motion",
+    meaning: "Mean position, displacement, and velocity of a set of particles.",
     quantities: QUANTITIES,
     region: RegionRule::Set,
     keys: &[SampleKey::Set],
-    needs_initial_positions: true,
-    needs_bonds: false,
+    needs: &[Need::InitialPositions],
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

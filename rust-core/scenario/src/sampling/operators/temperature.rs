@@ -1,6 +1,10 @@
 //! Temperature of the particles with centers in a region.
+//!
+//! Page: [Heat](heat.md)
 
-use crate::sampling::definition::{OperatorDefinition, PARTICLES, RegionRule, Row, SampledQuantity, Sampling, scalar};
+use crate::sampling::definition::{
+    Need, OperatorDefinition, PARTICLES, RegionRule, Row, SampledQuantity, Sampling, scalar,
+};
 use concordem_operator::OperatorError;
 
 const QUANTITIES: &[SampledQuantity] = &[
@@ -12,12 +16,13 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "temperature",
+    meaning: "Mean, lowest, and highest temperature of the particles; needs `[heat]`.",
     quantities: QUANTITIES,
     region: RegionRule::Any,
-    keys: &[],
-    needs_initial_positions: false,
-    needs_bonds: false,
+    needs: &[Need::Temperatures],
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

@@ -1,9 +1,11 @@
 //! Force and moment of the particles on a wall: `F = -Σ f`, `M = -Σ ((x − x₀) × f + m)` over the contact points `x` of the wall.
 //!
 //! The component of the moment along the axis of a plane or a cylinder is the torque on it.
+//!
+//! Page: [Walls](../how-to/walls-and-stl.md#turn-a-plane-or-a-cylinder)
 
 use crate::sampling::definition::{
-    CONTACTS, OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, vector,
+    CONTACTS, OperatorDefinition, Refusal, RegionRule, Row, SampleKey, SampledQuantity, Sampling, vector,
 };
 use concordem_contact::math::Vec3;
 use concordem_operator::OperatorError;
@@ -15,12 +17,20 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "wall-moment",
+    meaning: "Force and moment of the particles on a wall: the torque of a drum, a vane, or a ring shear test.",
     quantities: QUANTITIES,
     region: RegionRule::WallAlone,
     keys: &[SampleKey::Wall, SampleKey::About],
-    needs_initial_positions: false,
-    needs_bonds: false,
+    // The point that the moment refers to has no image, but the wall has.
+    check: |scenario| {
+        scenario.is_periodic.then_some(Refusal {
+            message: "in a periodic cell the moment depends on the image of the wall",
+            help: "use \"wall-traction\", or a packing without a cell",
+        })
+    },
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

@@ -1,4 +1,6 @@
 //! Force of the particles on a wall, and the traction on a given area.
+//!
+//! Page: [Stress](stress.md#walls)
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, vector,
@@ -14,12 +16,13 @@ const QUANTITIES: &[SampledQuantity] = &[
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    name: "wall-traction",
+    meaning: "Force of the particles on a wall, and the traction on a given area.",
     quantities: QUANTITIES,
     region: RegionRule::Wall,
     keys: &[SampleKey::Wall, SampleKey::Area],
-    needs_initial_positions: false,
-    needs_bonds: false,
     evaluate,
+    ..OperatorDefinition::PLAIN
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {

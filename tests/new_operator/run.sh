@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# "One operator is one file and one line": a new operator in a copy of the sources, in scenario, result, report, book, and Python.
+#   tests/new_operator/run.sh   needs what `make test-python` needs; keeps the copy and what it built in target/new-operator
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+here=$PWD/tests/new_operator
+target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
+unset CARGO_TARGET_DIR
+root=$target/new-operator
+tree=$root/tree
+python=$PWD/.venv/bin/python
+"$python" "$here/put_in.py" "$PWD" "$tree"
+# Dependencies that are compiled already.
+if [ ! -d "$tree/target" ] && [ -d "$target/release" ]; then
+  mkdir "$tree/target"
+  cp -a "$target/release" "$tree/target/"
+fi
+cd "$tree"
+cargo=${CARGO:-cargo}
+started=$SECONDS
+rustfmt --edition 2024 --check rust-core/scenario/src/sampling/operators/granular_temperature.rs
+# The package, whose program is the program; the selection of `make test`, so that dependencies are not compiled again.
+$cargo build --release --workspace --exclude concordem-bench --lib
+rm -rf "$root/site"
+mkdir "$root/site"
+cp -r yade-bridge/python/concordem "$root/site/"
+cp target/release/lib_core.so "$root/site/concordem/_core.abi3.so"
+printf '#!/bin/sh\nPYTHONPATH=%q exec %q -m concordem "$@"\n' "$root/site" "$python" >"$root/concordem"
+chmod +x "$root/concordem"
+echo "built in $((SECONDS - started)) s"
+CONCORDEM=$root/concordem PYTHONPATH=$root/site "$python" "$here/check.py" "$tree" "$root"
