@@ -23,7 +23,8 @@ rustfmt --edition 2024 --check rust-core/scenario/src/sampling/operators/granula
 $cargo build --release --workspace --exclude concordem-bench --lib
 rm -rf "$root/site"
 mkdir "$root/site"
-cp -r yade-bridge/python/concordem "$root/site/"
+# Links become files.
+cp -rL rust-core/python/python/concordem "$root/site/"
 cp target/release/lib_core.so "$root/site/concordem/_core.abi3.so"
 printf '#!/bin/sh\nPYTHONPATH=%q exec %q -m concordem "$@"\n' "$root/site" "$python" >"$root/concordem"
 chmod +x "$root/concordem"
