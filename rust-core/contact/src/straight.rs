@@ -22,24 +22,24 @@ use crate::wrench::Wrenches;
 pub struct ContactColumns<L: ContactLaw> {
     /// What the measures read.
     pub poses: <PoseInput as Item>::Arrays,
-    /// What YADE's measures also read.
-    pub velocities: <VelocityInput as Item>::Arrays,
     /// Unstrained geometry.
     pub reference: <Reference as Item>::Arrays,
-    /// Masses of A and B, kg.
-    pub masses: [[f64; BATCH]; 2],
     /// 1 for a bond, else 0.
     pub bonded: [f64; BATCH],
     /// Histories before the step.
     pub history: <L::State as Item>::Arrays,
     /// [`Given::ahead`].
     pub ahead: [[f64; BATCH]; 2],
+    /// Masses of A and B, kg.
+    pub masses: [[f64; BATCH]; 2],
     /// Sum of the surface displacements of both particles, m.
     pub surface_displacement: <Symmetric as Item>::Arrays,
-    /// Motion of contacts whose law responds one by one.
-    measured: <Measured as Item>::Arrays,
     /// Results.
     pub results: Results<L>,
+    /// What YADE's measures also read.
+    pub velocities: <VelocityInput as Item>::Arrays,
+    /// Motion of contacts whose law responds one by one.
+    measured: <Measured as Item>::Arrays,
 }
 
 /// Results of the contacts of a batch.
