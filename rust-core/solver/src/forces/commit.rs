@@ -194,8 +194,7 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
             return true;
         }
         let reported = || self.tile.flags[pending.contact as usize].has(ContactFlags::REPORTED);
-        // NaN is not smaller.
-        !(damage < self.context.damage_threshold) && (damage.is_nan() || !reported())
+        damage.is_nan() || damage >= self.context.damage_threshold && !reported()
     }
 
     /// Add the forces and energies of contact `i` of the batch.
