@@ -1,7 +1,7 @@
 //! How much faster the straight form makes a law: the adhesive spheres of the tutorial "Write your own law", with it and without.
 //!
-//! A cubic lattice of 27,000 spheres that overlap a little and move at random; all contacts hold. Both laws run in turn, and the
-//! states must be equal to the last bit.
+//! A cubic lattice of 27,000 spheres that overlap a little and move at random; all contacts hold. Runs of both laws
+//! alternate, and the states must be equal to the last bit.
 //!
 //! Run: `cargo run --release -p concordem-solver --example straight_form`
 

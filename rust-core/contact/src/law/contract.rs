@@ -52,8 +52,9 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// `&`, not `&&`; no early return; no transcendental function. `sqrt` and divisions are fine. Constants of the law and of `given` may
     /// choose between formulas.
     ///
-    /// What [`ColumnUse`] leaves out is void: masses, and parts of the kinematics that follow from velocities in
-    /// [`FrameKinematics`](crate::kinematics::FrameKinematics).
+    /// What [`ColumnUse`] leaves out is void: masses. In [`FrameKinematics`](crate::kinematics::FrameKinematics), `displacement`, both
+    /// turns, and the old length and elongation of `point` are void as well. The conformance suite compares the straight forms of point
+    /// laws; for a law with moments, compare a sampled run with one that is not.
     #[inline(always)]
     fn straight(
         &self,
