@@ -59,6 +59,7 @@ pub fn evaluate_tile_in_blocks<L: BlockLaw>(
         };
         let moved: Vec<Moved<'_, L>> = listed.iter().map(moved).collect();
         let responses = L::respond_to_all(&moved, context.dt);
+        assert_eq!(responses.len(), moved.len(), "a law in blocks responds to each contact once");
         let kinematics: Vec<L::Kinematics> = moved.iter().map(|contact| contact.kinematics).collect();
         for ((contact, kinematics), response) in listed.into_iter().zip(kinematics).zip(responses) {
             evaluator.commit(contact, &Stepped { kinematics, response });
