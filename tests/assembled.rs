@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use concordem::assembly::{Assembly, AssemblyError};
+use concordem::law::{ContactLaw, Cpm, Frictional, HertzMindlin};
 use concordem::math::{Vec3, rotate};
 use concordem::schedule::Loading;
 use concordem::solver::Solver;
+use concordem::solver::forces::EvaluatedContacts;
+use concordem::state::contacts::ContactBlock;
 use concordem_tests::runs::{self, finish, refusal, sound, started};
 
 fn built(text: &str) -> Result<Assembly, AssemblyError> {
@@ -43,6 +46,63 @@ fn bar(more: &str) -> String {
         steps = 10
         {more}"
     )
+}
+
+/// Two touching spheres of materials that differ in the key `differs`, with the law `law` for contacts, and for bonds if `bonds`.
+fn two_materials(law: &str, keys: &str, differs: &str, bonds: bool) -> Assembly {
+    let bonds = if bonds { format!("[bonds]\nlaw = \"{law}\"\ninteraction_ratio = 1.5") } else { String::new() };
+    let material = |name: &str, factor: &str| {
+        format!("[[material]]\nname = \"{name}\"\ndensity = 1000\n{law} = {{ {keys}, {differs} = {factor}e9 }}\n")
+    };
+    made(&format!(
+        "version = 1
+        [packing]
+        kind = \"spheres\"
+        spheres = [[0, 0, 0, 1], [2, 0, 0, 1]]
+        {}{}
+        [contacts]
+        law = \"{law}\"
+        {bonds}
+        [stop]
+        steps = 1",
+        material("one", "25"),
+        material("other", "30"),
+    ))
+}
+
+/// The friction coefficients of all pairs of materials in a block of the law `L`, which `of` gives.
+fn frictions<L: ContactLaw>(block: &dyn EvaluatedContacts, of: fn(&L) -> f64) -> Vec<u64> {
+    let block = block.contacts().as_any().downcast_ref::<ContactBlock<L>>().expect("contacts of this law");
+    block.rows.iter().map(|row| of(row).to_bits()).collect()
+}
+
+/// A friction coefficient arrives in every law as it is written, within a material and between two that differ otherwise.
+#[test]
+fn friction_arrives_in_the_laws_as_it_is_written() {
+    let contacts = |assembly: Assembly| assembly.state.contacts.expect("unbonded contacts");
+    let of_frictional = |law: &Frictional| law.friction;
+    let of_cpm = |law: &Cpm| law.parameters().friction_coefficient;
+    let mut found = Vec::new();
+    for mode in ["thesis", "woo"] {
+        let keys = format!(
+            "mode = \"{mode}\", shear_ratio = 0.2, cohesion = 3e6, crack_onset_strain = 1e-4, relative_ductility = 30, \
+             friction_coefficient = 0.8"
+        );
+        let assembly = two_materials("cpm", &keys, "young", true);
+        found.push(frictions(&*assembly.state.bonds[0], of_cpm));
+        found.push(frictions(&*contacts(assembly), of_cpm));
+    }
+    let springs = "shear_stiffness = 1e6, friction_coefficient = 0.8";
+    let broken = two_materials("linear_bond", springs, "normal_stiffness", true);
+    found.push(frictions(&*contacts(broken), of_frictional));
+    let frictional = two_materials("frictional", springs, "normal_stiffness", false);
+    found.push(frictions(&*contacts(frictional), of_frictional));
+    let spheres = "poisson = 0.2, restitution = 0.8, friction_coefficient = 0.8";
+    let hertz = two_materials("hertz_mindlin", spheres, "young", false);
+    found.push(frictions(&*contacts(hertz), |law: &HertzMindlin| law.friction));
+    for bits in found {
+        assert!(bits.len() >= 3 && bits.iter().all(|&bits| bits == 0.8_f64.to_bits()), "{bits:x?}");
+    }
 }
 
 const MIDDLE: &str = "

@@ -6,32 +6,43 @@
 
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, measure};
 use concordem::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
-use concordem::law::cpm::{Cpm, CpmFormulation, CpmParameters, CpmState, DamageLaw, contact_area};
-use concordem::law::{ContactGeometry, ContactLaw, Status};
+use concordem::law::cpm::{Cpm, CpmFormulation, CpmState, CpmTable, DamageLaw, contact_area};
+use concordem::law::{ContactGeometry, ContactLaw, RegisteredLaw as _, Status};
 use concordem::math::{Quat, Vec3};
+use concordem::quantity::{Angle, Number, Stress};
 use concordem_tests::gold::{Row, Table, read};
 use std::collections::BTreeMap;
 
-/// Parameters of one material; those that belong to the law in YADE come from `law`.
-fn parameters(material: &Row<'_>, law: &Row<'_>) -> CpmParameters {
-    CpmParameters {
+/// One material as in a scenario; what belongs to the law in YADE comes from `law`.
+fn material(material: &Row<'_>, law: &Row<'_>) -> CpmTable {
+    CpmTable {
         mode: CpmFormulation::YadePublic,
+        young: Stress::new(material.real("young")),
+        shear_ratio: Number::new(material.real("poisson")),
+        cohesion: Stress::new(material.real("sigma_t")),
+        friction_angle: Some(Angle::new(material.real("friction_angle"))),
+        friction_coefficient: None,
+        crack_onset_strain: Number::new(material.real("eps_crack_onset")),
+        relative_ductility: Number::new(material.real("rel_ductility")),
         damage_law: if material.real("dam_law") == 0.0 { DamageLaw::Linear } else { DamageLaw::Exponential },
-        omega_threshold: law.real("omega_threshold"),
+        omega_threshold: Number::new(law.real("omega_threshold")),
         never_damage: material.flag("never_damage"),
-        shear_contribution: material.real("shear_contribution"),
-        soft_strain: law.real("eps_soft"),
-        relative_soft_stiffness: law.real("rel_kn_soft"),
-        isotropic_prestress: material.real("iso_prestress"),
-        ..CpmParameters::new(
-            material.real("young"),
-            material.real("poisson"),
-            material.real("sigma_t"),
-            material.real("friction_angle"),
-            material.real("eps_crack_onset"),
-            material.real("rel_ductility"),
-        )
+        shear_contribution: Number::new(material.real("shear_contribution")),
+        soft_strain: Some(Number::new(law.real("eps_soft"))),
+        relative_soft_stiffness: Some(Number::new(law.real("rel_kn_soft"))),
+        isotropic_prestress: Stress::new(material.real("iso_prestress")),
+        yield_surface: None,
+        yield_log_speed: None,
+        damage_time: None,
+        damage_rate_exponent: None,
+        plasticity_time: None,
+        plasticity_rate_exponent: None,
     }
+}
+
+/// The law between two materials.
+fn law_of(first: &CpmTable, second: &CpmTable) -> Cpm {
+    Cpm::row(first, second).expect("YADE accepts these")
 }
 
 /// Asserts that two numbers are equal in every bit; `place` locates a difference.
@@ -86,7 +97,7 @@ impl Replay {
         let p = law.parameters();
         same(p.young, constants.real("young"), "young", place);
         same(p.shear_modulus(), constants.real("shear_modulus"), "shear modulus", place);
-        same(law.tan_friction(), constants.real("tan_friction"), "tan_friction", place);
+        same(p.friction_coefficient, constants.real("tan_friction"), "tan_friction", place);
         same(p.cohesion, constants.real("cohesion"), "cohesion", place);
         same(p.crack_onset_strain, constants.real("eps_crack_onset"), "crack onset strain", place);
         same(p.softening_strain(), constants.real("eps_fracture"), "softening strain", place);
@@ -196,13 +207,11 @@ fn law_tester_paths_bit_for_bit() {
     for case in cases {
         let table = |part: &str| &tables[&format!("{case}.{part}")];
         let gold = table("law").row(0);
-        let first = parameters(&table("materials").row(0), &gold);
-        let second = parameters(&table("materials").row(1), &gold);
-        // YADE averages only different materials; the mean of equal ones has the same bits except for the shear modulus
-        let both = if first == second { first } else { first.average(&second).expect("YADE averages these") };
-        let law = Cpm::new(&both).expect("YADE accepts these");
+        let [first, second] = [0, 1].map(|row| material(&table("materials").row(row), &gold));
+        let law = law_of(&first, &second);
         let constants = table("constants").row(0);
-        assert_eq!(usize::from(both.damage_law == DamageLaw::Exponential), constants.real("dam_law") as usize);
+        let exponential = law.parameters().damage_law == DamageLaw::Exponential;
+        assert_eq!(usize::from(exponential), constants.real("dam_law") as usize);
         let mut replay = Replay::new(law, &gold, &constants);
         for (number, row) in table("steps").rows().enumerate() {
             replay.step(&row, &format!("{case}, step {number}"), &mut coverage);
@@ -220,7 +229,8 @@ fn specimen_contacts_bit_for_bit() {
     let tables = read("specimen.bin");
     for (run, broken, loose) in [("tension", 0, 0), ("compression", 0, 0), ("softening", 5, 50)] {
         let gold = tables[&format!("{run}.law")].row(0);
-        let law = Cpm::new(&parameters(&tables[&format!("{run}.materials")].row(0), &gold)).expect("valid");
+        let material = material(&tables[&format!("{run}.materials")].row(0), &gold);
+        let law = law_of(&material, &material);
         let mut coverage = Coverage::default();
         let prefix = format!("{run}.");
         for (name, table) in &tables {
@@ -268,7 +278,8 @@ fn trajectories_bit_for_bit() {
     let laws = read("specimen.bin");
     for run in ["tension", "compression", "softening"] {
         let gold = laws[&format!("{run}.law")].row(0);
-        let law = Cpm::new(&parameters(&laws[&format!("{run}.materials")].row(0), &gold)).expect("valid");
+        let material = material(&laws[&format!("{run}.materials")].row(0), &gold);
+        let law = law_of(&material, &material);
         let (broken, renewed) = follow(&tables, run, law);
         println!("{run}: {broken} bonds broken, {renewed} contacts made later");
         assert_eq!(broken > 1000 && renewed > 10, run == "softening", "{broken} {renewed}");

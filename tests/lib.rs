@@ -27,7 +27,7 @@ pub const TIME_STEP: f64 = 2.4787e-7;
 
 /// Material of the reference specimen: Ē = 25 GPa, Ḡ/Ē = 0.2, c₀ = 3 MPa, tan φ = 0.8, ε₀ = 1e-4, ε_f/ε₀ = 30.
 pub fn concrete() -> CpmParameters {
-    CpmParameters::new(25e9, 0.2, 3e6, 0.8_f64.atan(), 1e-4, 30.0)
+    CpmParameters::new(25e9, 0.2, 3e6, 0.8, 1e-4, 30.0)
 }
 
 /// The concrete law with valid parameters.

@@ -117,8 +117,7 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
     }
 
     // The same with our solver.
-    let mut parameters = CpmParameters::new(30e9, 0.2, cohesion, 0.0, onset, 4.0);
-    parameters.friction_angle = concordem_contact::math::atan2(friction, 1.0);
+    let mut parameters = CpmParameters::new(30e9, 0.2, cohesion, friction, onset, 4.0);
     parameters.omega_threshold = 0.99;
     let law = Cpm::new(&parameters).unwrap();
     let mut particles = Particles::default();

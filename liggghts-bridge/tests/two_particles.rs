@@ -302,8 +302,7 @@ fn linear_bond_equals_direct_calls() {
 
 #[test]
 fn cpm_equals_direct_calls() {
-    let mut parameters = CpmParameters::new(30e9, 0.2, 3e6, 0.0, 1e-3, 5.0);
-    parameters.friction_angle = concordem_contact::math::atan2(0.8, 1.0);
+    let mut parameters = CpmParameters::new(30e9, 0.2, 3e6, 0.8, 1e-3, 5.0);
     parameters.omega_threshold = 0.9;
     let law = Cpm::new(&parameters).unwrap();
     let legs = path(1.0);

@@ -65,6 +65,8 @@ fn the_calibration_recovers_planted_parameters() {
     let fit = second.fit(&wanted).expect("within reach");
     let deviation = fit.cohesion_deviation.expect("two packings");
     let found = fit.parameters;
+    // The friction of the template, to the bit.
+    assert_eq!(found.friction_coefficient.to_bits(), 0.8_f64.to_bits());
     let cohesion = found.cohesion / (young * found.crack_onset_strain);
     println!(
         "planted χ 1.2, ε₀ 1e-4; found {cohesion:.4} (deviation {:.0} %), {:.4e}; f_t {:.5}, f_c {:.5} of the targets; {} runs",

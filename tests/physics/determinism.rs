@@ -18,10 +18,10 @@ use concordem_tests::{
 
 const STEPS: u64 = 300;
 
-const REFERENCE: &str = "bb2cf29d3467057e69300bf1928e97f83b5c45b3ff1690682f302bd3c9eeab55";
+const REFERENCE: &str = "87a5a0940e10e2f2babcdd14303f81b7c75bebcb4f8e1f872ed76dc48377445a";
 
 /// Digest of the motion alone, [`motion`]: a change of what the ledger books leaves it as it is.
-const REFERENCE_MOTION: u64 = 0x11ee_33ba_c8ae_2740;
+const REFERENCE_MOTION: u64 = 0x1f5b_c230_d666_ba3c;
 
 /// A specimen pulled apart fast: damage, broken bonds, unbonded contacts.
 fn specimen(copies: usize, height: f64) -> (State, Model) {

@@ -7,7 +7,7 @@
 
 use concordem::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem::law::Reference;
-use concordem::law::cpm::{CpmFormulation, CpmParameters, contact_area};
+use concordem::law::cpm::{CpmFormulation, CpmParameters, contact_area, friction_of_yade};
 use concordem::math::Vec3;
 use concordem::solver::Model;
 use concordem::solver::integrate::Damping;
@@ -34,7 +34,7 @@ fn gold(run: &str) -> Gold {
             material.real("young"),
             material.real("poisson"),
             material.real("sigma_t"),
-            material.real("friction_angle"),
+            friction_of_yade(material.real("friction_angle")).expect("an angle"),
             material.real("eps_crack_onset"),
             material.real("rel_ductility"),
         )

@@ -1,4 +1,5 @@
 """Running engines: missing, hanging, and crashing peers, stored runs, bitwise equal results."""
+import math
 import time
 
 import pytest
@@ -233,6 +234,18 @@ def test_what_cannot_be_translated_is_refused(tmp_path):
     assert deck.index("concordem/bond cpm") < deck.index("fix held0 held0 setforce 0.0 0.0 0.0") < deck.index("nve/sphere")
     assert "fix integrate_still still nve\n" in deck and "pair_style" not in deck
     assert translate.steps_of({"stop": {"time": "1 ms"}}, 1e-5) == 100
+
+
+def test_friction_is_translated_by_the_rules_of_our_laws():
+    assert translate.friction({"friction_coefficient": 0.8}) == 0.8
+    assert translate.friction_angle({"friction_coefficient": 0.8}) == math.atan(0.8)
+    # An angle keeps its bits; not all of these come back from their tangents.
+    angles = [0.01 * k for k in range(1, 150)]
+    assert [translate.friction_angle({"friction_angle": angle}) for angle in angles] == angles
+    spheres = [{"hertz_mindlin": {"young": 1e7, "poisson": 0.2, "friction_coefficient": f}} for f in (0.8, 0.3)]
+    springs = [{"frictional": {"normal_stiffness": 2, "shear_stiffness": 1, "friction_coefficient": f}} for f in (0.8, 0.3)]
+    for translated in (liggghts._hertz_mindlin({"material": spheres}), liggghts._frictional({"material": springs})):
+        assert "coefficientFriction peratomtypepair 2 0.8 0.3 0.3 0.3" in translated[1]
 
 
 def test_a_missing_library_is_said_with_its_remedy(tmp_path, monkeypatch):

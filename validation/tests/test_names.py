@@ -41,11 +41,19 @@ def test_a_wrong_identifier_is_told_with_file_and_line(tmp_path, monkeypatch, ca
     monkeypatch.setattr(names, "ROOT", tmp_path)
     monkeypatch.setattr(names, "GLOSSARY", tmp_path / "glossary.md")
     monkeypatch.setattr(names, "OTHER_MEANINGS", {"push": "to append"})
-    monkeypatch.setattr(names, "sources", lambda: [tmp_path / "law.rs"])
+    monkeypatch.setattr(names, "AT_BORDERS", {"limit strain": {"host.rs", "table.rs"}})
+    monkeypatch.setattr(names, "sources", lambda: [tmp_path / "law.rs", tmp_path / "host.rs", tmp_path / "table.rs"])
     (tmp_path / "glossary.md").write_text(GLOSSARY, encoding="utf-8")
-    (tmp_path / "law.rs").write_text("fn law() {\n    let limit_strain = 1;\n}\n", encoding="utf-8")
+    for name in ("law.rs", "host.rs"):
+        (tmp_path / name).write_text("fn law() {\n    let limit_strain = 1;\n}\n", encoding="utf-8")
+    (tmp_path / "table.rs").write_text("fn law() {}\n", encoding="utf-8")
     assert names.main() == 1
     told = capsys.readouterr().err.splitlines()
     assert told[0] == 'law.rs:2: `limit_strain`: not "limit strain", but "crack onset strain" (docs/glossary.md)'
-    # An excuse for a word that no source uses is of no use.
-    assert len(told) == 2 and '"push"' in told[1]
+    # An excuse for a word that no source uses is of no use, nor is one for a file that does not use it.
+    assert len(told) == 3 and '"push"' in told[1] and "table.rs" in told[2]
+
+
+def test_attributes_of_yade_keep_their_names():
+    found = [name for _, name, _ in names.hits(enumerate(["tanFrictionAngle", "friction_angle", "TanFriction"]), ["friction angle", "tan friction"])]
+    assert found == ["friction_angle", "TanFriction"]

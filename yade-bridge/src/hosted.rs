@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use concordem::assembly::assemble;
-use concordem::law::cpm::{CpmParameters, CpmState};
+use concordem::law::cpm::{CpmParameters, CpmState, friction_of_yade};
 use concordem::output::{checkpoint, hash};
 use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
@@ -77,8 +77,14 @@ fn pair_parameters(list: &Bound<'_, PyAny>) -> PyResult<Vec<PairParameters>> {
     let mut pairs = Vec::new();
     for item in list.try_iter()? {
         let (a, b, parameters): (u16, u16, Bound<'_, PyDict>) = item?.extract()?;
-        let table = toml::Value::Table(table_of(parameters.as_any(), "")?);
-        let parameters = CpmParameters::deserialize(table).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let wrong = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
+        let mut table = table_of(parameters.as_any(), "")?;
+        // YADE's materials have the angle.
+        if let Some(angle) = table.remove("friction_angle").and_then(|angle| angle.as_float()) {
+            let friction = friction_of_yade(angle).map_err(|error| wrong(&error))?;
+            table.insert("friction_coefficient".to_owned(), friction.into());
+        }
+        let parameters = CpmParameters::deserialize(toml::Value::Table(table)).map_err(|error| wrong(&error))?;
         pairs.push(PairParameters { a, b, parameters });
     }
     Ok(pairs)

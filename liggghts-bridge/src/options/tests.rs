@@ -1,5 +1,10 @@
 //! Tests of the arguments.
 
+use concordem_contact::law::{ContactLaw, Cpm, Frictional, HertzMindlin};
+use concordem_solver::evaluation::EvaluatedContacts;
+use concordem_solver::laws::{block, contact_block};
+use concordem_solver::state::contacts::ContactBlock;
+
 use super::*;
 
 fn parse(text: &str) -> Result<Options, String> {
@@ -29,6 +34,45 @@ fn without_a_bond_law_the_parameters_belong_to_contacts() {
         parse("none contact frictional normal_stiffness 2e6 shear_stiffness 1e6 friction_coefficient 0.3").unwrap();
     assert_eq!((options.law, options.creation), (None, Creation::None));
     assert_eq!(options.materials[1].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
+}
+
+/// A friction coefficient arrives in every law as it is written, in the script and in a materials file.
+#[test]
+fn friction_arrives_in_the_laws_as_it_is_written() {
+    fn rows<L: ContactLaw>(block: &dyn EvaluatedContacts) -> Vec<L> {
+        block.contacts().as_any().downcast_ref::<ContactBlock<L>>().unwrap().rows.clone()
+    }
+    let bond = "cpm young 30e9 shear_ratio 0.2 cohesion 3e6 friction_coefficient 0.8 crack_onset_strain 1e-3 relative_ductility 5";
+    let given = [
+        format!("{bond} bond distance 1.5 contact cpm"),
+        "linear_bond normal_stiffness 1e6 shear_stiffness 4e5 friction_coefficient 0.8 bond none contact linear_bond"
+            .into(),
+        "none contact frictional normal_stiffness 1e6 shear_stiffness 4e5 friction_coefficient 0.8".into(),
+        "none contact hertz_mindlin young 1e8 poisson 0.2 friction_coefficient 0.8 restitution 0.8".into(),
+    ];
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let table = |name: &str| {
+        format!(
+            "[[material]]\nname = \"{name}\"\ndensity = 1\ncpm = {{ young = 30e9, shear_ratio = 0.2, cohesion = 3e6, \
+             friction_coefficient = 0.8, crack_onset_strain = 1e-3, relative_ductility = 5 }}\n"
+        )
+    };
+    std::fs::write(file.path(), table("a") + &table("b")).unwrap();
+    let of_file = format!("cpm materials {} bond distance 1.5 contact cpm", file.path().display());
+    for text in given.iter().chain([&of_file]) {
+        let options = parse(text).unwrap();
+        let (contacts, _) = contact_block(options.contact, &options.materials, &[]).unwrap().unwrap();
+        let found: Vec<f64> = match options.contact.law().unwrap() {
+            LawName::Cpm => {
+                let (bonds, _) = block(LawName::Cpm, &options.materials, &[]).unwrap();
+                let laws = [rows::<Cpm>(&*bonds), rows::<Cpm>(&*contacts)].concat();
+                laws.iter().map(|law| law.parameters().friction_coefficient).collect()
+            }
+            LawName::HertzMindlin => rows::<HertzMindlin>(&*contacts).iter().map(|law| law.friction).collect(),
+            _ => rows::<Frictional>(&*contacts).iter().map(|law| law.friction).collect(),
+        };
+        assert!(found.len() >= 3 && found.iter().all(|x| x.to_bits() == 0.8_f64.to_bits()), "{text}: {found:?}");
+    }
 }
 
 #[test]

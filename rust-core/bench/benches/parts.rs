@@ -24,7 +24,7 @@ use concordem::state::{Particles, Sphere, State};
 use measurement::ProcessorTime;
 
 fn law() -> Cpm {
-    Cpm::new(&CpmParameters::new(25e9, 0.2, 3e6, libm::atan(0.8), 1e-4, 30.0)).expect("valid parameters")
+    Cpm::new(&CpmParameters::new(25e9, 0.2, 3e6, 0.8, 1e-4, 30.0)).expect("valid parameters")
 }
 
 /// A jittered cubic block of `n³` spheres of radius 1 mm, ordered along a space-filling curve.

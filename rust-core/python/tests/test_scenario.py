@@ -114,6 +114,29 @@ def test_phases_are_arrays():
         concrete(phases=dict(materials=[0, 1])).simulation()
 
 
+def slipping(keys):
+    """Hash of two bonded spheres that slip on each other, with these keys of friction."""
+    cpm = dict(young=25e9, shear_ratio=0.2, crack_onset_strain=1e-4, relative_ductility=30, cohesion=0)
+    simulation = concordem.Scenario(
+        packing=dict(kind="spheres", spheres=[[0, 0, 0, 1e-3], [2e-3, 0, 0, 1e-3]]),
+        material=dict(name="m", density=4800, cpm=cpm | keys),
+        bonds=dict(law="cpm", interaction_ratio=1.5),
+        contacts=dict(law="cpm"),
+        stop=dict(steps=40),
+    ).simulation()
+    simulation.state.writable("velocities")[1] = -0.1, 1, 0.3
+    simulation.run()
+    return simulation.state_hash()
+
+
+def test_friction_arrives_in_the_law_as_it_is_written():
+    """Coefficients that differ in their last bits give different states, so nothing is rounded on the way to the law."""
+    coefficients = 0.8 + np.spacing(0.8) * np.arange(16)
+    assert len({slipping(dict(friction_coefficient=float(f))) for f in coefficients}) == len(coefficients)
+    with_unit = slipping(dict(friction_angle="45 deg"))
+    assert slipping(dict(friction_angle=np.pi / 4)) == with_unit != slipping(dict(friction_coefficient=1.001))
+
+
 def test_files_that_are_not_there(tmp_path):
     with pytest.raises(FileNotFoundError):
         concordem.Scenario.from_file(tmp_path / "missing.toml")

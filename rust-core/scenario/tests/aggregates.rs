@@ -128,7 +128,7 @@ fn bonds_have_the_parameters_of_their_phases() {
             // One rounding of each product, and of the mean.
             assert!((found / expected - 1.0).abs() < 1e-14, "{materials:?} {apart}: {found:?} {expected:?}");
         }
-        assert_eq!(law.parameters().friction_angle, 0.8_f64.atan());
+        assert_eq!(law.parameters().friction_coefficient, 0.8);
     }
     // All kinds occur but bonds between mortar and mortar of two aggregates, which is none.
     assert_eq!(kinds.len(), 8, "{kinds:?}");

@@ -158,6 +158,11 @@ def friction(law):
     return si(law.get("friction_coefficient", 0))
 
 
+def friction_angle(law):
+    """The angle of friction, rad; one that is given keeps its bits."""
+    return si(law["friction_angle"]) if "friction_angle" in law else math.atan(friction(law))
+
+
 def planes(document):
     """Walls as (axis, position, side, velocity, material); side is +1 if the particles have larger coordinates."""
     names = [m["name"] for m in document["material"]]

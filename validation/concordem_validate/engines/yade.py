@@ -44,7 +44,7 @@ def _cpm(material, document, start):
     return dict(
         kind="cpm", young=si(law["young"]), poisson=si(law["shear_ratio"]), sigmaT=si(law["cohesion"]),
         epsCrackOnset=si(law["crack_onset_strain"]), relDuctility=si(law["relative_ductility"]),
-        frictionAngle=math.atan(translate.friction(law)), density=si(material["density"]),
+        frictionAngle=translate.friction_angle(law), density=si(material["density"]),
         damLaw=_DAMAGE_LAWS[law.get("damage_law", "exponential")], neverDamage=law.get("never_damage", False),
         equivStrainShearContrib=si(law.get("shear_contribution", 0)), isoPrestress=si(law.get("isotropic_prestress", 0)),
         functor=dict(
@@ -66,7 +66,7 @@ def _frictional(material, document, start):
         ratio = si(law["shear_stiffness"]) / si(law["normal_stiffness"])
     else:
         raise Unsupported("yade: given stiffnesses need one material and equal spheres; else use `young` and `stiffness_ratio`")
-    return dict(kind="frictional", young=young, poisson=ratio, frictionAngle=math.atan(translate.friction(law)),
+    return dict(kind="frictional", young=young, poisson=ratio, frictionAngle=translate.friction_angle(law),
                 density=si(material["density"]))
 
 
@@ -74,7 +74,7 @@ def _hertz_mindlin(material, document, start):
     law = material["hertz_mindlin"]
     translate.law_keys("yade", law, {"young", "poisson", "friction_coefficient", "restitution"})
     return dict(kind="hertz_mindlin", young=si(law["young"]), poisson=si(law["poisson"]),
-                frictionAngle=math.atan(translate.friction(law)), density=si(material["density"]),
+                frictionAngle=translate.friction_angle(law), density=si(material["density"]),
                 restitution=si(law.get("restitution", 1)))
 
 

@@ -48,7 +48,7 @@ struct ConcordemLawRow;
 struct ConcordemCpmContact {
   double young;
   double shearModulus;
-  double tanFriction;
+  double frictionCoefficient;
   double cohesion;
   double crackOnsetStrain;
   double fracture;
@@ -522,7 +522,7 @@ static_assert(offsetof(ConcordemBodyMotion, orientation) == 24 && sizeof(Concord
 static_assert(sizeof(ConcordemBodyMotion) == 32 && alignof(ConcordemBodyMotion) == 8, "ConcordemBodyMotion");
 static_assert(offsetof(ConcordemCpmContact, young) == 0 && sizeof(ConcordemCpmContact::young) == 8, "ConcordemCpmContact::young");
 static_assert(offsetof(ConcordemCpmContact, shearModulus) == 8 && sizeof(ConcordemCpmContact::shearModulus) == 8, "ConcordemCpmContact::shearModulus");
-static_assert(offsetof(ConcordemCpmContact, tanFriction) == 16 && sizeof(ConcordemCpmContact::tanFriction) == 8, "ConcordemCpmContact::tanFriction");
+static_assert(offsetof(ConcordemCpmContact, frictionCoefficient) == 16 && sizeof(ConcordemCpmContact::frictionCoefficient) == 8, "ConcordemCpmContact::frictionCoefficient");
 static_assert(offsetof(ConcordemCpmContact, cohesion) == 24 && sizeof(ConcordemCpmContact::cohesion) == 8, "ConcordemCpmContact::cohesion");
 static_assert(offsetof(ConcordemCpmContact, crackOnsetStrain) == 32 && sizeof(ConcordemCpmContact::crackOnsetStrain) == 8, "ConcordemCpmContact::crackOnsetStrain");
 static_assert(offsetof(ConcordemCpmContact, fracture) == 40 && sizeof(ConcordemCpmContact::fracture) == 8, "ConcordemCpmContact::fracture");
@@ -721,4 +721,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x9a00569b76aa0b26)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x87081a8c5d9f6502)

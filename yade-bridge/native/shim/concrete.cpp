@@ -204,7 +204,7 @@ bool Law2_ScGeom_CpmPhys_Rust::go(shared_ptr<IGeom>& geometry, shared_ptr<IPhys>
 	ConcordemCpmContact c;
 	c.young                 = phys.E;
 	c.shearModulus          = phys.G;
-	c.tanFriction           = phys.tanFrictionAngle;
+	c.frictionCoefficient   = phys.tanFrictionAngle;
 	c.cohesion              = phys.undamagedCohesion;
 	c.crackOnsetStrain      = phys.epsCrackOnset;
 	c.fracture              = phys.epsFracture;

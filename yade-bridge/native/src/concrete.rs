@@ -18,7 +18,7 @@ pub struct CpmContact {
     // CpmPhys: parameters of the contact.
     pub young: f64,
     pub shear_modulus: f64,
-    pub tan_friction: f64,
+    pub friction_coefficient: f64,
     pub cohesion: f64,
     pub crack_onset_strain: f64,
     pub fracture: f64,
@@ -91,7 +91,7 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
     let law = Cpm::of_yade(&YadeParameters {
         young: c.young,
         shear_modulus: c.shear_modulus,
-        tan_friction: c.tan_friction,
+        friction_coefficient: c.friction_coefficient,
         cohesion: c.cohesion,
         crack_onset_strain: c.crack_onset_strain,
         softening_strain: c.fracture,

@@ -22,7 +22,7 @@ use std::io::BufReader;
 use std::time::Instant;
 
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
-use concordem::law::cpm::CpmFormulation;
+use concordem::law::cpm::{CpmFormulation, friction_of_yade};
 use concordem::law::{
     CohesiveBeam, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin, LinearBond, ParameterError,
     Section,
@@ -64,9 +64,10 @@ fn with_law(arguments: &Arguments) -> Result<(), Failure> {
     let mut model = Model { mode: kinematics, scheme: arguments.scheme(), damping, ..Model::default() };
     match arguments.law.as_str() {
         "cpm" | "cpm-yade" => {
-            let mut parameters = CpmParameters::new(young, 0.2, 3e6, libm::atan(0.8), 1e-4, arguments.ductility);
+            let mut parameters = CpmParameters::new(young, 0.2, 3e6, 0.8, 1e-4, arguments.ductility);
             if arguments.law == "cpm-yade" {
                 parameters.mode = CpmFormulation::YadePublic;
+                parameters.friction_coefficient = friction_of_yade(libm::atan(0.8))?;
             }
             if let Some(threshold) = arguments.break_at {
                 parameters.omega_threshold = threshold;

@@ -325,7 +325,7 @@ impl<'a> ConcreteCalibration<'a> {
     fn parameters(&self, arguments: StrengthArguments, onset: f64) -> CpmParameters {
         CpmParameters {
             cohesion: arguments.cohesion * self.base.young * onset,
-            friction_angle: libm::atan(arguments.friction),
+            friction_coefficient: arguments.friction,
             crack_onset_strain: onset,
             relative_ductility: arguments.ductility,
             ..self.base
@@ -435,7 +435,7 @@ impl<'a> ConcreteCalibration<'a> {
     /// # Errors
     /// Strengths or energy are out of reach, or a run failed.
     pub fn fit(&mut self, wanted: &StrengthTargets) -> Result<ConcreteFit, ConcreteError> {
-        let friction = libm::tan(self.base.friction_angle);
+        let friction = self.base.friction_coefficient;
         let ratio = wanted.compressive_strength / wanted.tensile_strength;
         let mut ductility = self.base.relative_ductility;
         if let Some(energy) = wanted.fracture_energy {

@@ -40,7 +40,7 @@ fn beams() -> CohesiveBeam {
 }
 
 fn concrete(young: f64) -> Cpm {
-    Cpm::new(&CpmParameters::new(young, 0.2, 30.0, 0.8_f64.atan(), 10.0, 2.0)).unwrap()
+    Cpm::new(&CpmParameters::new(young, 0.2, 30.0, 0.8, 10.0, 2.0)).unwrap()
 }
 
 /// A lattice that is 100 K hotter and 1 % larger than at bonding carries no force: what is left is rounding of the lengths. The same

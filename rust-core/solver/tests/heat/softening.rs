@@ -27,7 +27,7 @@ fn beams(strength: f64) -> CohesiveBeam {
 }
 
 fn concrete() -> Cpm {
-    Cpm::new(&CpmParameters::new(100.0, 0.2, 2.0, 0.8_f64.atan(), 0.02, 5.0)).unwrap()
+    Cpm::new(&CpmParameters::new(100.0, 0.2, 2.0, 0.8, 0.02, 5.0)).unwrap()
 }
 
 /// Stiffness 1 at 300 K, 0.4 at 500 K; strength 1 and 0.5.

@@ -87,7 +87,7 @@ fn stored_of(parameters: &CpmParameters) -> [f64; STORED.len()] {
     [
         parameters.young,
         parameters.young * parameters.shear_ratio,
-        parameters.friction_angle.tan(),
+        parameters.friction_coefficient,
         parameters.cohesion,
         parameters.crack_onset_strain,
         parameters.crack_onset_strain * parameters.relative_ductility,

@@ -20,7 +20,7 @@ struct Stored {
 
 /// Of two spheres of the material below that touched when they were bonded.
 fn touching() -> Stored {
-    let parameters = [25e9, 0.2 * 25e9, 0.6_f64.tan(), 3e6, 1e-4, 10.0 * 1e-4, 0.0, 0.0, 1.0, 0.0];
+    let parameters = [25e9, 0.2 * 25e9, 0.6, 3e6, 1e-4, 10.0 * 1e-4, 0.0, 0.0, 1.0, 0.0];
     Stored { length: 2e-3, radii: 2e-3, reference_overlap: 0.0, parameters }
 }
 

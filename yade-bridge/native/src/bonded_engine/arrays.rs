@@ -5,7 +5,7 @@
 use std::ffi::{CStr, c_char};
 
 use concordem_c_abi::slice;
-use concordem_contact::law::cpm::{CpmFormulation, CpmParameters, DamageLaw};
+use concordem_contact::law::cpm::{CpmFormulation, CpmParameters, DamageLaw, friction_of_yade};
 use concordem_contact::math::Mat3;
 use concordem_solver::state::Cell;
 
@@ -238,7 +238,7 @@ impl PairCoefficients {
                 self.young,
                 self.shear_ratio,
                 self.cohesion,
-                self.friction_angle,
+                friction_of_yade(self.friction_angle).map_err(|error| error.to_string())?,
                 self.crack_onset_strain,
                 self.ductility,
             )
@@ -281,6 +281,43 @@ impl ConcreteScene {
                 pairs: pairs?,
             };
             take(&(*self.bodies).view(), &contacts.view(&bonded), origin)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// YADE's materials have an angle: every formulation has its tangent with the bits of YADE, or refuses it.
+    #[test]
+    fn friction_has_the_bits_of_yade() {
+        let pair = |friction_angle| PairCoefficients {
+            a: 0,
+            b: 0,
+            young: 25e9,
+            shear_ratio: 0.2,
+            cohesion: 3e6,
+            friction_angle,
+            crack_onset_strain: 1e-4,
+            ductility: 30.0,
+            shear_contribution: 0.0,
+            prestress: 0.0,
+            omega_threshold: 1.0,
+            soft_strain: 0.0,
+            relative_soft_stiffness: 0.0,
+            damage_law: 1,
+            never_damage: 0,
+        };
+        for mode in [CpmFormulation::YadePublic, CpmFormulation::Thesis, CpmFormulation::Woo] {
+            for angle in [0.0_f64, 0.3, 0.67, 0.8_f64.atan(), 1.5] {
+                let found = pair(angle).parameters(mode).unwrap().parameters.friction_coefficient;
+                assert_eq!(found.to_bits(), angle.tan().to_bits(), "{angle}");
+            }
+            for angle in [-0.1, 1.6, 3.5, f64::NAN] {
+                let message = pair(angle).parameters(mode).unwrap_err();
+                assert!(message.contains("an angle from 0 to below π/2 rad"), "{message}");
+            }
         }
     }
 }

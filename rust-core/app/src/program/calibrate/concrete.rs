@@ -324,7 +324,7 @@ fn facts(arguments: &CalibrateConcreteArguments, scenario: &Scenario, found: &Co
         .cohesion_deviation
         .map_or_else(String::new, |d| format!(" ± {:.0} % from the scatter of packings", 100.0 * d));
     facts.add("cohesion", format!("{:.5e} Pa{sure}", p.cohesion));
-    facts.add("friction", format!("{:.5} (from the scenario)", libm::tan(p.friction_angle)));
+    facts.add("friction_coefficient", format!("{:.5} (from the scenario)", p.friction_coefficient));
     let achieved = &elastic.achieved;
     facts.add(
         "achieved, periodic packing",

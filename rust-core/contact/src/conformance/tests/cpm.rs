@@ -5,7 +5,7 @@ use super::*;
 use crate::law::cpm::{Cpm, CpmFormulation, CpmParameters, DamageLaw, contact_area};
 
 fn concrete() -> CpmParameters {
-    CpmParameters::new(30e9, 0.2, 3e6, libm::atan(0.8), 1e-4, 30.0)
+    CpmParameters::new(30e9, 0.2, 3e6, 0.8, 1e-4, 30.0)
 }
 
 fn cpm(name: &'static str, parameters: &CpmParameters) -> Subject<Native<Cpm>> {
@@ -56,7 +56,7 @@ fn cpm_closed_form(p: CpmParameters, area: f64) -> impl FnMut(&Observed) -> Opti
             }
         };
         let normal = if strain > 0.0 { (1.0 - omega) * young * strain } else { young * strain };
-        let bound = (p.cohesion * (1.0 - omega) - normal * libm::tan(p.friction_angle)).max(0.0);
+        let bound = (p.cohesion * (1.0 - omega) - normal * p.friction_coefficient).max(0.0);
         let mut shear = [0, 1].map(|k| shear_modulus * (now.station.shear[k] / 2.0 - slip[k]));
         let size = (shear[0] * shear[0] + shear[1] * shear[1]).sqrt();
         if size > bound {

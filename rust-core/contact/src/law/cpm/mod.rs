@@ -96,7 +96,7 @@ pub use full_model::solve_beta;
 pub use parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
 #[cfg(feature = "std")]
 pub use table::CpmTable;
-pub use yade::YadeParameters;
+pub use yade::{YadeParameters, friction_of_yade};
 
 use super::{
     ColumnUse, ContactGeometry, ContactLaw, EnergySplit, Given, Masses, Reference, Response, Status, Stiffness,
@@ -104,8 +104,6 @@ use super::{
 };
 use crate::columns::Item;
 use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
-#[cfg(not(feature = "std"))]
-use crate::math::Real as _;
 use crate::math::{Vec3, is_zero};
 
 crate::law_state! {
@@ -150,8 +148,8 @@ pub struct StressResponse {
 /// use concordem_contact::law::{ContactGeometry, ContactLaw, Cpm, CpmParameters, CpmState};
 /// use concordem_contact::math::Vec3;
 ///
-/// // Modulus, shear ratio, cohesion, angle of friction, crack onset strain, ductility.
-/// let concrete = CpmParameters::new(25e9, 0.2, 3e6, 0.67, 1e-4, 30.0);
+/// // Modulus, shear ratio, cohesion, friction coefficient, crack onset strain, ductility.
+/// let concrete = CpmParameters::new(25e9, 0.2, 3e6, 0.8, 1e-4, 30.0);
 /// let law = Cpm::new(&concrete).unwrap();
 /// // A bond of 2 m with an area of 3 m² is stretched by half of its crack onset strain.
 /// let geometry =
@@ -179,7 +177,6 @@ pub struct Cpm {
     parameters: CpmParameters,
     shear_modulus: f64,
     softening_strain: f64,
-    tan_friction: f64,
     prestress_strain: f64,
     inverse_softening_strain: f64,
     inverse_shear_modulus: f64,
@@ -195,16 +192,10 @@ impl Cpm {
         parameters.validate()?;
         let softening_strain = parameters.softening_strain();
         let shear_modulus = parameters.shear_modulus();
-        let tan_friction = if parameters.mode == CpmFormulation::YadePublic {
-            parameters.friction_angle.tan()
-        } else {
-            libm::tan(parameters.friction_angle)
-        };
         Ok(Self {
             parameters: *parameters,
             shear_modulus,
             softening_strain,
-            tan_friction,
             prestress_strain: parameters.prestress_strain(),
             inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if shear_modulus > 0.0 { 1.0 / shear_modulus } else { 0.0 },
@@ -222,11 +213,6 @@ impl Cpm {
     /// The parameters.
     pub fn parameters(&self) -> &CpmParameters {
         &self.parameters
-    }
-
-    /// Tangent of the angle of friction.
-    pub fn tan_friction(&self) -> f64 {
-        self.tan_friction
     }
 
     /// Strain of a bond from the isotropic prestress, σ₀/Ē, 1; YADE's `epsN` contains it.

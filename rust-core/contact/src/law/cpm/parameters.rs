@@ -74,8 +74,8 @@ pub struct CpmParameters {
     pub shear_ratio: f64,
     /// Cohesion c₀ of the undamaged bond, Pa (YADE `sigmaT`).
     pub cohesion: f64,
-    /// Angle of friction φ, rad.
-    pub friction_angle: f64,
+    /// Friction coefficient tan φ, 1, φ the angle of friction (YADE `tanFrictionAngle`).
+    pub friction_coefficient: f64,
     /// Crack onset strain ε₀, 1 (YADE `epsCrackOnset`).
     pub crack_onset_strain: f64,
     /// Ratio ε_f/ε₀, 1 (YADE `relDuctility`).
@@ -169,7 +169,7 @@ impl CpmParameters {
         young: f64,
         shear_ratio: f64,
         cohesion: f64,
-        friction_angle: f64,
+        friction_coefficient: f64,
         crack_onset_strain: f64,
         relative_ductility: f64,
     ) -> Self {
@@ -178,7 +178,7 @@ impl CpmParameters {
             young,
             shear_ratio,
             cohesion,
-            friction_angle,
+            friction_coefficient,
             crack_onset_strain,
             relative_ductility,
             damage_law: DamageLaw::Exponential,
@@ -200,9 +200,9 @@ impl CpmParameters {
     /// Parameters of a contact between two materials: arithmetic means; `never_damage` if either has it.
     ///
     /// As in both programs, Ḡ is the mean ratio times the mean Ē, and ε_f the product of the means of ε₀ and ε_f/ε₀. YADE uses
-    /// the tangent of the mean angle, Woo the mean of the tangents; the thesis formulation follows YADE. Formulation and
-    /// yield surface must agree. The damage law must agree too, except in YADE's formulation, which uses that of the first
-    /// material.
+    /// the tangent of the mean angle of friction, Woo the mean of the tangents; the thesis formulation follows YADE. Equal tangents
+    /// keep their bits. Formulation and yield surface must agree. The damage law must agree too, except in YADE's formulation, which
+    /// uses that of the first material.
     pub fn average(&self, other: &Self) -> Result<Self, CpmError> {
         if self.mode != other.mode {
             return Err(CpmError::Unlike { name: "mode" });
@@ -214,17 +214,18 @@ impl CpmParameters {
             return Err(CpmError::Unlike { name: "damage_law" });
         }
         let mean = |field: fn(&Self) -> f64| 0.5 * (field(self) + field(other));
-        let friction_angle = if self.mode == CpmFormulation::Woo {
-            libm::atan(0.5 * (libm::tan(self.friction_angle) + libm::tan(other.friction_angle)))
-        } else {
-            mean(|p| p.friction_angle)
-        };
+        let friction_coefficient =
+            if self.mode == CpmFormulation::Woo || self.friction_coefficient == other.friction_coefficient {
+                mean(|p| p.friction_coefficient)
+            } else {
+                libm::tan(mean(|p| libm::atan(p.friction_coefficient)))
+            };
         Ok(Self {
             mode: self.mode,
             young: mean(|p| p.young),
             shear_ratio: mean(|p| p.shear_ratio),
             cohesion: mean(|p| p.cohesion),
-            friction_angle,
+            friction_coefficient,
             crack_onset_strain: mean(|p| p.crack_onset_strain),
             relative_ductility: mean(|p| p.relative_ductility),
             damage_law: self.damage_law,
@@ -252,9 +253,8 @@ impl CpmParameters {
         check("young", self.young, self.young > 0.0, "positive")?;
         check("shear_ratio", self.shear_ratio, self.shear_ratio >= 0.0, "zero or positive")?;
         check("cohesion", self.cohesion, self.cohesion >= 0.0, "zero or positive")?;
-        let angle = self.friction_angle;
-        let right_angle = core::f64::consts::FRAC_PI_2;
-        check("friction_angle", angle, (0.0..right_angle).contains(&angle), "an angle from 0 to below π/2 rad")?;
+        let friction = self.friction_coefficient;
+        check("friction_coefficient", friction, friction >= 0.0, "zero or positive")?;
         check("crack_onset_strain", self.crack_onset_strain, self.crack_onset_strain > 0.0, "positive")?;
         let ductility = self.relative_ductility;
         match self.damage_law {
@@ -343,6 +343,6 @@ impl CpmParameters {
 }
 
 /// Return an error unless `holds` and the value is finite.
-fn check(name: &'static str, value: f64, holds: bool, requirement: &'static str) -> Result<(), CpmError> {
+pub(super) fn check(name: &'static str, value: f64, holds: bool, requirement: &'static str) -> Result<(), CpmError> {
     if holds && value.is_finite() { Ok(()) } else { Err(CpmError::OutOfRange { name, value, requirement }) }
 }

@@ -84,16 +84,21 @@ fn one() -> Number {
 }
 
 impl CpmTable {
-    /// Tangent of the angle of friction; 0 if the table gives neither form (such a scenario fails the checks).
-    pub fn friction_tangent(&self) -> f64 {
-        match (self.friction_coefficient, self.friction_angle) {
-            (Some(coefficient), _) => coefficient.si(),
-            (None, Some(angle)) => {
-                let (sine, cosine) = math::sin_cos(angle.si());
-                sine / cosine
-            }
-            (None, None) => 0.0,
+    /// Friction coefficient of a bond within this material; 0 if the table gives neither form (such a scenario fails the checks).
+    ///
+    /// YADE's form has that of YADE, whose materials have an angle: its tangent can differ from the coefficient in the last digit.
+    pub fn friction(&self) -> f64 {
+        match (self.mode, self.friction_coefficient) {
+            (CpmFormulation::YadePublic, _) => self.angle_in_yade().tan(),
+            (_, Some(coefficient)) => coefficient.si(),
+            (_, None) => libm::tan(self.friction_angle.map_or(0.0, Angle::si)),
         }
+    }
+
+    /// Angle of friction of this material in YADE, rad.
+    fn angle_in_yade(&self) -> f64 {
+        let coefficient = self.friction_coefficient.map_or(0.0, Number::si);
+        self.friction_angle.map_or_else(|| math::atan2(coefficient, 1.0), Angle::si)
     }
 
     /// Parameters of a bond within this material.
@@ -119,7 +124,7 @@ impl CpmTable {
                 self.young.si(),
                 self.shear_ratio.si(),
                 self.cohesion.si(),
-                self.friction_angle.map_or_else(|| math::atan2(self.friction_tangent(), 1.0), Angle::si),
+                self.friction(),
                 self.crack_onset_strain.si(),
                 self.relative_ductility.si(),
             )
@@ -263,9 +268,13 @@ impl RegisteredLaw for Cpm {
     const AS_CONTACT: Option<&'static str> = Some("Concrete particle model without cohesion.");
 
     fn row(a: &CpmTable, b: &CpmTable) -> Result<Self, ParameterError> {
-        let (a, b) = (a.parameters(), b.parameters());
+        let (first, second) = (a.parameters(), b.parameters());
         // Averaging equal parameters could round, so they are used unchanged.
-        let mean = if a == b { a } else { a.average(&b)? };
+        let mut mean = if first == second { first } else { first.average(&second)? };
+        if mean.mode == CpmFormulation::YadePublic {
+            // The mean of the angles as they are given; those of the tangents could differ in the last digit.
+            mean.friction_coefficient = (0.5 * (a.angle_in_yade() + b.angle_in_yade())).tan();
+        }
         Ok(Self::new(&mean)?)
     }
 
@@ -297,35 +306,40 @@ impl RegisteredLaw for Cpm {
 
 #[cfg(test)]
 mod tests {
+    use super::super::friction_of_yade;
     use super::*;
+
+    fn concrete() -> CpmTable {
+        CpmTable {
+            young: Stress::new(25e9),
+            shear_ratio: Number::new(0.2),
+            crack_onset_strain: Number::new(1e-4),
+            relative_ductility: Number::new(30.0),
+            cohesion: Stress::new(3e6),
+            friction_angle: None,
+            friction_coefficient: Some(Number::new(0.8)),
+            mode: CpmFormulation::default(),
+            damage_law: DamageLaw::default(),
+            omega_threshold: one(),
+            never_damage: false,
+            soft_strain: None,
+            relative_soft_stiffness: None,
+            isotropic_prestress: Stress::new(0.0),
+            shear_contribution: Number::new(0.0),
+            yield_surface: None,
+            yield_log_speed: None,
+            damage_time: None,
+            damage_rate_exponent: None,
+            plasticity_time: None,
+            plasticity_rate_exponent: None,
+        }
+    }
 
     /// The fields of the law have the names of the keys, which errors give.
     #[test]
     fn errors_name_the_keys_of_the_table() {
         let error = |change: fn(&mut CpmTable)| {
-            let mut table = CpmTable {
-                young: Stress::new(25e9),
-                shear_ratio: Number::new(0.2),
-                crack_onset_strain: Number::new(1e-4),
-                relative_ductility: Number::new(30.0),
-                cohesion: Stress::new(3e6),
-                friction_angle: None,
-                friction_coefficient: Some(Number::new(0.8)),
-                mode: CpmFormulation::default(),
-                damage_law: DamageLaw::default(),
-                omega_threshold: one(),
-                never_damage: false,
-                soft_strain: None,
-                relative_soft_stiffness: None,
-                isotropic_prestress: Stress::new(0.0),
-                shear_contribution: Number::new(0.0),
-                yield_surface: None,
-                yield_log_speed: None,
-                damage_time: None,
-                damage_rate_exponent: None,
-                plasticity_time: None,
-                plasticity_rate_exponent: None,
-            };
+            let mut table = concrete();
             change(&mut table);
             Cpm::row(&table, &table).map_err(|error| error.to_string())
         };
@@ -334,5 +348,63 @@ mod tests {
         assert_eq!(message, "law cpm: crack_onset_strain = -1 must be positive");
         let message = error(|t| t.young = Stress::new(0.0)).unwrap_err();
         assert_eq!(message, "law cpm: young = 0 must be positive");
+    }
+
+    /// The bits of the friction coefficient between two materials.
+    fn friction(a: &CpmTable, b: &CpmTable) -> u64 {
+        let [bond, contact] = [Cpm::row(a, b), Cpm::unbonded_row(a, b)].map(Result::unwrap);
+        assert_eq!(bond, contact);
+        bond.parameters().friction_coefficient.to_bits()
+    }
+
+    /// A coefficient arrives in the law as it is written, also between materials that differ otherwise; an angle as its tangent.
+    #[test]
+    fn friction_arrives_in_the_law_as_it_is_written() {
+        for mode in [CpmFormulation::Thesis, CpmFormulation::Woo] {
+            for coefficient in [0.8, 0.1, 0.3, 0.7, 1.3] {
+                let one = CpmTable { mode, friction_coefficient: Some(Number::new(coefficient)), ..concrete() };
+                let other = CpmTable { young: Stress::new(50e9), ..one.clone() };
+                assert_eq!(friction(&one, &one), coefficient.to_bits());
+                assert_eq!(friction(&one, &other), coefficient.to_bits());
+            }
+            let angle = |radians| CpmTable {
+                mode,
+                friction_coefficient: None,
+                friction_angle: Some(Angle::new(radians)),
+                ..concrete()
+            };
+            assert_eq!(friction(&angle(0.6), &angle(0.6)), libm::tan(0.6).to_bits());
+            assert_eq!(angle(0.6).friction().to_bits(), libm::tan(0.6).to_bits());
+        }
+    }
+
+    /// Unlike materials: the tangent of the mean angle, in Woo's form the mean of the tangents, and in YADE's the bits of YADE.
+    #[test]
+    fn friction_between_unlike_materials() {
+        let of =
+            |mode, coefficient| CpmTable { mode, friction_coefficient: Some(Number::new(coefficient)), ..concrete() };
+        let between = |mode, a, b| f64::from_bits(friction(&of(mode, a), &of(mode, b)));
+        // tan ½(α + β) = (sin α + sin β)/(cos α + cos β), here with the angles of the triangles (3, 4, 5) and (5, 12, 13).
+        let exact = (3.0 / 5.0 + 5.0 / 13.0) / (4.0 / 5.0 + 12.0 / 13.0);
+        let thesis = between(CpmFormulation::Thesis, 3.0 / 4.0, 5.0 / 12.0);
+        // Two arcs and a tangent: a few roundings.
+        assert!((thesis / exact - 1.0).abs() < 1e-15, "{thesis:e} {exact:e}");
+        assert_eq!(between(CpmFormulation::Woo, 0.75, 0.25).to_bits(), 0.5_f64.to_bits());
+
+        let angle = |radians| CpmTable {
+            friction_angle: Some(Angle::new(radians)),
+            friction_coefficient: None,
+            ..of(CpmFormulation::YadePublic, 0.0)
+        };
+        for (one, two) in [(0.67, 0.4), (0.6, 0.6), (0.31, 1.2), (0.123, 0.456), (0.05, 0.7)] {
+            let (one, two): (f64, f64) = (one, two);
+            assert_eq!(friction(&angle(one), &angle(two)), (0.5 * (one + two)).tan().to_bits(), "{one} {two}");
+            assert_eq!(friction(&angle(one), &angle(one)), friction_of_yade(one).unwrap().to_bits());
+        }
+        // A script of YADE writes `frictionAngle = atan(0.8)`.
+        let written = of(CpmFormulation::YadePublic, 0.8);
+        assert_eq!(friction(&written, &written), math::atan2(0.8, 1.0).tan().to_bits());
+        let error = friction_of_yade(1.6).unwrap_err().to_string();
+        assert_eq!(error, "CPM parameter `friction_angle` is 1.6, but must be an angle from 0 to below π/2 rad");
     }
 }

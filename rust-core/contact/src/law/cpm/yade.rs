@@ -1,6 +1,6 @@
 //! YADE's public form of the cohesive particle model, `Law2_ScGeom_CpmPhys_Cpm`, bit for bit.
 
-use super::parameters::{CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
+use super::parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface, check};
 use super::{Cpm, CpmState, StressResponse, normal_before, omega_before, release, strain_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response, Status};
@@ -16,7 +16,7 @@ pub struct YadeParameters {
     /// `G`, Pa.
     pub shear_modulus: f64,
     /// `tanFrictionAngle`, 1.
-    pub tan_friction: f64,
+    pub friction_coefficient: f64,
     /// `undamagedCohesion`, Pa.
     pub cohesion: f64,
     /// `epsCrackOnset`, 1.
@@ -39,6 +39,13 @@ pub struct YadeParameters {
     pub relative_soft_stiffness: f64,
 }
 
+/// Friction coefficient of an angle of friction (rad), which YADE's materials have: its tangent, by the system's `tan` as in YADE.
+pub fn friction_of_yade(angle: f64) -> Result<f64, CpmError> {
+    let right_angle = core::f64::consts::FRAC_PI_2;
+    check("friction_angle", angle, (0.0..right_angle).contains(&angle), "an angle from 0 to below π/2 rad")?;
+    Ok(angle.tan())
+}
+
 impl Cpm {
     /// The law of one contact of YADE, only for [`Self::evaluate_as_yade`]. The parameters are not checked: YADE accepts
     /// any.
@@ -52,7 +59,7 @@ impl Cpm {
                 young,
                 shear_ratio: c.shear_modulus / young,
                 cohesion: c.cohesion,
-                friction_angle: f64::NAN,
+                friction_coefficient: c.friction_coefficient,
                 crack_onset_strain: c.crack_onset_strain,
                 relative_ductility: softening_strain / c.crack_onset_strain,
                 damage_law: c.damage_law,
@@ -71,7 +78,6 @@ impl Cpm {
             },
             shear_modulus: c.shear_modulus,
             softening_strain,
-            tan_friction: c.tan_friction,
             prestress_strain: c.isotropic_prestress / young,
             inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if c.shear_modulus > 0.0 { 1.0 / c.shear_modulus } else { 0.0 },
@@ -227,7 +233,7 @@ impl Cpm {
 
     #[inline(always)]
     fn yield_stress_yade(&self, normal_stress: f64, omega: f64) -> f64 {
-        let radius = self.parameters.cohesion * (1.0 - omega) - normal_stress * self.tan_friction;
+        let radius = self.parameters.cohesion * (1.0 - omega) - normal_stress * self.parameters.friction_coefficient;
         if radius > 0.0 { radius } else { 0.0 }
     }
 }

@@ -11,7 +11,7 @@ impl Cpm {
     #[inline(always)]
     pub fn yield_stress(&self, normal_stress: f64, omega: f64) -> f64 {
         let p = &self.parameters;
-        let (cohesion, tangent) = (p.cohesion, self.tan_friction);
+        let (cohesion, tangent) = (p.cohesion, p.friction_coefficient);
         let radius = match p.yield_surface {
             YieldSurface::MohrCoulomb => self.mohr_coulomb(normal_stress, omega),
             YieldSurface::Parabolic => {
@@ -33,6 +33,6 @@ impl Cpm {
     /// `c₀(1−ω) − σ_N tan φ`, Pa; can be negative.
     #[inline(always)]
     pub(super) fn mohr_coulomb(&self, normal_stress: f64, omega: f64) -> f64 {
-        self.parameters.cohesion * (1.0 - omega) - normal_stress * self.tan_friction
+        self.parameters.cohesion * (1.0 - omega) - normal_stress * self.parameters.friction_coefficient
     }
 }

@@ -311,7 +311,7 @@ fn no_nan_at_extremes() {
     cases.push(viscous(CpmFormulation::Thesis));
     cases.push(viscous(CpmFormulation::Woo));
     cases.push(CpmParameters { mode: CpmFormulation::YadePublic, ..concrete() });
-    cases.push(CpmParameters { cohesion: 0.0, shear_ratio: 0.0, friction_angle: 0.0, ..concrete() });
+    cases.push(CpmParameters { cohesion: 0.0, shear_ratio: 0.0, friction_coefficient: 0.0, ..concrete() });
     for p in cases {
         for dt in [1e-300, 1e-6, 1e300] {
             for strain in [-10.0, -1e-300, 0.0, 5e-324, 1e-4, 1.0, 1e10] {

@@ -19,7 +19,7 @@ fn geometry() -> ContactGeometry {
 
 /// The reference material: Ē = 30 GPa, Ḡ/Ē = 0.2, c₀ = 3 MPa, tan φ = 0.8, ε₀ = 1e-4, ε_f/ε₀ = 30.
 fn concrete() -> CpmParameters {
-    CpmParameters::new(30e9, 0.2, 3e6, 0.8_f64.atan(), 1e-4, 30.0)
+    CpmParameters::new(30e9, 0.2, 3e6, 0.8, 1e-4, 30.0)
 }
 
 fn law(parameters: CpmParameters) -> Cpm {
@@ -117,7 +117,7 @@ fn close(a: f64, b: f64, relative: f64) {
 /// digit, (2.15)–(2.17) to rounding.
 #[test]
 fn single_bond_in_tension() {
-    let law = law(CpmParameters::new(1e9, 1.0, 1e6, 0.5_f64.atan(), 1e-4, 1.5));
+    let law = law(CpmParameters::new(1e9, 1.0, 1e6, 0.5, 1e-4, 1.5));
     let table = [
         (1.0, 100000.0, 0.0),
         (1.1, 93550.70, 0.149539),
@@ -509,7 +509,7 @@ fn parameters_are_checked() {
     let bad = [
         CpmParameters { young: 0.0, ..concrete() },
         CpmParameters { young: f64::NAN, ..concrete() },
-        CpmParameters { friction_angle: 1.6, ..concrete() },
+        CpmParameters { friction_coefficient: -0.1, ..concrete() },
         CpmParameters { crack_onset_strain: -1e-4, ..concrete() },
         CpmParameters { damage_law: DamageLaw::Linear, relative_ductility: 1.0, ..concrete() },
         CpmParameters { cohesion: 0.0, yield_surface: YieldSurface::Logarithmic, ..concrete() },
@@ -520,7 +520,7 @@ fn parameters_are_checked() {
     }
     let yade = CpmParameters { mode: CpmFormulation::YadePublic, damage_time: 1.0, ..concrete() };
     assert_eq!(Cpm::new(&yade), Err(CpmError::NotInYade { name: "damage_time" }));
-    let soft = CpmParameters { young: 10e9, friction_angle: 0.3, never_damage: true, ..concrete() };
+    let soft = CpmParameters { young: 10e9, friction_coefficient: 0.3, never_damage: true, ..concrete() };
     let mean = concrete().average(&soft).expect("alike");
     assert_eq!((mean.young, mean.shear_modulus(), mean.never_damage), (20e9, 0.2 * 20e9, true));
     let linear = CpmParameters { damage_law: DamageLaw::Linear, ..concrete() };
