@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator test-crates test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -18,9 +18,10 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, test-crates, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make new-operator   a new operator, in a copy of the sources: scenario, result, report, book, Python (minutes)"
+	@echo "make test-crates    the crates as packages, each built alone, and a crate of somebody else on top of them (minutes)"
 	@echo "make test-bigbig    the tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, with ids of 64 bits (minutes); as root"
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
@@ -168,7 +169,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law new-operator test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law new-operator test-crates test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
@@ -200,11 +201,14 @@ asan:
 	  $(CARGO) test --profile develop --target x86_64-unknown-linux-gnu --target-dir target/asan -p concordem-tests --test fuzz -- --nocapture
 
 # The unsafe code that needs neither HDF5 nor C++, under the rules of the language. Needs a nightly compiler with Miri:
-# `rustup toolchain install nightly --component miri`; without one, this says so. Pointers of devices are numbers, hence permissive provenance.
+# `rustup toolchain install nightly --component miri,rust-src`; without one, this says so. Pointers of devices are numbers, hence permissive provenance.
 miri:
-	@cargo +nightly miri --version >/dev/null 2>&1 || { echo "make miri needs: rustup toolchain install nightly --component miri" >&2; exit 1; }
+	@cargo +nightly miri --version >/dev/null 2>&1 || { echo "make miri needs: rustup toolchain install nightly --component miri,rust-src" >&2; exit 1; }
 	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" PROPTEST_CASES=2 \
-	  cargo +nightly miri test -p concordem-c-abi -p concordem-contact --lib
+	  cargo +nightly miri test -p concordem-c-abi --lib
+	# Laws are safe code, and their conformance suite takes hours here.
+	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" \
+	  cargo +nightly miri test -p concordem-contact --lib -- columns geometry law::state pair prefetch straight wrench
 	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" \
 	  cargo +nightly miri test -p concordem-gpu --lib emulated
 
@@ -241,6 +245,10 @@ new-operator:
 	.ci/setup test
 	@.ci/timed $@ tests/new_operator/run.sh
 
+# The crates as they would be published.
+test-crates:
+	@.ci/timed $@ tests/outside_crate/run.sh
+
 # The tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, of another version and with ids of 64 bits.
 test-bigbig: test-build
 	.ci/setup wheel
@@ -257,6 +265,7 @@ mutants:
 
 check: lint-bench
 	.ci/setup build
+	tests/outside_crate/run.sh package
 	$(MAKE) --no-print-directory test-lint
 
 format:

@@ -26,6 +26,7 @@ PICTURE = re.compile(r"^!\[.+\]\(\.\./images/.+\.png\)$", re.M)
 WITHOUT_PICTURE = {
     "how-to/use-the-command-line.md": "its results are texts on the terminal",
     "how-to/use-a-graphics-processor.md": "its results are those without it, bit by bit",
+    "how-to/use-rust.md": "its results are numbers in the program of the reader",
 }
 # A page may name a turn that its code prints.
 README_WORDS, CHANGELOG_LINES, LIMITS_ROWS = 500, 150, 80

@@ -17,7 +17,8 @@ pub mod report;
 pub mod sweep;
 
 pub use concordem_contact::{
-    columns, conformance, for_each_law, kinematics, law, law_state, material, math, prefetch, quantity, step, straight,
+    columns, conformance, for_each_law, kinematics, law, law_state, material, math, own_loop, prefetch, quantity, step,
+    straight,
 };
 pub use concordem_operator as operator;
 pub use concordem_packing as packing;
@@ -25,3 +26,8 @@ pub use concordem_scenario::{assembly, sampling, schedule, schema as scenario};
 pub use concordem_solver as solver;
 pub use concordem_solver::{fracture, neighbor, state};
 pub use concordem_statics as statics;
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -221,7 +221,8 @@ macro_rules! column_arrays {
     ($vis:vis $name:ident { $($field:ident : $ty:ty),* $(,)? }) => {
         const _: () = {
             /// One array per scalar component.
-            #[derive(Clone, Copy, ::bytemuck::Pod, ::bytemuck::Zeroable)]
+            #[derive(Clone, Copy, $crate::bytemuck::Pod, $crate::bytemuck::Zeroable)]
+            #[bytemuck(crate = "::concordem_contact::bytemuck")]
             #[repr(C)]
             $vis struct ItemArrays { $($vis $field: <$ty as $crate::columns::Item>::Arrays,)* }
 

@@ -11,11 +11,15 @@
 //! | [`kinematics`] | relative motion of the two sides in a step |
 //! | [`law`], [`straight`] | force, moment, history, and energy from that motion; many contacts at once |
 //! | [`step`], [`mod@activate`] | one step of a contact; beginning of an unbonded contact |
+//! | [`own_loop`] | contacts in a program with its own loop over particles |
 //! | [`leapfrog`] | kick and drift of a free particle |
 //! | [`conformance`] | tests that every law must pass |
 
 #![cfg_attr(not(feature = "std"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(core_float_math))]
+
+// Macros name it by its crate, inside it as in others.
+extern crate self as concordem_contact;
 
 pub mod activate;
 pub mod cell;
@@ -33,6 +37,7 @@ pub mod leapfrog;
 #[cfg(feature = "std")]
 pub mod material;
 pub mod math;
+pub mod own_loop;
 pub mod pair;
 pub mod prefetch;
 #[cfg(feature = "std")]
@@ -44,5 +49,13 @@ pub mod straight;
 pub mod wall;
 pub mod wrench;
 
+// The macros for laws, and signatures here, use them.
+pub use {bytemuck, nalgebra};
+
 pub use cell::Cell;
 pub use constraint::Constraint;
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -18,3 +18,8 @@ pub use damage_plastic::{DamagePlastic, Parameters, State, Update};
 pub use elasticity::Elasticity;
 pub use error::ContinuumError;
 pub use handover::{HandOver, LinkDamage};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -15,3 +15,8 @@ pub mod leftovers;
 pub mod paths;
 pub mod seal;
 pub mod sphere_pack;
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -45,3 +45,8 @@ mod traffic;
 
 #[cfg(not(target_arch = "nvptx64"))]
 pub use {incidence::Incidence, steps::DeviceSteps, traffic::bytes_per_step};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

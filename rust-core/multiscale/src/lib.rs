@@ -12,3 +12,8 @@ mod error;
 
 pub use cell::{RepresentativeCell, Response, Snapshot, deform};
 pub use error::CellError;
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

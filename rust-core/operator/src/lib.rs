@@ -34,3 +34,8 @@ mod tests;
 pub use contact_set::{Contact, ContactSet, LoadSet, moment_about_contact_point, pairs, vectors};
 pub use error::OperatorError;
 pub use region::{HalfSpace, ImageSearch, Period, Region, Truncation};
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -360,3 +360,8 @@ mod tests {
         assert!((inertia / (1.6 * mass) - 1.0).abs() < 1e-15, "{inertia}");
     }
 }
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -61,3 +61,8 @@ pub mod checks;
 pub mod sampling;
 pub mod schedule;
 pub mod schema;
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

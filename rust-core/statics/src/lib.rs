@@ -83,3 +83,8 @@ pub enum StaticsError {
     #[error("relaxation: {0}")]
     Relaxation(String),
 }
+
+/// The code of the README is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

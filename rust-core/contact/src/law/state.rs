@@ -77,6 +77,8 @@ impl FieldType for crate::math::Vec3 {
 
 /// Declare the history of a law: struct, field names, units, parity under exchange of A and B.
 ///
+/// A crate that calls it needs `concordem-contact` among its dependencies, and nothing else.
+///
 /// ```
 /// concordem_contact::law_state! {
 ///     /// History of a slider.
@@ -95,7 +97,8 @@ impl FieldType for crate::math::Vec3 {
 macro_rules! law_state {
     ($(#[$meta:meta])* pub struct $name:ident { $($(#[doc = $doc:literal])+ $field:ident : $ty:ty, $unit:literal, $parity:ident;)* }) => {
         $(#[$meta])*
-        #[derive(Debug, Clone, Copy, PartialEq, Default, ::bytemuck::Pod, ::bytemuck::Zeroable)]
+        #[derive(Debug, Clone, Copy, PartialEq, Default, $crate::bytemuck::Pod, $crate::bytemuck::Zeroable)]
+        #[bytemuck(crate = "::concordem_contact::bytemuck")]
         #[repr(C)]
         pub struct $name { $($(#[doc = $doc])+ pub $field: $ty,)* }
         impl $crate::law::LawState for $name {
