@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use concordem_contact::law::{Elastic, HertzMindlin};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::surface::Plane;
 use concordem_solver::state::{Particles, Sphere, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
 use harness::spheres::{cloud, difference, floor, result};
@@ -209,7 +210,8 @@ fn a_concordem_law_at_a_wall_acts_as_in_our_solver() {
     particles.push(Sphere { position: sphere.position, radius: r }, 0, mass, 0.4 * mass * (r * r));
     particles.velocity[0] = sphere.velocity;
     particles.angular_velocity[0] = sphere.spin;
-    let floor = Wall::new("floor", WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() }, 1, Vec3::zeros());
+    let floor =
+        Wall::new("floor", WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() }), 1, Vec3::zeros());
     let mut state = State {
         particles,
         walls: vec![floor],

@@ -7,6 +7,7 @@ use concordem::packing::lattice::Lattice;
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, PairCoefficients, Scheme, time_step};
 use concordem::state::contacts::ContactBlock;
+use concordem::state::surface::{Facets, Plane};
 use concordem::state::{Cell, Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{bonded, noise_vector, on_threads, one_material, solver};
 
@@ -266,7 +267,7 @@ fn wall(shape: WallShape) -> Wall {
 }
 
 fn floor() -> WallShape {
-    WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() }
+    WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() })
 }
 
 /// The same floor, made of triangles of different shapes.
@@ -281,7 +282,7 @@ fn mesh() -> WallShape {
             triangles.push([corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)]);
         }
     }
-    WallShape::Facets { triangles }
+    WallShape::rigid(Facets { triangles })
 }
 
 /// A unit sphere of mass 1 above a floor.

@@ -10,6 +10,7 @@ use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, PairCoefficients};
 use concordem::state::columns::ColumnStore;
 use concordem::state::contacts::{ContactBlock, ContactFlags};
+use concordem::state::surface::{Facets, Plane};
 use concordem::state::{Clock, Clump, Mesh, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{
     DENSITY, TIME_STEP, bonded, concrete, law, noise, noise_vector, on_threads, one_material, particles, pull,
@@ -137,8 +138,8 @@ fn bouncing() -> (State, Model) {
         clumps: vec![clump],
         contacts: Some(Box::new(ContactBlock::new(vec![contact]))),
         walls: vec![
-            wall("floor", WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() }),
-            wall("side", WallShape::Facets { triangles }),
+            wall("floor", WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() })),
+            wall("side", WallShape::rigid(Facets { triangles })),
             wall("lid", WallShape::Mesh(lid)),
         ],
         wall_contacts: Some(Box::new(ContactBlock::new(vec![contact]))),

@@ -15,6 +15,7 @@ use concordem_contact::math::{Vec3, cbrt};
 use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
 use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::surface::Plane;
 use concordem_solver::state::{Particles, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
 
@@ -172,7 +173,7 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
             let point = if high { Vec3::ith(axis, recipe.edge) } else { Vec3::zeros() };
             Wall::new(
                 format!("{} {}", ["x", "y", "z"][axis], if high { "high" } else { "low" }),
-                WallShape::Plane { point, normal },
+                WallShape::rigid(Plane { point, normal }),
                 0,
                 Vec3::zeros(),
             )

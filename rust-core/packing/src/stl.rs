@@ -34,6 +34,16 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl Surface {
+    /// Corners of the triangles that have an area. Others have no surface; their edges belong to their neighbors.
+    pub fn triangles_with_area(&self) -> Vec<[Vec3; 3]> {
+        let corners = |triangle: &[u32; 3]| triangle.map(|vertex| self.vertices[vertex as usize]);
+        let mut triangles: Vec<[Vec3; 3]> = self.triangles.iter().map(corners).collect();
+        triangles.retain(|[a, b, c]| (b - a).cross(&(c - a)).norm() > 0.0);
+        triangles
+    }
+}
+
 /// Reads a surface; `unit`: length of one unit of the file, m.
 ///
 /// # Errors

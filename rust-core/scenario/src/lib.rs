@@ -6,6 +6,7 @@
 //! scenario.toml
 //!   │
 //! sampling   operators and columns of the time series: names, units, evaluation
+//! walls      kinds of walls: keys, checks, surfaces
 //! schema     types of the scenario, JSON Schema, templates, problem reports
 //! checks     Scenario::parse and Scenario::read: structure, then meaning; all faults at once
 //! schedule   loading, samples, and stop conditions of a run; Simulation::advance
@@ -61,6 +62,7 @@ pub mod checks;
 pub mod sampling;
 pub mod schedule;
 pub mod schema;
+pub mod walls;
 
 /// The code of the README is tested.
 #[cfg(doctest)]

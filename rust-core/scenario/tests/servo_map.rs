@@ -4,6 +4,7 @@
 mod shared;
 
 use std::fmt::Write as _;
+use std::time::Instant;
 
 use concordem_contact::math::Mat3;
 use concordem_scenario::schedule::{Simulation, StopReason};
@@ -17,36 +18,92 @@ const TOLERANCE: f64 = 0.01;
 enum End {
     /// In equilibrium, at the target.
     Reached,
-    /// With a message during the run.
-    Failed,
-    /// As a warning before the run had said.
+    /// At the target; its steps were too few for equilibrium.
+    Near,
+    /// Off the target, as a warning before the run had said.
     Announced,
+    /// Off the target without a warning, or at it in words only.
+    Wrong,
+}
+
+/// What a run came to.
+struct Run {
+    end: End,
+    /// Steps that it took.
+    steps: u64,
+    /// Largest error of what its servos control, relative to the target.
+    error: f64,
+    /// What is wrong.
+    fault: String,
 }
 
 /// Runs a scenario to its end; `error`: largest error of what its servos control, relative to the target.
-fn end(text: &str, error: impl Fn(&Simulation) -> f64) -> End {
+fn run(text: &str, error: impl Fn(&Simulation) -> f64) -> Run {
     let assembly = assembled(text);
     let announced = assembly.summary.warnings.iter().any(|warning| warning.key.contains("maximum"));
     let mut run = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
-    let reason = loop {
+    let (reason, fault) = loop {
         match run.advance() {
             Ok(advance) => {
                 if let Some(reason) = advance.stopped {
-                    break reason;
+                    break (Some(reason), String::new());
                 }
             }
-            Err(_) => return End::Failed,
+            Err(error) => break (None, error.to_string()),
         }
     };
-    if reason == StopReason::Equilibrium {
-        // The stop looks at records; the forces here are those of the same step.
-        assert!(error(&run) <= TOLERANCE, "equilibrium at {} of the target: {text}", error(&run));
-        assert!(run.unmet().is_empty(), "{:?}: {text}", run.unmet());
-        return End::Reached;
+    let (error, unmet) = (error(&run), run.unmet());
+    let off = !(error <= TOLERANCE);
+    let (end, fault) = match (reason, off) {
+        (None, _) => (End::Wrong, fault),
+        (Some(StopReason::Equilibrium), true) => (End::Wrong, "in equilibrium off the target".into()),
+        (Some(StopReason::Equilibrium), false) if !unmet.is_empty() => {
+            (End::Wrong, format!("equilibrium, but {unmet:?}"))
+        }
+        (Some(StopReason::Equilibrium), false) => (End::Reached, fault),
+        (Some(_), false) => (End::Near, fault),
+        (Some(_), true) if unmet.is_empty() => (End::Wrong, "off the target, and the end does not say so".into()),
+        (Some(_), true) if !announced => (End::Wrong, "off the target, and no warning said so".into()),
+        (Some(_), true) => (End::Announced, fault),
+    };
+    Run { end, steps: run.state.clock.step, error, fault }
+}
+
+/// The runs of a map.
+struct Map {
+    name: &'static str,
+    started: Instant,
+    runs: Vec<(String, Run)>,
+}
+
+impl Map {
+    fn new(name: &'static str) -> Self {
+        Self { name, started: Instant::now(), runs: Vec::new() }
     }
-    assert!(announced, "not reached, and nothing said so: {:?}: {text}", run.unmet());
-    assert!(!run.unmet().is_empty());
-    End::Announced
+
+    fn add(&mut self, cell: String, run: Run) {
+        let Run { end, steps, error, fault } = &run;
+        let (count, seconds) = (self.runs.len() + 1, self.started.elapsed().as_secs());
+        println!(
+            "{} {count}, {seconds} s: {cell}: {end:?} after {steps} steps, off by {error:.2e}; {fault}",
+            self.name
+        );
+        self.runs.push((cell, run));
+    }
+
+    fn count(&self, end: End) -> usize {
+        self.runs.iter().filter(|(_, run)| run.end == end).count()
+    }
+
+    /// Says which runs went wrong, after all of them.
+    fn conclude(&self) {
+        let wrong: Vec<String> = (self.runs.iter().filter(|(_, run)| run.end == End::Wrong))
+            .map(|(cell, run)| format!("{cell}: off by {:.2e}: {}", run.error, run.fault))
+            .collect();
+        let counts = [End::Reached, End::Near, End::Announced, End::Wrong].map(|end| self.count(end));
+        println!("{}: reached, near, announced, wrong: {counts:?}", self.name);
+        assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), self.runs.len(), wrong.join("\n"));
+    }
 }
 
 const HEAD: &str = "version = 1
@@ -159,7 +216,7 @@ fn cells_reach_their_stress_or_say_so() {
     } else {
         &[("cpm", true), ("hertz_mindlin", false)]
     };
-    let mut ends = [0_usize; 3];
+    let mut map = Map::new("cells");
     for &(law, random) in laws {
         for &count in counts {
             for &soft in softer {
@@ -167,18 +224,15 @@ fn cells_reach_their_stress_or_say_so() {
                     for &rate in rates {
                         let sheared = law != "hertz_mindlin";
                         let text = cell(law, soft, random, count, rate, pressure, sheared);
-                        let found = end(&text, |run| error_of_cell(run, pressure, sheared));
-                        // A rate that gives less than the target in all steps is announced, and nothing else.
-                        println!("{law} {random} {count} {soft} {pressure:e} {rate:e}: {found:?}");
-                        ends[found as usize] += 1;
+                        let found = run(&text, |run| error_of_cell(run, pressure, sheared));
+                        map.add(format!("{law} {random} {count} {soft} {pressure:e} {rate:e}"), found);
                     }
                 }
             }
         }
     }
-    println!("reached, failed, announced: {ends:?}");
-    assert_eq!(ends[End::Failed as usize], 0);
-    assert!(ends[End::Reached as usize] > 2 * ends[End::Announced as usize], "{ends:?}");
+    map.conclude();
+    assert!(map.count(End::Reached) > 2 * map.count(End::Announced));
 }
 
 /// The six walls of a box reach their pressure, or the run says that they swing.
@@ -190,20 +244,19 @@ fn walls_reach_their_pressure() {
     let pressures: &[f64] = if wide { &[1e3, 1e5, 1e7] } else { &[1e3, 1e5] };
     let counts: &[usize] = if wide { &[3, 6] } else { &[3] };
     let softer: &[f64] = if wide { &[1.0, 30.0] } else { &[1.0] };
-    let mut ends = [0_usize; 3];
+    let mut map = Map::new("walls");
     for law in ["frictional", "hertz_mindlin"] {
         for &count in counts {
             for &soft in softer {
                 for &pressure in pressures {
                     for &speed in speeds {
-                        let found = end(&walls(law, soft, count, speed, pressure), error_of_walls);
-                        println!("{law} {count} {soft} {pressure:e} {speed:e}: {found:?}");
-                        ends[found as usize] += 1;
+                        let found = run(&walls(law, soft, count, speed, pressure), error_of_walls);
+                        map.add(format!("{law} {count} {soft} {pressure:e} {speed:e}"), found);
                     }
                 }
             }
         }
     }
-    println!("reached, failed, announced: {ends:?}");
-    assert_eq!(ends[End::Failed as usize] + ends[End::Announced as usize], 0);
+    map.conclude();
+    assert_eq!(map.count(End::Announced), 0);
 }

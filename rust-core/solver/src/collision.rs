@@ -15,7 +15,7 @@ use crate::Model;
 use crate::evaluation::BegunContact;
 use crate::integrate::Damping;
 use crate::state::contacts::{ContactFlags, Contacts};
-use crate::state::{Particles, State, WallShape};
+use crate::state::{Particles, State};
 use crate::time_step::{damping_ratio, limit};
 use crate::walls::element_table;
 
@@ -309,21 +309,7 @@ fn height(state: &State, along: &Vec3) -> f64 {
         take(position.dot(along));
     }
     for wall in &state.walls {
-        match &wall.shape {
-            WallShape::Plane { point, normal } if normal.dot(along).abs() > 0.5 => {
-                take((point + wall.displacement).dot(along));
-            }
-            WallShape::Finite(shape) => {
-                let (center, half) = ((shape.center() + wall.displacement).dot(along), shape.half_extent(along));
-                take(center - half);
-                take(center + half);
-            }
-            WallShape::Facets { triangles } => {
-                triangles.iter().flatten().for_each(|corner| take((corner + wall.displacement).dot(along)));
-            }
-            WallShape::Mesh(mesh) => mesh.position.iter().for_each(|vertex| take(vertex.dot(along))),
-            WallShape::Plane { .. } | WallShape::Cylinder { .. } => {}
-        }
+        wall.span(along).into_iter().flatten().for_each(&mut take);
     }
     (bounds.1 - bounds.0).max(0.0)
 }

@@ -16,6 +16,7 @@ use concordem_solver::fracture::virial::mean_stress;
 use concordem_solver::integrate::{Damping, KickSums};
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
+use concordem_solver::state::surface::{Facets, Plane};
 use concordem_solver::state::{Cell, Clump, Constraint, Deformation, Particles, Sphere, State, Wall, WallShape};
 use concordem_solver::{Excluded, Model, PairCoefficients, Solver, SolverError, StepReport, time_step};
 
@@ -203,7 +204,7 @@ fn tiles_do_not_matter() {
 /// The step of a sphere at a wall has the frequency `√(k/m)`; a body with small moments of inertia that of the moments.
 #[test]
 fn walls_and_light_bodies_bound_the_step() {
-    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let plane = wall(WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() }));
     let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.5]]), vec![plane], 0.0);
     Solver::new(model, &mut state).unwrap();
     let bounds = time_step::bounds(&state);
@@ -223,7 +224,8 @@ fn walls_and_light_bodies_bound_the_step() {
 fn a_ridge_acts_once() {
     let [low, high] = [Vec3::new(0.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
     let triangles = vec![[low, high, Vec3::new(-1.0, 0.0, -1.0)], [high, low, Vec3::new(1.0, 0.0, -1.0)]];
-    let (mut state, model) = with_walls(spheres(&[[0.0, 0.1, 0.45]]), vec![wall(WallShape::Facets { triangles })], 0.0);
+    let (mut state, model) =
+        with_walls(spheres(&[[0.0, 0.1, 0.45]]), vec![wall(WallShape::rigid(Facets { triangles }))], 0.0);
     let mut solver = Solver::new(model, &mut state).unwrap();
     let report = solver.step(&mut state).unwrap();
     assert_eq!(report.active[2], 1);
@@ -236,8 +238,8 @@ fn a_ridge_acts_once() {
 fn contacts_open_above_the_next_triangle() {
     let corner = |x: f64, y: f64| Vec3::new(x, y, 0.0);
     let [a, b, c, d] = [corner(-4.0, -4.0), corner(4.0, -4.0), corner(4.0, 4.0), corner(-4.0, 4.0)];
-    let plane = WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() };
-    let floor = WallShape::Facets { triangles: vec![[a, b, c], [a, c, d]] };
+    let plane = WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let floor = WallShape::rigid(Facets { triangles: vec![[a, b, c], [a, c, d]] });
     let [on_plane, on_floor] = [plane, floor].map(|shape| {
         let (mut state, model) = with_walls(spheres(&[[0.1, 0.0, 0.499]]), vec![wall(shape)], 0.0);
         state.particles.velocity[0] = Vec3::new(-100.0, 100.0, 3.0);
@@ -257,7 +259,7 @@ fn contacts_open_above_the_next_triangle() {
 fn contacts_begin_with_a_rate() {
     // c = 2ξ√(mk), with the reduced mass between particles.
     let viscosity = |mass: f64| 2.0 * 0.1 * (mass * 100.0_f64).sqrt();
-    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let plane = wall(WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() }));
     let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.4995]]), vec![plane], 0.1);
     state.particles.velocity[0].z = -1.0;
     let mut solver = Solver::new(model, &mut state).unwrap();
@@ -343,7 +345,7 @@ fn virial_across(axis: usize, along: f64) -> Symmetric {
 /// the gap. Some roundings of numbers of order 1.
 #[test]
 fn walls_touch_deformed_particles() {
-    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let plane = wall(WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() }));
     for (widening, force) in [(0.01, 100.0 * 0.004), (0.005, 0.0)] {
         let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.506]]), vec![plane.clone()], 0.0);
         let virial = virial_across(2, widening);
@@ -461,7 +463,7 @@ fn fast_contacts_end_the_run_when_they_begin() {
 /// before, begins when they touch. The skin is 0.1 m.
 #[test]
 fn wall_and_particle_share_the_skin() {
-    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let plane = wall(WallShape::rigid(Plane { point: Vec3::zeros(), normal: Vec3::z() }));
     let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.62]]), vec![plane], 0.0);
     state.particles.constraint[0] = Constraint::ALL;
     state.particles.velocity[0].z = -1.0;

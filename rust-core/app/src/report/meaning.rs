@@ -37,7 +37,8 @@ pub(super) type Named = (&'static str, &'static str);
 impl Meaning {
     /// The meaning of the curve of a scenario.
     pub(super) fn of(scenario: &Scenario) -> Self {
-        let is_enclosed = !scenario.membranes.is_empty() || scenario.walls.iter().any(|wall| wall.shape.encloses());
+        let is_enclosed =
+            !scenario.membranes.is_empty() || scenario.walls.iter().any(|wall| wall.shape.kind().encloses());
         match &scenario.loading {
             Loading::Platens { area: Some(CrossSection::Splitting), .. } => Self::Splitting,
             Loading::Uniaxial { .. } | Loading::Platens { .. } if is_enclosed => Self::Enclosed,

@@ -7,6 +7,7 @@ use concordem_contact::math::Vec3;
 use concordem_solver::integrate::Damping;
 use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
 use concordem_solver::state::particles::Sphere;
+use concordem_solver::state::surface::{Cylinder, Facets, Plane};
 use concordem_solver::state::{Particles, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
@@ -61,18 +62,18 @@ impl Vessel {
             Shape::Box { low, high } => (0..3)
                 .flat_map(|k| {
                     let normal = Vec3::ith(k, 1.0);
-                    [WallShape::Plane { point: *low, normal }, WallShape::Plane { point: *high, normal: -normal }]
+                    [Plane { point: *low, normal }, Plane { point: *high, normal: -normal }].map(WallShape::rigid)
                 })
                 .collect(),
             Shape::Cylinder { base, top, radius } => {
                 let axis = (top - base).normalize();
                 vec![
-                    WallShape::Cylinder { point: *base, axis, radius: *radius, inside: true },
-                    WallShape::Plane { point: *base, normal: axis },
-                    WallShape::Plane { point: *top, normal: -axis },
+                    WallShape::rigid(Cylinder { point: *base, axis, radius: *radius, inside: true }),
+                    WallShape::rigid(Plane { point: *base, normal: axis }),
+                    WallShape::rigid(Plane { point: *top, normal: -axis }),
                 ]
             }
-            Shape::Mesh(mesh) => vec![WallShape::Facets { triangles: mesh.corners_of_triangles() }],
+            Shape::Mesh(mesh) => vec![WallShape::rigid(Facets { triangles: mesh.corners_of_triangles() })],
             Shape::Hyperboloid { .. } | Shape::Sphere { .. } => {
                 let reason = "the cooker fills boxes, cylinders, and closed meshes; make a mesh of this shape";
                 return Err(PackingError::BadShape { reason: reason.to_owned() });

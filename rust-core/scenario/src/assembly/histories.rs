@@ -50,7 +50,7 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
     }
     let mut first = 0;
     for wall in &scenario.walls {
-        let faces = wall.shape.faces();
+        let faces = wall.shape.kind().faces().len();
         if let Some(history) = wall.history.as_deref().and_then(|name| history(scenario, name))
             && wall.servo.is_none()
         {
@@ -64,7 +64,7 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
         if let Some(rotation) = &wall.rotation
             && let Some(history) = rotation.history.as_deref().and_then(|name| history(scenario, name))
         {
-            let angular_velocity = wall.shape.axis() * rotation.angular_velocity.si();
+            let angular_velocity = wall.shape.kind().axis().unwrap_or_default() * rotation.angular_velocity.si();
             histories.turning.push(TimedTurning { history, wall: first, angular_velocity });
         }
         first += faces;

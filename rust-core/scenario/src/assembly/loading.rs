@@ -11,6 +11,7 @@ use crate::schema::quantity::{Component, CrossSection, Length, StrainRate, Veloc
 use crate::schema::{self, Axis, End, Lateral, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::smallest_section;
+use concordem_solver::state::surface::Plane;
 use concordem_solver::state::{Constraint, Particles, State, Wall, WallShape};
 
 /// Builds the loading of a scenario whose bonds have this interaction ratio.
@@ -160,7 +161,8 @@ impl Builder<'_> {
             let mut point = Vec3::zeros();
             point[axis] = at;
             let velocity = normal * speed;
-            self.state.walls.push(Wall::new(name, WallShape::Plane { point, normal }, material, velocity));
+            let shape = WallShape::rigid(Plane { point, normal });
+            self.state.walls.push(Wall::new(name, shape, material, velocity));
         }
         let gauge = Gauge::new(self.state, axis, low, high);
         Ok(Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, sign, gauge })

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 
 use super::{AssemblyError, material_index, unfit};
 use crate::checks::{OVERLAP_BONDED, OVERLAP_DEEP, OVERLAP_UNBONDED, length};
-use crate::schema::{Packing, Problem, Scenario};
+use crate::schema::{self, Packing, Problem, Scenario};
 use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::contacts::Pair;
-use concordem_solver::state::{Cell, State, Wall, WallShape as Shape};
+use concordem_solver::state::{Cell, State, Wall};
 
 /// Refuses particles inside or behind walls.
 ///
@@ -64,6 +64,7 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
     let deepest = deepest.into_iter().map(|(p, (depth, w))| (depth, w, p)).reduce(|a, b| if b.0 > a.0 { b } else { a });
     let Some((depth, w, p)) = deepest else { return Ok(()) };
     let place = particles.position[p];
+    let remedy = wall_of(scenario, w).map_or("move the wall or the particle", |(_, wall)| wall.shape.kind().remedy());
     let others = if count > 1 { format!("; {count} particles overlap walls") } else { String::new() };
     let message = format!(
         "particle {} at ({:.6e}, {:.6e}, {:.6e}) m lies {} deep in the wall \"{}\" before the first step{others}; {}",
@@ -73,18 +74,9 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
         place.z,
         length(depth * particles.radius[p]),
         state.walls[w].name,
-        remedy(&state.walls[w].shape)
+        remedy
     );
     Err(unfit(&key_of_wall(scenario, w), message))
-}
-
-fn remedy(shape: &Shape) -> &'static str {
-    match shape {
-        Shape::Plane { .. } | Shape::Facets { .. } | Shape::Mesh(_) => {
-            "move the wall or the particle, or turn the normal of the wall toward the particles"
-        }
-        Shape::Cylinder { .. } | Shape::Finite(_) => "move the wall or the particle",
-    }
 }
 
 /// Distance from `x` (m) to an element of a wall, m; negative behind it. In a periodic cell planes have two sides.
@@ -93,16 +85,18 @@ fn distance(wall: &Wall, element: usize, x: &Vec3, cell: Option<&Cell>) -> f64 {
     found.map_or_else(|| wall.distance(element, x), |found| found.distance)
 }
 
-/// Key of the wall with this number in the state; a box has six.
-pub(super) fn key_of_wall(scenario: &Scenario, number: usize) -> String {
+/// The `[[wall]]` of the wall with this number in the state (a box has six), with its index; `None` for walls of the loading.
+fn wall_of(scenario: &Scenario, number: usize) -> Option<(usize, &schema::Wall)> {
     let mut first = 0;
-    for (at, wall) in scenario.walls.iter().enumerate() {
-        first += wall.shape.faces();
-        if number < first {
-            return format!("wall[{at}].shape");
-        }
-    }
-    "loading".to_owned()
+    scenario.walls.iter().enumerate().find(|(_, wall)| {
+        first += wall.shape.kind().faces().len();
+        number < first
+    })
+}
+
+/// Key of the wall with this number in the state.
+pub(super) fn key_of_wall(scenario: &Scenario, number: usize) -> String {
+    wall_of(scenario, number).map_or_else(|| "loading".to_owned(), |(at, _)| format!("wall[{at}].shape"))
 }
 
 /// Pairs of materials that pass through each other, as indices.

@@ -3,9 +3,10 @@
 
 use crate::checks::length;
 use crate::schema::quantity::vector;
-use crate::schema::{Problem, SampleRegion, Scenario, WallShape};
+use crate::schema::{Problem, SampleRegion, Scenario};
+use crate::walls::WallKind;
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{State, WallShape as Surface};
+use concordem_solver::state::{State, Surface};
 
 /// A region is doubtful if it is larger than the body by this factor.
 const REGION: f64 = 10.0;
@@ -91,15 +92,14 @@ fn regions(scenario: &Scenario, body: &Body, planar: bool) -> Vec<Problem> {
 }
 
 /// Largest edge of a wall, m, and the factor from which on it is doubtful; `None` for unbounded walls.
-fn size_of(shape: &WallShape, surface: &Surface) -> Option<(f64, f64)> {
-    let corners: Vec<Vec3> = match surface {
-        Surface::Facets { triangles } => triangles.iter().flatten().copied().collect(),
-        Surface::Mesh(mesh) => mesh.position.clone(),
-        _ => return shape.width().map(|width| (width, WALL)),
-    };
-    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
-    let (low, high) = corners.iter().fold(start, |(low, high), x| (low.inf(x), high.sup(x)));
-    Some(((high - low).max(), FILE))
+fn size_of(kind: &dyn WallKind, surface: &dyn Surface) -> Option<(f64, f64)> {
+    if let Some(width) = kind.width() {
+        return Some((width, WALL));
+    }
+    let edge = |axis: Vec3| surface.span(&axis).map(|[low, high]| high - low);
+    let edges = [edge(Vec3::x())?, edge(Vec3::y())?, edge(Vec3::z())?];
+    let of_triangles = kind.is_mesh() || kind.file().is_some();
+    Some((edges.into_iter().fold(0.0, f64::max), if of_triangles { FILE } else { WALL }))
 }
 
 fn walls(scenario: &Scenario, state: &State, body: &Body) -> Vec<Problem> {
@@ -107,25 +107,24 @@ fn walls(scenario: &Scenario, state: &State, body: &Body) -> Vec<Problem> {
     let smallest = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
     let mut first = 0;
     for (at, wall) in scenario.walls.iter().enumerate() {
-        let surface = &state.walls[first].shape;
-        first += wall.shape.faces();
+        let (kind, made) = (wall.shape.kind(), &state.walls[first]);
+        first += kind.faces().len();
         let key = format!("wall[{at}].shape");
-        let help = if wall.shape.file().is_some() {
+        let help = if kind.file().is_some() {
             "check the unit: if the numbers of the file are millimeters, write unit = \"1 mm\" in the shape"
         } else {
             "check the unit: plain numbers are meters"
         };
-        if let WallShape::Plane { point, normal } = &wall.shape {
-            let normal = vector(normal).normalize();
-            let away = (0.5 * (body.low + body.high) - vector(point)).dot(&normal).abs();
+        if let Some(place) = kind.unbounded() {
+            let away = made.distance(0, &(0.5 * (body.low + body.high))).abs();
             if away > WALL * body.size {
                 let message =
-                    format!("the plane is {} away from the body, which is {} wide", length(away), length(body.size));
-                warnings.push(scenario.warning(&format!("{key}.point"), message, help));
+                    format!("the wall is {} away from the body, which is {} wide", length(away), length(body.size));
+                warnings.push(scenario.warning(&format!("{key}.{place}"), message, help));
             }
             continue;
         }
-        let Some((size, factor)) = size_of(&wall.shape, surface) else { continue };
+        let Some((size, factor)) = size_of(kind, made.shape.surface()) else { continue };
         if size > factor * body.size || size < smallest / REGION {
             let message = format!("the wall is {} wide, but the body {}", length(size), length(body.size));
             warnings.push(scenario.warning(&key, message, help));

@@ -129,7 +129,7 @@ fn axis_point(scenario: &Scenario, name: &str) -> Option<Vec3> {
     let names = |number: usize, wall: &schema::Wall| wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
     let (_, wall) = scenario.walls.iter().enumerate().find(|(number, wall)| names(*number, wall) == name)?;
     let of_rotation = wall.rotation.as_ref().and_then(|rotation| rotation.point.as_ref());
-    of_rotation.map(vector).or_else(|| wall.shape.axis_point())
+    of_rotation.map(vector).or_else(|| wall.shape.kind().point())
 }
 
 /// Particles of a set, by index.

@@ -20,7 +20,7 @@ pub(super) struct Named<'a> {
 }
 
 impl Named<'_> {
-    fn fail(&self, problem: &dyn ToString) -> AssemblyError {
+    pub(super) fn fail(&self, problem: &dyn ToString) -> AssemblyError {
         unfit(self.key, format!("{}: {}", self.folder.join(self.path).display(), problem.to_string()))
     }
 
@@ -39,12 +39,9 @@ impl Named<'_> {
         Mesh::new(vertices, triangles).map_err(|error| self.fail(&error))
     }
 
-    /// Reads the corners of all triangles that have an area. Others have no surface; their edges belong to their neighbors.
+    /// Reads the corners of all triangles that have an area.
     pub(super) fn triangles(&self) -> Result<Vec<[Vec3; 3]>, AssemblyError> {
-        let Surface { vertices, triangles } = self.read()?;
-        let mut triangles: Vec<[Vec3; 3]> =
-            triangles.iter().map(|corners| corners.map(|vertex| vertices[vertex as usize])).collect();
-        triangles.retain(|[a, b, c]| (b - a).cross(&(c - a)).norm() > 0.0);
+        let triangles = self.read()?.triangles_with_area();
         if triangles.is_empty() {
             return Err(self.fail(&"none of its triangles has an area"));
         }

@@ -9,27 +9,25 @@ use super::time_step::Step;
 use super::{AssemblyError, material_index, opening, unfit};
 use crate::schedule::{Aim, Gain, Servo, Target};
 use crate::schema::quantity::vector;
-use crate::schema::{self, Quantity, Scenario, Side};
+use crate::schema::{self, Quantity, Scenario};
+use crate::walls::{self, NamedFile};
 use concordem_contact::math::Vec3;
-use concordem_packing::Surface;
-use concordem_solver::state::{FiniteShape, Mesh, State, Turning, Wall, WallShape};
+use concordem_solver::state::{Mesh, State, Turning, Wall, WallShape};
 
 /// Adds the walls of `[[wall]]`.
 pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Result<(), AssemblyError> {
     for (number, wall) in scenario.walls.iter().enumerate() {
-        let name = wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
         // The fastest motion bounds the time step; `histories::build` sets that of the first step.
         let velocity = |face: usize| match &wall.servo {
             None => vector(&wall.velocity) * largest(scenario, wall.history.as_deref()),
             Some(servo) => pushing(servo, &wall.shape, face) * servo.maximum_speed.si(),
         };
         let material = material_index(scenario, &wall.material);
-        if wall.shape.is_mesh() {
-            let mesh = mesh(scenario, number, wall, folder)?;
-            state.walls.push(Wall::new(name, WallShape::Mesh(mesh), material, Vec3::zeros()));
-            continue;
-        }
-        for (face, (name, shape)) in shapes(name, number, &wall.shape, folder)?.into_iter().enumerate() {
+        let names = wall.names(number).into_iter();
+        for (face, (name, mut shape)) in names.zip(surfaces(number, &wall.shape, folder)?).enumerate() {
+            if let WallShape::Mesh(mesh) = &mut shape {
+                start(scenario, number, wall, mesh)?;
+            }
             let mut made = Wall::new(name, shape, material, velocity(face));
             made.turning = wall.rotation.as_ref().map(|rotation| turning(scenario, rotation, &wall.shape));
             state.walls.push(made);
@@ -56,17 +54,17 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
 }
 
 /// Rotation of a wall before the first step, with the fastest angular velocity of the run unless a history changes it.
-fn turning(scenario: &Scenario, rotation: &schema::WallRotation, shape: &schema::WallShape) -> Turning {
+fn turning(scenario: &Scenario, rotation: &schema::WallRotation, shape: &walls::WallShape) -> Turning {
     let factor = largest(scenario, rotation.history.as_deref());
-    let angular_velocity = shape.axis() * (rotation.angular_velocity.si() * factor);
-    let center = rotation.point.as_ref().map_or_else(|| shape.axis_point().unwrap_or_default(), vector);
+    let angular_velocity = shape.kind().axis().unwrap_or_default() * (rotation.angular_velocity.si() * factor);
+    let center = rotation.point.as_ref().map_or_else(|| shape.kind().point().unwrap_or_default(), vector);
     Turning { center, angular_velocity, previous: angular_velocity }
 }
 
 /// Direction in which a servo pushes, of length 1; `face`: index of the face of a box.
-fn pushing(servo: &schema::Servo, shape: &schema::WallShape, face: usize) -> Vec3 {
+fn pushing(servo: &schema::Servo, shape: &walls::WallShape, face: usize) -> Vec3 {
     let given = || servo.direction.as_ref().map(vector).unwrap_or_default();
-    shape.normal(face).unwrap_or_else(given).normalize()
+    shape.kind().normal(face).unwrap_or_else(given).normalize()
 }
 
 /// The servos of the walls, which are at rest before the first step.
@@ -76,7 +74,7 @@ pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Res
     let mut servos = Vec::new();
     let mut first = 0;
     for wall in &scenario.walls {
-        let faces = wall.shape.faces();
+        let faces = wall.shape.kind().faces().len();
         if let Some(servo) = &wall.servo {
             // In two dimensions particles do not touch the faces of z.
             for face in 0..if planar { faces.min(4) } else { faces } {
@@ -126,86 +124,32 @@ fn aim(
     Ok(Aim::Force { target, gain: Gain::default() })
 }
 
-/// Names and surfaces of wall `number`; a box has six.
-fn shapes(
-    name: String,
-    number: usize,
-    shape: &schema::WallShape,
-    folder: &Path,
-) -> Result<Vec<(String, WallShape)>, AssemblyError> {
-    Ok(match shape {
-        schema::WallShape::Plane { point, normal } => {
-            let normal = vector(normal);
-            vec![(name, WallShape::Plane { point: vector(point), normal: normal / normal.norm() })]
-        }
-        schema::WallShape::Box { minimum, maximum } => {
-            let (low, high) = (vector(minimum), vector(maximum));
-            let mut faces = Vec::with_capacity(6);
-            for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
-                let mut normal = Vec3::zeros();
-                normal[axis] = 1.0;
-                faces.push((format!("{name} {label} minimum"), WallShape::Plane { point: low, normal }));
-                faces.push((format!("{name} {label} maximum"), WallShape::Plane { point: high, normal: -normal }));
-            }
-            faces
-        }
-        schema::WallShape::Cylinder { center, radius, side, length, .. } => {
-            let (center, axis, radius) = (vector(center), shape.axis(), radius.si());
-            let inside = *side == Side::Inside;
-            let half_length = length.map(|length| 0.5 * length.si());
-            let shape = match (half_length, inside) {
-                (None, _) => WallShape::Cylinder { point: center, axis, radius, inside },
-                (Some(half_length), false) => WallShape::Finite(FiniteShape::Rod { center, axis, radius, half_length }),
-                (Some(half_length), true) => WallShape::Finite(FiniteShape::Tube { center, axis, radius, half_length }),
-            };
-            vec![(name, shape)]
-        }
-        schema::WallShape::Plate { center, edges, radius, .. } => {
-            let center = vector(center);
-            let shape = if let Some(edges) = edges {
-                let half_edges = edges.each_ref().map(|edge| 0.5 * vector(edge));
-                let normal = half_edges[0].cross(&half_edges[1]).normalize();
-                FiniteShape::Rectangle { center, normal, half_edges }
-            } else {
-                FiniteShape::Disc { center, normal: shape.axis(), radius: radius.map_or(0.0, Quantity::si) }
-            };
-            vec![(name, WallShape::Finite(shape))]
-        }
-        schema::WallShape::Facets { path, unit } => {
-            let key = format!("wall[{number}].shape.path");
-            let triangles = Named { folder, path, unit: unit.si(), key: &key }.triangles()?;
-            vec![(name, WallShape::Facets { triangles })]
-        }
-        // Has a motion of its own; see `mesh`.
-        schema::WallShape::Mesh { .. } => Vec::new(),
+/// Surfaces of wall `number`; a box has six.
+fn surfaces(number: usize, shape: &walls::WallShape, folder: &Path) -> Result<Vec<WallShape>, AssemblyError> {
+    let key = format!("wall[{number}].shape");
+    let path = format!("{key}.path");
+    let named =
+        shape.kind().file().map(|NamedFile { path: file, unit }| Named { folder, path: file, unit, key: &path });
+    let read = named.as_ref().map(Named::read).transpose()?;
+    shape.kind().surfaces(read).map_err(|(part, message)| match (part, named) {
+        ("path", Some(named)) => named.fail(&message),
+        ("", _) => unfit(&key, message),
+        (part, _) => unfit(&format!("{key}.{part}"), message),
     })
 }
 
 /// Sine of the largest angle between a triangle and the direction across the plane in two dimensions; vertices of files have 32 bits.
 const UPRIGHT: f64 = 1e-6;
 
-/// The mesh of wall `number`. Its vertices have the largest velocity of their motion, which bounds the time step; `histories::build`
-/// sets those of the first step.
-fn mesh(scenario: &Scenario, number: usize, wall: &schema::Wall, folder: &Path) -> Result<Mesh, AssemblyError> {
-    let key = format!("wall[{number}].shape");
-    let schema::WallShape::Mesh { path, unit, vertices, triangles } = &wall.shape else { return Err(no_mesh(&key)) };
-    let (vertices, triangles) = match (path, vertices, triangles) {
-        (Some(path), ..) => {
-            let key = format!("{key}.path");
-            let Surface { vertices, triangles } =
-                Named { folder, path, unit: unit.map_or(1.0, Quantity::si), key: &key }.read()?;
-            (vertices, triangles)
-        }
-        (None, Some(vertices), Some(triangles)) => (vertices.iter().map(vector).collect(), triangles.clone()),
-        _ => return Err(no_mesh(&key)),
-    };
-    let mut mesh = Mesh::new(vertices, triangles).map_err(|error| unfit(&key, error.to_string()))?;
+/// Checks the mesh of wall `number`, and gives its vertices the largest velocity of their motion, which bounds the time step;
+/// `histories::build` sets those of the first step.
+fn start(scenario: &Scenario, number: usize, wall: &schema::Wall, mesh: &mut Mesh) -> Result<(), AssemblyError> {
     if scenario.dimension == 2
         && let Some(leaning) = (0..mesh.triangles().len()).find(|&t| mesh.normal(t).z.abs() > UPRIGHT)
     {
         let message =
             format!("triangle {leaning} is not perpendicular to the plane z = 0; in two dimensions all must be");
-        return Err(unfit(&key, message));
+        return Err(unfit(&format!("wall[{number}].shape"), message));
     }
     if let Some(motion) = super::motions::mesh_motion(scenario, wall, &mesh.position, 0) {
         if motion.single.len() != mesh.position.len() && !motion.single.is_empty() {
@@ -216,9 +160,5 @@ fn mesh(scenario: &Scenario, number: usize, wall: &schema::Wall, folder: &Path) 
             mesh.velocity[k] = Vec3::x() * motion.fastest(k);
         }
     }
-    Ok(mesh)
-}
-
-fn no_mesh(key: &str) -> AssemblyError {
-    unfit(key, "give `path`, or both `vertices` and `triangles`".to_owned())
+    Ok(())
 }

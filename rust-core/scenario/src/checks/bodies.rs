@@ -62,7 +62,7 @@ impl Checker<'_> {
     /// Checks that a wall is a mesh without a motion.
     fn mesh_of_slave(&mut self, key: &str, name: &str) {
         let scenario = self.scenario;
-        let meshes = scenario.walls.iter().filter(|wall| wall.shape.is_mesh());
+        let meshes = scenario.walls.iter().filter(|wall| wall.shape.kind().is_mesh());
         let names: Vec<&str> = meshes.clone().filter_map(|wall| wall.name.as_deref()).collect();
         self.known(key, "wall", name, &names);
         if meshes.clone().any(|wall| wall.name.as_deref() == Some(name) && wall.motion.is_some()) {

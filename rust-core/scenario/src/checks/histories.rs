@@ -33,7 +33,7 @@ impl Checker<'_> {
             self.prescribed_history(at, prescribe);
         }
         for (at, wall) in scenario.walls.iter().enumerate() {
-            let mesh = wall.shape.is_mesh();
+            let mesh = wall.shape.kind().is_mesh();
             if wall.history.is_some() && !mesh && wall.servo.is_none() && wall.velocity.iter().all(|v| v.si() == 0.0) {
                 let help = "give the `velocity` that the history multiplies, or remove `history`";
                 self.conflict(&format!("wall[{at}].history"), "multiplies a velocity of zero", help);

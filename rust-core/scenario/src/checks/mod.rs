@@ -26,7 +26,7 @@ mod structure;
 mod unused;
 mod walls;
 
-use crate::schema::quantity::{Dimension, Length};
+use crate::schema::quantity::{Dimension, Length, corner_faults};
 use crate::schema::{Document, Problem, ProblemKind, Quantity, Scenario};
 use concordem_contact::law::{Fault, FaultKind};
 use structure::wording::{listing, nearest};
@@ -148,12 +148,8 @@ impl Checker<'_> {
 
     /// Checks that `minimum` and `maximum` span a box.
     fn corners(&mut self, path: &str, minimum: &[Length; 3], maximum: &[Length; 3]) {
-        for at in 0..3 {
-            if minimum[at].si() >= maximum[at].si() {
-                let axis = ["x", "y", "z"][at];
-                let message = format!("must be less than `maximum` along {axis}");
-                self.conflict(&format!("{path}.minimum[{at}]"), message, "swap the two");
-            }
+        for fault in corner_faults(minimum, maximum) {
+            self.fault(path, fault);
         }
     }
 }

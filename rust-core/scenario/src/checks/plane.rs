@@ -3,8 +3,7 @@
 use super::{Checker, components};
 use crate::schema::quantity::{Component, Length};
 use crate::schema::{Axis, LawName, Loading, Packing, VelocityField};
-
-pub(super) const HELP: &str = "with dimension = 2 all motion is in the plane z = 0, and all rotation is about z";
+use crate::walls::IN_TWO_DIMENSIONS as HELP;
 
 /// A vector of the scenario: key, value, and whether it is a rotation or a moment.
 type Entry = (String, [f64; 3], bool);

@@ -1,12 +1,8 @@
-//! Checks of walls: their shapes, also in two dimensions, motions, rotations, and servos.
+//! Checks of walls: their motions, rotations, and servos. The file of a kind of wall has the checks of its shape.
 
 use super::Checker;
-use super::plane::HELP;
-use crate::schema::quantity::{Length, Number, vector};
-use crate::schema::{Axis, MeshMotion, Servo, Wall, WallRotation, WallShape};
-
-/// Largest cosine of the angle between the edges of a rectangle.
-const PERPENDICULAR: f64 = 1e-9;
+use crate::schema::quantity::{Length, vector};
+use crate::schema::{MeshMotion, Servo, Wall, WallRotation};
 
 impl Checker<'_> {
     pub(super) fn walls(&mut self) {
@@ -18,20 +14,12 @@ impl Checker<'_> {
         self.names_of_walls();
         for (at, wall) in self.scenario.walls.iter().enumerate() {
             self.known_material(&format!("wall[{at}].material"), &wall.material);
-            let path = format!("wall[{at}].shape");
-            match &wall.shape {
-                WallShape::Plane { normal, .. } if vector(normal).norm() == 0.0 => {
-                    let help = "it points from the wall to the particles: normal = [0, 0, 1] for a floor";
-                    self.range(&format!("{path}.normal"), "must not be zero", help);
-                }
-                WallShape::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
-                WallShape::Plate { edges, normal, radius, .. } => self.plate(&path, *edges, *normal, *radius),
-                _ => {}
+            let kind = wall.shape.kind();
+            for fault in kind.faults() {
+                self.fault(&format!("wall[{at}].shape"), fault);
             }
-            if let WallShape::Mesh { path, unit, vertices, triangles } = &wall.shape {
-                let key = format!("wall[{at}].shape");
-                self.mesh(&key, path.is_some(), unit.is_some(), vertices.as_deref(), triangles.as_deref());
-                self.moved_mesh(&format!("wall[{at}]"), wall, vertices.as_deref().map(<[_]>::len));
+            if kind.is_mesh() {
+                self.moved_mesh(&format!("wall[{at}]"), wall, kind.vertices());
                 continue;
             }
             if wall.motion.is_some() {
@@ -66,72 +54,6 @@ impl Checker<'_> {
                 self.conflict(&key, message, "give each [[wall]] its own `name`");
             }
             taken.extend(names.into_iter().map(|name| (name, format!("wall[{at}]"))));
-        }
-    }
-
-    /// A plate is a rectangle with edges, or a disc with a normal and a radius.
-    fn plate(
-        &mut self,
-        key: &str,
-        edges: Option<[[Length; 3]; 2]>,
-        normal: Option<[Number; 3]>,
-        radius: Option<Length>,
-    ) {
-        let of_disc = [("normal", normal.is_some()), ("radius", radius.is_some())];
-        let help = "give `edges` of a rectangle, or `normal` and `radius` of a disc";
-        if let Some(edges) = edges {
-            for (name, _) in of_disc.into_iter().filter(|(_, given)| *given) {
-                self.conflict(&format!("{key}.{name}"), "the plate is a rectangle with `edges`", help);
-            }
-            let [a, b] = edges.each_ref().map(vector);
-            if a.norm() == 0.0 || b.norm() == 0.0 {
-                self.range(&format!("{key}.edges"), "an edge is zero", "give two vectors, each as long as the edge");
-            } else if a.dot(&b).abs() > PERPENDICULAR * a.norm() * b.norm() {
-                let help = "the edges of a rectangle are perpendicular; for another outline use \"facets\"";
-                let angle = (a.dot(&b) / (a.norm() * b.norm())).acos().to_degrees();
-                let message = format!("are not perpendicular to each other: they meet at {angle:.9} degrees");
-                self.range(&format!("{key}.edges"), message, help);
-            }
-            return;
-        }
-        match of_disc.map(|(_, given)| given) {
-            [false, false] => self.missing(key, "the plate has no outline", help),
-            [true, false] => self.missing(key, "the disc has no `radius`", help),
-            [false, true] => self.missing(key, "the disc has no `normal`", help),
-            [true, true] => {}
-        }
-        if normal.as_ref().is_some_and(|normal| vector(normal).norm() == 0.0) {
-            self.range(
-                &format!("{key}.normal"),
-                "must not be zero",
-                "give a direction across the disc: normal = [0, 0, 1]",
-            );
-        }
-    }
-
-    /// A mesh is read, or given by its vertices and triangles. Its geometry is checked when it is built.
-    fn mesh(
-        &mut self,
-        key: &str,
-        path: bool,
-        unit: bool,
-        vertices: Option<&[[Length; 3]]>,
-        triangles: Option<&[[u32; 3]]>,
-    ) {
-        match (path, vertices.is_some(), triangles.is_some()) {
-            (true, false, false) | (false, true, true) => {}
-            (true, ..) => {
-                let name = if vertices.is_some() { "vertices" } else { "triangles" };
-                let help = "keep `path`, or `vertices` and `triangles`";
-                self.conflict(&format!("{key}.{name}"), "the mesh is read from `path`, too", help);
-            }
-            (false, ..) => {
-                let help = "give `path`, or both `vertices` and `triangles`";
-                self.missing(key, "the mesh has neither a file nor vertices with triangles", help);
-            }
-        }
-        if unit && !path {
-            self.conflict(&format!("{key}.unit"), "is the unit of a file, but there is none", "remove `unit`");
         }
     }
 
@@ -177,23 +99,16 @@ impl Checker<'_> {
     }
 
     fn wall_rotation(&mut self, key: &str, wall: &Wall, rotation: &WallRotation) {
-        match &wall.shape {
-            WallShape::Plane { .. } if self.scenario.dimension == 2 => {
-                let help = "remove `rotation`, or use a cylinder, which turns about z";
-                self.conflict(key, "a plane that turns about its normal leaves two dimensions", help);
-            }
-            // Meshes are checked apart.
-            WallShape::Plane { .. } | WallShape::Mesh { .. } => {}
-            WallShape::Cylinder { .. } | WallShape::Plate { edges: None, .. } => {
-                if rotation.point.is_some() {
-                    let help = "remove `point`; its axis is that of the shape";
-                    self.conflict(&format!("{key}.point"), "a wall of this shape turns about its own axis", help);
-                }
-            }
-            WallShape::Box { .. } | WallShape::Plate { .. } | WallShape::Facets { .. } => {
-                let help = "remove `rotation`, or use a \"plane\", a \"cylinder\", or a \"plate\" with a `radius`";
-                self.conflict(key, "a wall of this shape does not stay in its place when it turns", help);
-            }
+        let kind = wall.shape.kind();
+        if !kind.can_turn() {
+            let help = "remove `rotation`, or use a \"plane\", a \"cylinder\", or a \"plate\" with a `radius`";
+            self.conflict(key, "a wall of this shape does not stay in its place when it turns", help);
+        } else if self.scenario.dimension == 2 && !kind.can_turn_in_plane() {
+            let help = "remove `rotation`, or use a cylinder, which turns about z";
+            self.conflict(key, "a plane that turns about its normal leaves two dimensions", help);
+        } else if rotation.point.is_some() && kind.has_own_axis() {
+            let help = "remove `point`; its axis is that of the shape";
+            self.conflict(&format!("{key}.point"), "a wall of this shape turns about its own axis", help);
         }
         if self.scenario.packing.is_periodic() {
             let message = "in a periodic cell the images of a turning wall would have different velocities";
@@ -203,7 +118,7 @@ impl Checker<'_> {
 
     fn servo(&mut self, path: &str, wall: &Wall, servo: &Servo) {
         let key = format!("{path}.servo");
-        let is_box = wall.shape.faces() > 1;
+        let is_box = wall.shape.kind().faces().len() > 1;
         if wall.velocity.iter().any(|component| component.si() != 0.0) {
             let help = "remove `velocity`; the servo moves the wall";
             self.conflict(&format!("{path}.velocity"), "the wall has a servo", help);
@@ -237,7 +152,7 @@ impl Checker<'_> {
                 if is_box { "the faces of a box have their own areas" } else { "only a pressure needs an area" };
             self.conflict(&format!("{key}.area"), message, "remove `area`");
         }
-        let needs_direction = wall.shape.normal(0).is_none();
+        let needs_direction = wall.shape.kind().normal(0).is_none();
         match &servo.direction {
             None if needs_direction => {
                 let help = "give the direction in which the wall pushes: direction = [0, 0, -1]";
@@ -261,35 +176,8 @@ impl Checker<'_> {
     /// Checks that walls are perpendicular to the plane.
     pub(super) fn walls_in_plane(&mut self) {
         for (at, wall) in self.scenario.walls.iter().enumerate() {
-            let path = format!("wall[{at}].shape");
-            match &wall.shape {
-                WallShape::Plane { normal, .. } if normal[2].si() != 0.0 => {
-                    self.conflict(&format!("{path}.normal[2]"), "points out of the plane", HELP);
-                }
-                WallShape::Cylinder { axis: Axis::X | Axis::Y, .. } => {
-                    let help = "write axis = \"z\", a circle in the plane";
-                    self.conflict(&format!("{path}.axis"), "the axis of the cylinder lies in the plane", help);
-                }
-                WallShape::Cylinder { length: Some(_), .. } => {
-                    let help = "remove `length`; in two dimensions a cylinder is a circle";
-                    self.conflict(&format!("{path}.length"), "lies across the plane", help);
-                }
-                WallShape::Plate { center, edges, normal, radius } => {
-                    let upright = |[a, b]: &[[Length; 3]; 2]| {
-                        let across = |edge: &[Length; 3]| edge[0].si() == 0.0 && edge[1].si() == 0.0;
-                        (across(a) && b[2].si() == 0.0) || (across(b) && a[2].si() == 0.0)
-                    };
-                    if center[2].si() != 0.0 {
-                        let help = "write 0; in two dimensions the plate is a line in the plane";
-                        self.conflict(&format!("{path}.center[2]"), "lies outside the plane", help);
-                    }
-                    let outlined = edges.is_some() || normal.is_some() || radius.is_some();
-                    if outlined && !edges.as_ref().is_some_and(upright) {
-                        let help = "give edges of which one is across the plane: edges = [[\"20 mm\", 0, 0], [0, 0, \"1 mm\"]]";
-                        self.conflict(&path, "the plate is not perpendicular to the plane z = 0", help);
-                    }
-                }
-                _ => {}
+            for fault in wall.shape.kind().faults_in_plane() {
+                self.fault(&format!("wall[{at}].shape"), fault);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Walls that move until they press on the particles with a given force, or open a gauge by a given length.
 
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{State, WallShape};
+use concordem_solver::state::State;
 
 use super::{History, OpeningServo};
 
@@ -94,12 +94,9 @@ impl Target {
 
 /// Distance of two parallel planes, m.
 fn gap(state: &State, [a, b]: [usize; 2]) -> f64 {
-    let place = |wall: usize| match &state.walls[wall].shape {
-        WallShape::Plane { point, normal } => (point + state.walls[wall].displacement).dot(normal),
-        _ => 0.0,
-    };
-    // The normals point towards each other.
-    (place(a) + place(b)).abs()
+    // The normals point towards each other, so the distances of any point from the two add up to that of the planes.
+    let from_origin = |wall: usize| state.walls[wall].distance(0, &Vec3::zeros());
+    (from_origin(a) + from_origin(b)).abs()
 }
 
 impl Servo {

@@ -9,7 +9,7 @@ use super::quantity::{
     Angle, AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, StrainRate, Stress, Time,
     Velocity,
 };
-use super::wall_shape::WallShape;
+use crate::walls::WallShape;
 
 /// A rigid wall that particles touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,11 +41,7 @@ impl Wall {
     /// Names of its surfaces, six for a box; `number`: its index among all walls.
     pub fn names(&self, number: usize) -> Vec<String> {
         let name = self.name.clone().unwrap_or_else(|| format!("wall {number}"));
-        if self.shape.faces() == 1 {
-            return vec![name];
-        }
-        let faces = ["x", "y", "z"].into_iter().flat_map(|axis| ["minimum", "maximum"].map(|end| (axis, end)));
-        faces.map(|(axis, end)| format!("{name} {axis} {end}")).collect()
+        self.shape.kind().faces().iter().map(|face| format!("{name}{face}")).collect()
     }
 }
 

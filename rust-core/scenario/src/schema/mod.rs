@@ -46,7 +46,6 @@ mod setting;
 mod slave;
 pub(crate) mod syntax;
 mod templates;
-mod wall_shape;
 
 use std::path::{Path, PathBuf};
 
@@ -82,7 +81,6 @@ pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use setting::{Given, Setting};
 pub use slave::Slave;
 pub use templates::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
-pub use wall_shape::{Side, WallShape};
 
 use concordem_contact::kinematics::MotionMeasure;
 
@@ -216,8 +214,8 @@ impl Scenario {
             files.push(("packing.shape.path".to_owned(), path));
         }
         for (at, wall) in self.walls.iter().enumerate() {
-            if let Some(path) = wall.shape.file() {
-                files.push((format!("wall[{at}].shape.path"), path));
+            if let Some(file) = wall.shape.kind().file() {
+                files.push((format!("wall[{at}].shape.path"), file.path));
             }
         }
         for (at, slave) in self.slaves.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Quantities that may be given as a word: a free component, an automatic time step, a measured cross-section.
 
+use concordem_contact::law::Fault;
 use serde::de::{self, Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
 
@@ -157,6 +158,17 @@ impl schemars::JsonSchema for CrossSection {
             "x-words": ["hull", "splitting"]
         })
     }
+}
+
+/// Faults of two corners that do not span a box: `minimum` must be below `maximum`.
+pub(crate) fn corner_faults(minimum: &[Length; 3], maximum: &[Length; 3]) -> Vec<Fault> {
+    let keys = [("minimum[0]", "x"), ("minimum[1]", "y"), ("minimum[2]", "z")];
+    let wrong = keys.into_iter().zip(minimum.iter().zip(maximum)).filter(|(_, (low, high))| low.si() >= high.si());
+    wrong
+        .map(|((key, axis), _)| {
+            Fault::conflict(key, format!("must be less than `maximum` along {axis}"), "swap the two")
+        })
+        .collect()
 }
 
 /// Declares in a schema that the items of an array are positive.

@@ -3,11 +3,11 @@
 pub mod clumps;
 pub mod columns;
 pub mod contacts;
-pub mod finite_walls;
 pub mod mesh;
 mod pairs;
 pub mod particles;
 mod persistence;
+pub mod surface;
 pub mod table;
 mod triangle;
 pub mod walls;
@@ -15,9 +15,9 @@ pub mod walls;
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use concordem_contact::Cell;
-pub use finite_walls::FiniteShape;
 pub use mesh::{Mesh, MeshError};
 pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
+pub use surface::Surface;
 pub use walls::{Turning, Wall, WallShape};
 
 use concordem_contact::math::Vec3;

@@ -1,46 +1,35 @@
-//! Walls: planes, cylinders, [`FiniteShape`]s, and triangle surfaces with prescribed motion; [`Mesh`] for triangles with moving vertices.
-//!
-//! In a periodic cell, which must be at rest, walls have images like particles: image i is the wall moved by `H i`. A
-//! plane across one of the edges is then a sheet that particles touch from both sides, because the next image of the
-//! space in front lies behind it.
+//! Walls: a rigid [`Surface`], or a [`Mesh`] whose vertices move, and the motion of the wall.
+
+use std::sync::Arc;
 
 use super::Cell;
-use super::finite_walls::FiniteShape;
 use super::mesh::Mesh;
-use super::triangle::closest_on_triangle;
-use concordem_contact::math::{Mat3, Vec3};
+use super::surface::{self, Surface};
+use concordem_contact::math::Vec3;
 pub use concordem_contact::wall::ClosestPoint;
 
 /// Shape of a wall at zero displacement.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum WallShape {
-    /// Solid half-space behind a plane.
-    Plane {
-        /// A point of the surface, m.
-        point: Vec3,
-        /// Unit normal, pointing out of the wall towards the particles.
-        normal: Vec3,
-    },
-    /// Circular cylinder, infinite along its axis.
-    Cylinder {
-        /// A point of the axis, m.
-        point: Vec3,
-        /// Unit vector of the axis.
-        axis: Vec3,
-        /// Radius, m.
-        radius: f64,
-        /// Whether particles are inside (a vessel) or outside (a rod).
-        inside: bool,
-    },
-    /// Plate, rod, or tube.
-    Finite(FiniteShape),
-    /// Triangles, which particles touch from both sides.
-    Facets {
-        /// Corners, m.
-        triangles: Vec<[Vec3; 3]>,
-    },
+    /// A rigid surface, which stays what it was.
+    Rigid(Arc<dyn Surface>),
     /// Triangles whose vertices move on their own, touched from both sides. The wall itself has no displacement and no velocity.
     Mesh(Mesh),
+}
+
+impl WallShape {
+    /// A rigid surface.
+    pub fn rigid(surface: impl Surface + 'static) -> Self {
+        Self::Rigid(Arc::new(surface))
+    }
+
+    /// The surface.
+    pub fn surface(&self) -> &dyn Surface {
+        match self {
+            Self::Rigid(surface) => surface.as_ref(),
+            Self::Mesh(mesh) => mesh,
+        }
+    }
 }
 
 /// Rotation of a plane or disc about its normal, or of a cylinder, rod, or tube about its axis: the surface slides, and its place stays.
@@ -55,7 +44,7 @@ pub struct Turning {
 }
 
 /// A wall.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Wall {
     /// Name in the scenario.
     pub name: String,
@@ -113,52 +102,17 @@ impl Wall {
 
     /// Number of elements: triangles, or 1.
     pub fn element_count(&self) -> usize {
-        match &self.shape {
-            WallShape::Facets { triangles } => triangles.len(),
-            WallShape::Mesh(mesh) => mesh.triangles().len(),
-            WallShape::Plane { .. } | WallShape::Cylinder { .. } | WallShape::Finite(_) => 1,
-        }
+        self.shape.surface().elements()
     }
 
-    /// Closest point of element `element` to the point `x` (m); `None` where its direction is undefined: `x` on the axis of a
-    /// cylinder, on a triangle, or on a plate.
+    /// Closest point of element `element` to the point `x` (m); `None` where its direction is undefined, as on an axis or a triangle.
     pub fn closest_point(&self, element: usize, x: &Vec3) -> Option<ClosestPoint> {
-        let x = x - self.displacement;
-        match &self.shape {
-            WallShape::Plane { point, normal } => {
-                Some(ClosestPoint { normal: -normal, distance: (x - point).dot(normal), interior: true })
-            }
-            WallShape::Cylinder { point, axis, radius, inside } => {
-                let r = x - point;
-                let radial = r - axis * r.dot(axis);
-                let rho = radial.norm();
-                if rho == 0.0 {
-                    return None;
-                }
-                let outward = radial / rho;
-                Some(if *inside {
-                    ClosestPoint { normal: outward, distance: radius - rho, interior: true }
-                } else {
-                    ClosestPoint { normal: -outward, distance: rho - radius, interior: true }
-                })
-            }
-            WallShape::Finite(shape) => shape.closest_point(&x),
-            WallShape::Facets { triangles } => on_triangle(&x, &triangles[element]),
-            WallShape::Mesh(mesh) => on_triangle(&x, &mesh.corners(element)),
-        }
+        self.shape.surface().closest_point(element, &(x - self.displacement))
     }
 
     /// Distance of the point `x` (m) from element `element`, m, negative behind it; also where [`Self::closest_point`] is `None`.
     pub fn distance(&self, element: usize, x: &Vec3) -> f64 {
-        if let Some(found) = self.closest_point(element, x) {
-            return found.distance;
-        }
-        match &self.shape {
-            WallShape::Cylinder { radius, inside: true, .. } => *radius,
-            WallShape::Cylinder { radius, .. } => -radius,
-            WallShape::Finite(shape) => shape.distance(&(x - self.displacement)),
-            WallShape::Plane { .. } | WallShape::Facets { .. } | WallShape::Mesh(_) => 0.0,
-        }
+        surface::distance(self.shape.surface(), element, &(x - self.displacement))
     }
 
     /// [`Self::closest_point`] of the image `image` of the wall in a periodic cell.
@@ -171,7 +125,7 @@ impl Wall {
     ) -> Option<ClosestPoint> {
         let Some(cell) = cell else { return self.closest_point(element, x) };
         let found = self.closest_point(element, &(x - cell.shift(image)))?;
-        if matches!(self.shape, WallShape::Plane { .. }) && found.distance < 0.0 {
+        if found.distance < 0.0 && self.shape.surface().is_sheet_in_cell() {
             return Some(ClosestPoint { normal: -found.normal, distance: -found.distance, interior: true });
         }
         Some(found)
@@ -180,112 +134,26 @@ impl Wall {
     /// Whether the wall repeats with a periodic cell; otherwise what prevents it.
     ///
     /// # Errors
-    /// A plane across more than one edge of the cell, whose images would fill the space, a cylinder along none, and a vessel or a wall
-    /// of finite size that does not fit into the cell.
+    /// What prevents it: see [`Surface::repeats_with`].
     pub fn repeats_with(&self, cell: &Cell) -> Result<(), &'static str> {
-        match &self.shape {
-            WallShape::Plane { normal, .. } if across(normal, &cell.matrix).is_none() => Err(
-                "the images of a plane must not cut each other: in a periodic cell it must be parallel to two edges",
-            ),
-            WallShape::Cylinder { axis, radius, inside, .. } => {
-                let along = along(axis, &cell.matrix).ok_or(
-                    "the images of a cylinder must not cut each other: in a periodic cell its axis must be parallel to an edge",
-                )?;
-                let others: [usize; 2] = [(along + 1) % 3, (along + 2) % 3];
-                let narrowest = others.map(|k| across_edge(cell, k).1).into_iter().fold(f64::INFINITY, f64::min);
-                if *inside && 2.0 * radius > narrowest {
-                    return Err("the vessel is wider than the periodic cell, so that its images cut each other");
-                }
-                Ok(())
-            }
-            WallShape::Finite(shape) => {
-                let fits = (0..3).all(|edge| {
-                    let (normal, width) = across_edge(cell, edge);
-                    2.0 * shape.half_extent(&normal) <= width * (1.0 + PARALLEL)
-                });
-                fits.then_some(())
-                    .ok_or("the wall is longer than the periodic cell is wide, so that its images cut each other")
-            }
-            WallShape::Plane { .. } | WallShape::Facets { .. } | WallShape::Mesh(_) => Ok(()),
-        }
+        self.shape.surface().repeats_with(cell)
     }
 
-    /// Images of a wall without [`Self::bounds`] nearer to the point `x` (m) than `reach` (m); of a vessel, the image that
-    /// contains `x`.
-    ///
-    /// Image numbers may exceed the range of the flags of a contact.
+    /// Images of a wall without [`Self::bounds`] near the point `x` (m): see [`Surface::images_near`].
     pub fn images_near(&self, x: &Vec3, reach: f64, cell: &Cell) -> Vec<[i64; 3]> {
-        let x = x - self.displacement;
-        match &self.shape {
-            WallShape::Plane { point, normal } => {
-                let Some(edge) = across(normal, &cell.matrix) else { return Vec::new() };
-                let period = normal.dot(&cell.matrix.column(edge));
-                let (place, reach) = ((x - point).dot(normal) / period, reach / period.abs());
-                let image = |number: i64| std::array::from_fn(|k| if k == edge { number } else { 0 });
-                ((place - reach).ceil() as i64..=(place + reach).floor() as i64).map(image).collect()
-            }
-            WallShape::Cylinder { point, axis, radius, inside } => {
-                let (Some(edge), Some(inverse)) = (along(axis, &cell.matrix), cell.matrix.try_inverse()) else {
-                    return Vec::new();
-                };
-                let r = x - point;
-                let place = inverse * r;
-                let distance = |image: &[i64; 3]| {
-                    let r = r - cell.matrix * Vec3::from(image.map(|n| n as f64));
-                    (r - axis * r.dot(axis)).norm()
-                };
-                let others: [usize; 2] = [(edge + 1) % 3, (edge + 2) % 3];
-                let around = [0, 1, 2].map(|k| if k == edge { 0 } else { place[k].round() as i64 });
-                let mut near: Vec<[i64; 3]> = (0..9)
-                    .map(|k| {
-                        let mut image = around;
-                        image[others[0]] += k % 3 - 1;
-                        image[others[1]] += k / 3 - 1;
-                        image
-                    })
-                    .collect();
-                if *inside {
-                    near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-                    near.truncate(1);
-                    near.retain(|image| radius - distance(image) < reach);
-                } else {
-                    near.retain(|image| distance(image) - radius < reach);
-                }
-                near
-            }
-            WallShape::Finite(shape) => {
-                let r = x - shape.center();
-                let numbers: [Vec<i64>; 3] = std::array::from_fn(|edge| {
-                    let (normal, width) = across_edge(cell, edge);
-                    let (place, reach) = (r.dot(&normal) / width, (shape.half_extent(&normal) + reach) / width);
-                    ((place - reach).ceil() as i64..=(place + reach).floor() as i64).collect()
-                });
-                let mut near = Vec::new();
-                for &i in &numbers[0] {
-                    for &j in &numbers[1] {
-                        near.extend(numbers[2].iter().map(|&k| [i, j, k]));
-                    }
-                }
-                near.retain(|image| {
-                    let shift = cell.matrix * Vec3::from(image.map(|n| n as f64));
-                    shape.distance(&(x - shift)) < reach
-                });
-                near
-            }
-            WallShape::Facets { .. } | WallShape::Mesh(_) => Vec::new(),
-        }
+        self.shape.surface().images_near(&(x - self.displacement), reach, cell)
     }
 
-    /// Center and radius (m) of a ball around a triangle, element `element`; `None` for other shapes, which are few and may be large.
+    /// Center and radius (m) of a ball around element `element`; `None` for surfaces that are one element, which are few and may be large.
     pub fn bounds(&self, element: usize) -> Option<(Vec3, f64)> {
-        let t = match &self.shape {
-            WallShape::Facets { triangles } => triangles[element],
-            WallShape::Mesh(mesh) => mesh.corners(element),
-            WallShape::Plane { .. } | WallShape::Cylinder { .. } | WallShape::Finite(_) => return None,
-        };
-        let center = (t[0] + t[1] + t[2]) / 3.0;
-        let radius = t.iter().map(|c| (c - center).norm()).fold(0.0, f64::max);
+        let (center, radius) = self.shape.surface().ball(element)?;
         Some((center + self.displacement, radius))
+    }
+
+    /// Lowest and highest place along the unit vector `along`, m; `None` where the wall has no end.
+    pub fn span(&self, along: &Vec3) -> Option<[f64; 2]> {
+        let moved = self.displacement.dot(along);
+        self.shape.surface().span(along).map(|span| span.map(|place| place + moved))
     }
 
     /// The mesh, if the wall is one.
@@ -302,35 +170,4 @@ impl Wall {
     pub fn speed(&self) -> f64 {
         self.mesh().map_or_else(|| self.velocity.norm(), |mesh| mesh.fastest().0)
     }
-}
-
-/// Sine below which two directions are parallel.
-const PARALLEL: f64 = 1e-9;
-
-/// The edge of a cell that a plane with this normal cuts, if the plane is parallel to the other two.
-fn across(normal: &Vec3, edges: &Mat3) -> Option<usize> {
-    let cut = |k: &usize| normal.dot(&edges.column(*k)).abs() > PARALLEL * edges.column(*k).norm();
-    let mut edges_cut = (0..3).filter(cut);
-    edges_cut.next().filter(|_| edges_cut.next().is_none())
-}
-
-/// Unit normal of the face of a cell that edge `edge` crosses, towards its end, and the distance of the two faces, m.
-fn across_edge(cell: &Cell, edge: usize) -> (Vec3, f64) {
-    let column = |k: usize| cell.matrix.column(k % 3).into_owned();
-    let normal = column(edge + 1).cross(&column(edge + 2)).normalize();
-    let width = normal.dot(&column(edge));
-    (normal * width.signum(), width.abs())
-}
-
-/// The edge of a cell along a unit vector, if there is one.
-fn along(axis: &Vec3, edges: &Mat3) -> Option<usize> {
-    (0..3).find(|&k| axis.cross(&edges.column(k)).norm() < PARALLEL * edges.column(k).norm())
-}
-
-/// Closest point of a triangle as seen from `x`; `None` if `x` lies on it.
-fn on_triangle(x: &Vec3, corners: &[Vec3; 3]) -> Option<ClosestPoint> {
-    let (nearest, interior, _) = closest_on_triangle(x, corners);
-    let to = nearest - x;
-    let distance = to.norm();
-    (distance > 0.0).then(|| ClosestPoint { normal: to / distance, distance, interior })
 }

@@ -7,6 +7,7 @@ use concordem_contact::law::{ContactStiffness, Elastic, Frictional, HertzMindlin
 use concordem_contact::math::Vec3;
 use concordem_solver::forces::EvaluatedContacts;
 use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::surface::Plane;
 use concordem_solver::state::{Constraint, PointOfAction, State, Wall, WallShape};
 use concordem_solver::{Model, Solver};
 
@@ -134,7 +135,7 @@ fn between_plates() {
     let squeeze = 1e-3 * RADIUS;
     let plate = |x: f64, normal: f64| {
         let (point, normal) = (Vec3::new(x, 0.0, 0.0), Vec3::new(normal, 0.0, 0.0));
-        Wall::new("plate", WallShape::Plane { point, normal }, 0, Vec3::zeros())
+        Wall::new("plate", WallShape::rigid(Plane { point, normal }), 0, Vec3::zeros())
     };
     let run = |walls: Box<dyn EvaluatedContacts>, deformable: &Deformable| {
         let mut particles = discs(&[(0.0, 0.0)], |_| RADIUS);

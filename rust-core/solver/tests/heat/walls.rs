@@ -8,6 +8,7 @@ use concordem_solver::heat::pass::HeatPass;
 use concordem_solver::heat::{Exchange, HeatModel, Source, Spread, WallExchange};
 use concordem_solver::state::columns::{ColumnStore, WriteColumns};
 use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::surface::{Cylinder, Facets, Plane};
 use concordem_solver::state::{Cell, Clump, Particles, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
@@ -16,7 +17,7 @@ use super::{PLAIN, cubes, lattice, model, temperatures};
 const FLOOR: f64 = 400.0;
 
 fn plane(normal: Vec3, offset: f64) -> WallShape {
-    WallShape::Plane { point: normal * offset, normal }
+    WallShape::rigid(Plane { point: normal * offset, normal })
 }
 
 /// A square of two triangles at z = −0.45 below the origin.
@@ -26,7 +27,7 @@ fn facets() -> WallShape {
         [corner(-5.0, -5.0), corner(5.0, -5.0), corner(5.0, 5.0)],
         [corner(-5.0, -5.0), corner(5.0, 5.0), corner(-5.0, 5.0)],
     ];
-    WallShape::Facets { triangles }
+    WallShape::rigid(Facets { triangles })
 }
 
 /// Particles at 300 K above a wall.
@@ -60,7 +61,8 @@ const EXCHANGES: [(Exchange, f64); 2] = [
 /// the corner of two triangles, and in a vessel. All heat comes through the wall.
 #[test]
 fn a_sphere_on_a_wall_warms() {
-    let vessel = WallShape::Cylinder { point: Vec3::new(0.0, 1.0, 0.0), axis: Vec3::x(), radius: 1.45, inside: true };
+    let vessel =
+        WallShape::rigid(Cylinder { point: Vec3::new(0.0, 1.0, 0.0), axis: Vec3::x(), radius: 1.45, inside: true });
     for shape in [plane(Vec3::z(), -0.45), facets(), vessel] {
         for (exchange, conductance) in EXCHANGES {
             for implicit in [false, true] {

@@ -6,6 +6,7 @@ use crate::assembly::{AssemblyError, material_index, unfit};
 use crate::schedule::{Bearings, Flexure, Loading};
 use crate::schema::{self, Quantity};
 use concordem_contact::math::Vec3;
+use concordem_solver::state::surface::Cylinder;
 use concordem_solver::state::{Constraint, Particles, Wall, WallShape};
 
 /// A support (side −1) or a roller (side 1) at a coordinate along the beam, m.
@@ -92,7 +93,7 @@ impl Builder<'_> {
             })?;
             let mut velocity = Vec3::zeros();
             velocity[across] = if bearing.side > 0.0 { -speed } else { 0.0 };
-            let shape = WallShape::Cylinder { point, axis: direction, radius, inside: false };
+            let shape = WallShape::rigid(Cylinder { point, axis: direction, radius, inside: false });
             self.state.walls.push(Wall::new(bearing.name, shape, material, velocity));
         }
         Ok(Bearings::Rollers { first, rollers: bearings.len() - 2 })

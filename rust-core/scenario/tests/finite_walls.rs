@@ -1,9 +1,14 @@
 //! Plates, rods, and tubes: closest points against a dense sampling, forces at edges, rolling off an edge, periodic images.
 
+use std::sync::Arc;
+
 use concordem_contact::law::{ContactStiffness, Frictional};
 use concordem_contact::math::{Vec3, quaternion_of_rotation_vector, rotate};
+use concordem_scenario::walls::cylinder::{Rod, Tube};
+use concordem_scenario::walls::plate::{Disc, Rectangle};
 use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::{Cell, FiniteShape, Particles, Sphere, State, Turning, Wall, WallShape};
+use concordem_solver::state::surface::{Cylinder, Plane};
+use concordem_solver::state::{Cell, Particles, Sphere, State, Surface, Turning, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
 const RADIUS: f64 = 0.5;
@@ -13,8 +18,17 @@ const GRAVITY: f64 = 10.0;
 /// Overlap of a sphere that rests on a face.
 const REST: f64 = MASS * GRAVITY / STIFFNESS;
 
+/// Center of the [`shapes`].
+const CENTER: Vec3 = Vec3::new(0.2, -0.1, 0.3);
+
+type Finite = Arc<dyn Surface>;
+
+fn finite(surface: impl Surface + 'static) -> Finite {
+    Arc::new(surface)
+}
+
 /// A solid sphere at a wall; the normal dashpot has 0.3 of the critical damping.
-fn scene(position: Vec3, shape: FiniteShape, friction: f64) -> (State, Model) {
+fn scene(position: Vec3, shape: Finite, friction: f64) -> (State, Model) {
     let mut particles = Particles::default();
     particles.push(Sphere { position, radius: RADIUS }, 0, MASS, 0.4 * MASS * RADIUS * RADIUS);
     let stiffness = ContactStiffness::Given { normal: STIFFNESS, shear: STIFFNESS };
@@ -23,7 +37,7 @@ fn scene(position: Vec3, shape: FiniteShape, friction: f64) -> (State, Model) {
     wall_rows.set(0, 0, 0);
     let mut state = State {
         particles,
-        walls: vec![Wall::new("wall", WallShape::Finite(shape), 0, Vec3::zeros())],
+        walls: vec![Wall::new("wall", WallShape::Rigid(shape), 0, Vec3::zeros())],
         wall_contacts: Some(Box::new(ContactBlock::new(vec![contact]))),
         ..State::default()
     };
@@ -31,26 +45,26 @@ fn scene(position: Vec3, shape: FiniteShape, friction: f64) -> (State, Model) {
     (state, Model { wall_rows, ..Model::default() })
 }
 
-fn rectangle() -> FiniteShape {
-    FiniteShape::Rectangle { center: Vec3::zeros(), normal: Vec3::z(), half_edges: [Vec3::x() * 2.0, Vec3::y()] }
+fn rectangle() -> Finite {
+    finite(Rectangle { center: Vec3::zeros(), normal: Vec3::z(), half_edges: [Vec3::x() * 2.0, Vec3::y()] })
 }
 
-fn rod() -> FiniteShape {
-    FiniteShape::Rod { center: Vec3::zeros(), axis: Vec3::z(), radius: 2.0, half_length: 3.0 }
+fn rod() -> Finite {
+    finite(Rod { center: Vec3::zeros(), axis: Vec3::z(), radius: 2.0, half_length: 3.0 })
 }
 
-fn tube() -> FiniteShape {
-    FiniteShape::Tube { center: Vec3::zeros(), axis: Vec3::z(), radius: 2.0, half_length: 3.0 }
+fn tube() -> Finite {
+    finite(Tube { center: Vec3::zeros(), axis: Vec3::z(), radius: 2.0, half_length: 3.0 })
 }
 
 /// Point of a surface, from two numbers between 0 and 1.
 type SurfacePoint = Box<dyn Fn(f64, f64) -> Vec3>;
 
-/// Shapes around the axis `e`, with points of their surfaces for two parameters between 0 and 1.
-fn shapes() -> Vec<(FiniteShape, SurfacePoint)> {
+/// Shapes around an axis, which hollow ones return, with points of their surfaces for two parameters between 0 and 1.
+fn shapes() -> Vec<(Finite, SurfacePoint, Option<Vec3>)> {
     let turn = quaternion_of_rotation_vector(&Vec3::new(0.3, -0.7, 0.4));
     let [u, v, e] = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| rotate(&turn, &axis));
-    let center = Vec3::new(0.2, -0.1, 0.3);
+    let center = CENTER;
     let (radius, half_length) = (0.7, 0.9);
     let around = move |angle: f64| u * angle.cos() + v * angle.sin();
     let circle = 2.0 * std::f64::consts::PI;
@@ -64,15 +78,17 @@ fn shapes() -> Vec<(FiniteShape, SurfacePoint)> {
     let half_edges = [u * 0.8, v * 0.5];
     vec![
         (
-            FiniteShape::Rectangle { center, normal: e, half_edges },
+            finite(Rectangle { center, normal: e, half_edges }),
             Box::new(move |a, b| center + half_edges[0] * (2.0 * a - 1.0) + half_edges[1] * (2.0 * b - 1.0)),
+            None,
         ),
         (
-            FiniteShape::Disc { center, normal: e, radius },
+            finite(Disc { center, normal: e, radius }),
             Box::new(move |a, b| center + around(a * circle) * (radius * b)),
+            None,
         ),
-        (FiniteShape::Rod { center, axis: e, radius, half_length }, Box::new(rod)),
-        (FiniteShape::Tube { center, axis: e, radius, half_length }, Box::new(mantle)),
+        (finite(Rod { center, axis: e, radius, half_length }), Box::new(rod), None),
+        (finite(Tube { center, axis: e, radius, half_length }), Box::new(mantle), Some(e)),
     ]
 }
 
@@ -80,7 +96,7 @@ fn shapes() -> Vec<(FiniteShape, SurfacePoint)> {
 #[test]
 fn closest_point_is_that_of_a_dense_sampling() {
     let n = 400;
-    for (shape, surface) in shapes() {
+    for (shape, surface, _) in shapes() {
         let samples: Vec<Vec3> = (0..=n)
             .flat_map(|i| (0..=n).map(move |j| (f64::from(i) / f64::from(n), f64::from(j) / f64::from(n))))
             .map(|(a, b)| surface(a, b))
@@ -88,7 +104,7 @@ fn closest_point_is_that_of_a_dense_sampling() {
         for k in 0..60 {
             let coordinate = |m: u32| f64::from((k * 7919 + m * 104_729) % 1000) / 250.0 - 2.0;
             let x = Vec3::new(coordinate(1), coordinate(2), coordinate(3));
-            let found = shape.closest_point(&x).unwrap();
+            let found = shape.closest_point(0, &x).unwrap();
             let point = x + found.normal * found.distance;
             let nearest = |to: &Vec3| samples.iter().map(|p| (p - to).norm()).fold(f64::INFINITY, f64::min);
             // Samples are at most 2π·0.7/400 = 0.011 apart, and lie on the surface.
@@ -98,12 +114,14 @@ fn closest_point_is_that_of_a_dense_sampling() {
             // 0.011²/(2·distance) in general; at most the spacing.
             assert!(best - exact < 0.011, "{shape:?} {x}: {exact} {best}");
             assert!((found.normal.norm() - 1.0).abs() < 1e-15 * 4.0);
-            let half = shape.half_extent(&Vec3::x());
-            assert!((point - shape.center()).x.abs() <= half * (1.0 + 1e-14), "{shape:?}");
+            let [low, high] = shape.span(&Vec3::x()).unwrap();
+            assert!(point.x >= low - 1e-14 && point.x <= high + 1e-14, "{shape:?}");
         }
         // The extent is reached: samples are dense, and the largest coordinate is stationary or at a corner of the parameters.
-        let reached = samples.iter().map(|p| (p - shape.center()).x).fold(0.0, f64::max);
-        assert!((reached / shape.half_extent(&Vec3::x()) - 1.0).abs() < 1e-3, "{shape:?}");
+        let reached = samples.iter().map(|p| p.x - CENTER.x).fold(0.0, f64::max);
+        let [low, high] = shape.span(&Vec3::x()).unwrap();
+        assert!((reached / (high - CENTER.x) - 1.0).abs() < 1e-3, "{shape:?}");
+        assert!((high + low - 2.0 * CENTER.x).abs() < 1e-14, "{shape:?}");
     }
 }
 
@@ -112,23 +130,20 @@ fn closest_point_is_that_of_a_dense_sampling() {
 #[test]
 fn no_jump_over_edges() {
     let step = 1e-6;
-    for (shape, _) in shapes() {
+    for (shape, _, hollow) in shapes() {
         let mut edges = 0;
         // Circles in several planes around the shape.
         for tilt in 0..7 {
             let turn = quaternion_of_rotation_vector(&(Vec3::new(0.1, 1.0, -0.3) * f64::from(tilt)));
-            let place = |angle: f64| shape.center() + rotate(&turn, &Vec3::new(angle.cos(), angle.sin(), 0.0)) * 1.3;
-            let mut before = shape.closest_point(&place(0.0)).unwrap();
+            let place = |angle: f64| CENTER + rotate(&turn, &Vec3::new(angle.cos(), angle.sin(), 0.0)) * 1.3;
+            let mut before = shape.closest_point(0, &place(0.0)).unwrap();
             for k in 1..=2000 {
                 let angle = f64::from(k) * 3.14e-3;
-                let here = shape.closest_point(&place(angle)).unwrap();
-                let there = shape.closest_point(&place(angle + step)).unwrap();
+                let here = shape.closest_point(0, &place(angle)).unwrap();
+                let there = shape.closest_point(0, &place(angle + step)).unwrap();
                 // A tube is hollow: at its axis the closest point changes sides.
-                let r = place(angle) - shape.center();
-                let from_axis = match &shape {
-                    FiniteShape::Tube { axis, .. } => (r - axis * r.dot(axis)).norm(),
-                    _ => f64::INFINITY,
-                };
+                let r = place(angle) - CENTER;
+                let from_axis = hollow.map_or(f64::INFINITY, |axis| (r - axis * r.dot(&axis)).norm());
                 if from_axis < 0.05 {
                     before = here;
                     continue;
@@ -151,7 +166,7 @@ fn no_jump_over_edges() {
 /// The force is `k (R - d)` away from the closest point, at the distance `d`: at faces, edges, corners, mantles, rims, and ends.
 #[test]
 fn force_of_the_overlap() {
-    let disc = FiniteShape::Disc { center: Vec3::zeros(), normal: Vec3::z(), radius: 2.0 };
+    let disc = finite(Disc { center: Vec3::zeros(), normal: Vec3::z(), radius: 2.0 });
     // Shape, center of the sphere, closest point.
     let cases = [
         (rectangle(), [0.3, 0.2, 0.4], [0.3, 0.2, 0.0]),
@@ -165,17 +180,16 @@ fn force_of_the_overlap() {
         (rod(), [1.0, 0.0, -3.4], [1.0, 0.0, -3.0]),
         (rod(), [0.0, 0.0, 3.4], [0.0, 0.0, 3.0]),
         (rod(), [1.38, 1.84, 3.3], [1.2, 1.6, 3.0]),
-        // Inside the rod: the nearer surface pushes out.
-        (rod(), [0.0, 0.0, 2.9], [0.0, 0.0, 3.0]),
-        (rod(), [0.0, 1.95, 2.5], [0.0, 2.0, 2.5]),
         (tube(), [0.96, 1.28, 1.0], [1.2, 1.6, 1.0]),
         (tube(), [1.38, 1.84, 1.0], [1.2, 1.6, 1.0]),
         (tube(), [1.02, 1.36, -3.3], [1.2, 1.6, -3.0]),
     ];
-    for (shape, place, closest) in cases {
+    // Inside the rod the nearer surface pushes out.
+    let inside = [(rod(), [0.0, 0.0, 2.9], [0.0, 0.0, 3.0]), (rod(), [0.0, 1.95, 2.5], [0.0, 2.0, 2.5])];
+    let cases = cases.into_iter().map(|case| (case, false)).chain(inside.into_iter().map(|case| (case, true)));
+    for ((shape, place, closest), within) in cases {
         let [place, closest] = [place, closest].map(Vec3::from);
         let away = place - closest;
-        let within = matches!(shape, FiniteShape::Rod { .. }) && place.xy().norm() < 2.0 && place.z.abs() < 3.0;
         let expected = if within {
             -away * (STIFFNESS * (RADIUS + away.norm()) / away.norm())
         } else {
@@ -205,8 +219,8 @@ fn rolling_off_an_edge() {
     let start = 0.4 * GRAVITY * RADIUS;
     let shapes = [
         rectangle(),
-        FiniteShape::Disc { center: Vec3::zeros(), normal: Vec3::z(), radius: 2.0 },
-        FiniteShape::Rod { center: Vec3::z() * -3.0, axis: Vec3::z(), radius: 2.0, half_length: 3.0 },
+        finite(Disc { center: Vec3::zeros(), normal: Vec3::z(), radius: 2.0 }),
+        finite(Rod { center: Vec3::z() * -3.0, axis: Vec3::z(), radius: 2.0, half_length: 3.0 }),
     ];
     for shape in shapes {
         // With the largest friction the ball does not slip until the normal force vanishes.
@@ -250,10 +264,12 @@ fn rolling_off_an_edge() {
 /// force does not depend on the image in which the particle is listed. A longer one is refused.
 #[test]
 fn images_of_plates() {
-    let plate = |edge: f64| FiniteShape::Rectangle {
-        center: Vec3::new(1.0, 1.5, 0.5),
-        normal: Vec3::z(),
-        half_edges: [Vec3::x() * (0.5 * edge), Vec3::y() * 1.5],
+    let plate = |edge: f64| {
+        finite(Rectangle {
+            center: Vec3::new(1.0, 1.5, 0.5),
+            normal: Vec3::z(),
+            half_edges: [Vec3::x() * (0.5 * edge), Vec3::y() * 1.5],
+        })
     };
     let cell = Cell::new_box(Vec3::new(4.0, 3.0, 5.0));
     let force = |edge: f64, place: Vec3| {
@@ -277,7 +293,7 @@ fn images_of_plates() {
         let expected = Vec3::z() * (2.0 * STIFFNESS * (RADIUS - distance) * 0.2 / distance);
         assert!((found - expected).norm() < STIFFNESS * 1e-13, "{shift} {found} {expected}");
     }
-    let long = Wall::new("long", WallShape::Finite(plate(4.1)), 0, Vec3::zeros());
+    let long = Wall::new("long", WallShape::Rigid(plate(4.1)), 0, Vec3::zeros());
     assert!(long.repeats_with(&cell).is_err());
     // A rod and a tube as long as the cell are infinite cylinders.
     let (axis, radius) = (Vec3::y(), 1.0);
@@ -293,12 +309,12 @@ fn images_of_plates() {
     let center = Vec3::new(2.0, 1.5, 2.5);
     for y in [0.0, 0.4, 1.5, 2.999, 7.3] {
         for (finite, inside, rho) in [
-            (FiniteShape::Rod { center, axis, radius, half_length: 1.5 }, false, 1.4),
-            (FiniteShape::Tube { center, axis, radius, half_length: 1.5 }, true, 0.6),
+            (finite(Rod { center, axis, radius, half_length: 1.5 }), false, 1.4),
+            (finite(Tube { center, axis, radius, half_length: 1.5 }), true, 0.6),
         ] {
             let place = Vec3::new(2.0 + 0.6 * rho, y, 2.5 + 0.8 * rho);
-            let infinite = WallShape::Cylinder { point: center, axis, radius, inside };
-            let [found, expected] = [WallShape::Finite(finite.clone()), infinite].map(|shape| of(shape, place));
+            let infinite = WallShape::rigid(Cylinder { point: center, axis, radius, inside });
+            let [found, expected] = [WallShape::Rigid(finite.clone()), infinite].map(|shape| of(shape, place));
             assert!(expected.norm() > 0.05 * STIFFNESS, "{finite:?} {y}");
             assert!((found - expected).norm() < STIFFNESS * 1e-13, "{finite:?} {y} {found} {expected}");
         }
@@ -309,7 +325,7 @@ fn images_of_plates() {
 /// the tube's ends.
 #[test]
 fn distance_without_direction() {
-    let disc = FiniteShape::Disc { center: Vec3::zeros(), normal: Vec3::z(), radius: 2.0 };
+    let disc = finite(Disc { center: Vec3::zeros(), normal: Vec3::z(), radius: 2.0 });
     let cell = Cell::new_box(Vec3::new(20.0, 20.0, 20.0));
     for (shape, place, distance) in [
         (rectangle(), [0.3, 0.2, 0.0], 0.0),
@@ -319,10 +335,9 @@ fn distance_without_direction() {
         (tube(), [0.0, 0.0, 6.0], 13.0_f64.sqrt()),
     ] {
         let place = Vec3::from(place);
-        assert!(shape.closest_point(&place).is_none(), "{shape:?}");
-        assert!((shape.distance(&place) - distance).abs() < 1e-15 * 4.0, "{shape:?}");
+        assert!(shape.closest_point(0, &place).is_none(), "{shape:?}");
         // A particle there is a neighbor of the wall, in a periodic cell, too.
-        let wall = Wall::new("w", WallShape::Finite(shape), 0, Vec3::zeros());
+        let wall = Wall::new("w", WallShape::Rigid(shape), 0, Vec3::zeros());
         assert_eq!(wall.distance(0, &place), distance);
         assert_eq!(wall.images_near(&place, distance + 0.1, &cell), [[0; 3]]);
         assert!(wall.images_near(&place, distance - 0.1, &cell).is_empty() || distance < 0.1);
@@ -346,20 +361,20 @@ fn turning_walls() {
         (state.particles.position[0], state.particles.angular_velocity[0], state.walls[0].torque)
     };
     let (zero, axis, radius, half_length) = (Vec3::zeros(), Vec3::z(), 2.0, 3.0);
-    let cylinder = |inside: bool| WallShape::Cylinder { point: zero, axis, radius, inside };
+    let cylinder = |inside: bool| WallShape::rigid(Cylinder { point: zero, axis, radius, inside });
     let cases = [
         (
-            FiniteShape::Disc { center: zero, normal: axis, radius },
-            WallShape::Plane { point: zero, normal: axis },
+            finite(Disc { center: zero, normal: axis, radius }),
+            WallShape::rigid(Plane { point: zero, normal: axis }),
             [1.0, 0.0, 0.4999],
             -axis,
         ),
-        (FiniteShape::Rod { center: zero, axis, radius, half_length }, cylinder(false), [2.4999, 0.0, 0.0], -Vec3::x()),
-        (FiniteShape::Tube { center: zero, axis, radius, half_length }, cylinder(true), [1.5001, 0.0, 0.0], Vec3::x()),
+        (finite(Rod { center: zero, axis, radius, half_length }), cylinder(false), [2.4999, 0.0, 0.0], -Vec3::x()),
+        (finite(Tube { center: zero, axis, radius, half_length }), cylinder(true), [1.5001, 0.0, 0.0], Vec3::x()),
     ];
     for (finite, infinite, place, push) in cases {
         let [found, expected] =
-            [WallShape::Finite(finite.clone()), infinite].map(|shape| run(shape, Vec3::from(place), push));
+            [WallShape::Rigid(finite.clone()), infinite].map(|shape| run(shape, Vec3::from(place), push));
         // It has been dragged along.
         assert!(
             (expected.0 - Vec3::from(place)).norm() > 1e-4 && expected.1.norm() > 0.01 && expected.2.norm() > 1e-3,
@@ -377,7 +392,7 @@ fn turning_walls() {
 /// A ball that starts exactly on the axis of a tube meets its mantle as one that starts beside the axis.
 #[test]
 fn start_on_the_axis_of_a_tube() {
-    let shape = FiniteShape::Tube { center: Vec3::zeros(), axis: Vec3::z(), radius: RADIUS * 1.001, half_length: 3.0 };
+    let shape = finite(Tube { center: Vec3::zeros(), axis: Vec3::z(), radius: RADIUS * 1.001, half_length: 3.0 });
     let turned = |x: f64| {
         let (mut state, model) = scene(Vec3::new(x, 0.0, 0.0), shape.clone(), 0.0);
         state.particles.velocity[0] = Vec3::x();
