@@ -56,8 +56,8 @@ def factor(unit, wanted):
     return si(f"1 {unit}") / si(f"1 {wanted}")
 
 
-def si(value):
-    """A number, or a string with a unit, as a real in SI units.
+def si(value, wanted=None):
+    """A number, or a string with a unit, as a real in SI units. `wanted`: a unit of the dimension that it must have, if it has a unit.
 
     Powers of ten are added to the exponent before the number is parsed, as in the program, so that both are bitwise equal.
     """
@@ -68,6 +68,11 @@ def si(value):
     number, unit = _NUMBER.match(value).groups()
     if not number.strip("+-."):
         raise HarnessError(f"`{value}` does not begin with a number; give a number and a unit")
+    if wanted and unit.strip():
+        try:
+            factor(unit, wanted)
+        except HarnessError as error:
+            raise HarnessError(f"`{value}`: {error}") from None
     number = number.replace("_", "")
     size, ten = 1.0, 0
     try:
@@ -80,9 +85,9 @@ def si(value):
     return float(f"{mantissa}e{int(exponent or 0) + ten}") * size
 
 
-def vector(values):
+def vector(values, wanted=None):
     """Three quantities."""
-    return [si(v) for v in values]
+    return [si(v, wanted) for v in values]
 
 
 def base(unit):

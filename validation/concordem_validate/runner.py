@@ -26,7 +26,7 @@ from .rounds import Outcome, Round
 
 _PACKAGE = Path(__file__).parent
 # what a run goes through; reports and comparisons are made again each time
-_OF_RUNS = ("engines", "process.py", "quantity.py", "result.py", "scenario.py", "start.py")
+_OF_RUNS = ("engines", "process.py", "quantity.py", "result.py", "scenario.py", "stability.py", "start.py")
 # texts about a case, and checks, which change no run; changed scenarios are hashed themselves
 _OF_NO_RUN = {"README.md", "case.toml"}
 START = dict(name="start state", kind="start", peer="scenario", variants=["*"], of="start", tolerance=starts.ROUNDING,
@@ -173,7 +173,8 @@ class Runner:
         """A verdict about the start state: peers that get a wrong one from us would agree with us."""
         verdict = compare.Verdict(task.case, task.variant, Check(**START), "pass", 0.0)
         try:
-            verdict.message = "compared: " + starts.compare(start, task.scenario, task.folder)
+            words, alone = starts.compare(start, task.scenario, task.folder)
+            verdict.message = "compared: " + ", ".join(words) + (f"; of ConcorDEM alone: {', '.join(alone)}" if alone else "")
         except Unsupported as error:
             verdict.status, verdict.message = "skipped", str(error)
         except Exception as error:
