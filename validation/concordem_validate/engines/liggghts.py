@@ -61,6 +61,11 @@ def _pairs(function, materials):
     return " ".join(_number(function(a, b)) for a in materials for b in materials)
 
 
+def _smoother(a, b):
+    """The smoother surface slides first, as in ConcorDEM and YADE."""
+    return min(translate.friction(a), translate.friction(b))
+
+
 def _hertz_mindlin(document):
     laws = [m["hertz_mindlin"] for m in document["material"]]
     for law in laws:
@@ -73,7 +78,7 @@ def _hertz_mindlin(document):
         "poissonsRatio peratomtype " + " ".join(_number(si(m["poisson"])) for m in laws),
         f"coefficientRestitution peratomtypepair {len(laws)} " + _pairs(mean("restitution", 1), laws),
         f"coefficientFriction peratomtypepair {len(laws)} "
-        + _pairs(lambda a, b: 0.5 * (translate.friction(a) + translate.friction(b)), laws),
+        + _pairs(_smoother, laws),
     ]
     # no tangential dashpot in our law
     return lines, properties, "model hertz tangential history"
@@ -96,7 +101,7 @@ def _frictional(document):
         f"gamman peratomtypepair {n} " + _pairs(zero, laws),
         f"gammat peratomtypepair {n} " + _pairs(zero, laws),
         f"coefficientFriction peratomtypepair {n} "
-        + _pairs(lambda a, b: 0.5 * (translate.friction(a) + translate.friction(b)), laws),
+        + _pairs(_smoother, laws),
     ]
     return [], properties, "model hooke/stiffness tangential history"
 
