@@ -281,13 +281,22 @@ class Runner:
                 verdict = self.start_verdicts.get((task.case, task.variant))
                 if verdict is None:
                     continue
-                if verdict.status == "pass" and own and own.status == "done" and task.command == "run":
-                    try:
-                        starts.compare_run(own.result(), start)
-                    except HarnessError as error:
-                        compare.fail(verdict, error)
-                out.append(verdict)
+                out.append(self._of_engines(verdict, task, start, round_))
         return out
+
+    @staticmethod
+    def _of_engines(verdict, task, start, round_):
+        """The verdict, with what the engines say that they computed with."""
+        said = []
+        for (case, variant, engine), outcome in round_.outcomes.items() if verdict.status == "pass" and task.command == "run" else ():
+            if (case, variant) == (task.case, task.variant) and outcome.status == "done" and "@" not in engine:
+                try:
+                    names = starts.compare_run(outcome.result(), start, task.scenario.get("dimension", 3) == 2)
+                    said += [f"{engine} has the same {', '.join(names)}"] if names else []
+                except HarnessError as error:
+                    return compare.fail(verdict, error)
+        verdict.message += "".join(f"; {text}" for text in said)
+        return verdict
 
 
 def _jobs():

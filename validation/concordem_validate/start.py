@@ -17,6 +17,8 @@ from .quantity import si, vector
 ROUNDING = 1e-14
 # The speed of a loading follows from the mean position of a layer, a sum of hundreds of numbers.
 _OF_SUMS = 1e-12
+# A peer computes a mass from a density that was computed from the mass, in another unit of length, and prints it.
+_OF_RUNS = 1e-13
 # The program's own relative tolerance for pairs at the edge of the reach of a bond.
 _TIE = 1e-9
 
@@ -191,10 +193,16 @@ def _same_bonds(exported, own, with_heat):
         raise Incomparable("start", f"start state: the length of a bond is off by {np.abs(a - b).max():.3g} m")
 
 
-def compare_run(result, exported):
-    """Refuse a run whose masses, radii, or step are not those of the start state that the peers got."""
-    for name, wanted in (("mass", exported.mass), ("radius", exported.radius)):
-        if name in result.fields and len(result.fields[name][0]) == len(wanted):
-            _largest(f"{name} of the run", result.fields[name][0], wanted, wanted.min(initial=np.inf) if len(wanted) else 1)
+def compare_run(result, exported, plane=False):
+    """Refuse a run whose engine has other masses, radii, moments of inertia, or another step than the start state. Returns what it says."""
+    inertia = np.repeat(exported.inertia(plane)[:, None], 3, axis=1)
+    said = []
+    for name, wanted in (("mass", exported.mass), ("radius", exported.radius), ("inertia", inertia)):
+        if name in result.fields:
+            values = np.asarray(result.fields[name][0], float)
+            _largest(f"{name} of the run of {result.engine}", values, wanted[:, 0] if values.ndim < wanted.ndim else wanted,
+                     wanted.min(initial=np.inf) if len(wanted) else 1, _OF_RUNS)
+            said.append(name)
     if not math.isclose(result.dt, exported.dt, rel_tol=ROUNDING):
         raise Incomparable("start", f"the run of {result.engine} has a time step of {result.dt!r} s, the start state {exported.dt!r} s")
+    return said

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import registry, runner, scenario, stability, start
+from concordem_validate import runner, scenario, stability, start
 from concordem_validate.engines import concordem
 from concordem_validate.errors import HarnessError, Incomparable, Unsupported
 from concordem_validate.quantity import si
@@ -195,14 +195,41 @@ def test_what_is_not_checked_is_said(tmp_path):
     assert verdict.status == "pass" and verdict.message.endswith("; of ConcorDEM alone: time step"), verdict.message
 
 
-@pytest.mark.parametrize("engine", ["yade", "liggghts"])
-def test_a_peer_says_the_masses_that_it_has(engine, tmp_path):
-    """Masses and radii of a result are read back from the peer; they must be those of the scenario."""
+def times(name, factor):
+    def apply(data):
+        data[name] = (np.asarray(data[name], float) * factor).tolist()
+    return apply
+
+
+def heavier(deck):
+    assert "read_data data.txt" in deck
+    return deck.replace("read_data data.txt", "read_data data.txt\nset atom 3 density 2501")
+
+
+# engine, case, variant, what it computes with, what it says
+OF_PEERS = {
+    "mass in YADE": ("yade", "chain-waves", "long-wave", times("mass", 1 + 1e-6), "mass of the run of yade"),
+    "inertia in YADE": ("yade", "linear-oblique", "yade-kinematics", times("inertia", 5 / 3), "inertia of the run of yade"),
+    "radius in YADE": ("yade", "chain-waves", "long-wave", times("radius", 1 + 1e-6), "radius of the run of yade"),
+    "step in YADE": ("yade", "chain-waves", "long-wave", times("dt", 1 + 1e-6), "the run of yade has a time step"),
+    "mass in LIGGGHTS": ("liggghts", "linear-oblique", "finite", heavier, "mass of the run of liggghts"),
+    "mass in LAMMPS": ("lammps", "beam-cantilever", "twist", lambda deck: deck.replace(
+        "read_data data.txt", "read_data data.txt\nset atom 3 density 9"), "mass of the run of lammps"),
+    "mass in ESyS-Particle": ("esys", "beam-cantilever", "strong-kick", times("mass", 1 + 1e-6), "mass of the run of esys"),
+}
+
+
+@pytest.mark.parametrize("fault", OF_PEERS)
+def test_what_a_peer_computes_with_is_read_back(fault, tmp_path):
+    """Masses, radii, inertia, and step of a result are those that the peer has, not those that it was to get."""
+    engine, name, variant, plant, said = OF_PEERS[fault]
     need("concordem", engine)
-    task = next(task for task in tasks("chain-waves") if task.variant == "long-wave")
-    task.start = start.state(task.scenario, task.folder)
-    result = registry.ENGINES[engine].run(task, tmp_path, 120)
-    assert np.allclose(result.fields["mass"][0], task.start.mass, rtol=1e-12)
+    case = cases.load(name).only([variant], [engine])
+    made = runner.Runner(FOLDER, quiet=True)
+    sound = made.run([case]).starts
+    assert [v.status for v in sound] == ["pass"] and f"; {engine} has the same " in sound[0].message, sound[0].message
+    planted = made.run([cases.load(name).only([variant], [engine])], plant={engine: [plant]}).starts
+    assert [v.cause for v in planted] == ["start"] and said in planted[0].message, planted[0].message
 
 
 @pytest.mark.parametrize("change, said", [
