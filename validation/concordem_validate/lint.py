@@ -14,7 +14,7 @@ def find(cases, output=None):
         found = rounds.outcomes(output)
         for case in cases:
             if any(key[0] == case.name for key in found):
-                out += [f"{v.case} · {v.variant} · {v.check.name} · {v.peer}: {v.message}" for v in compare.judge(case, found) if v.cause == "blind"]
+                out += [f"{v.case} · {v.variant} · {v.check.name} · {v.peer}: {v.message}" for v in compare.judge(case, found, times=rounds.times(output)) if v.cause == "blind"]
     return out
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import compare, programs, provenance, registry
+from . import compare, programs, provenance, registry, timing
 from . import start as starts
 from .case import Check
 from .engines import concordem
@@ -112,12 +112,12 @@ class Runner:
         plant = [fingerprint(f) for name in ("concordem", engine) for f in task.plant.get(name, [])]
         also = getattr(one, "also", lambda _: "")(task)
         if engine == concordem.NAME and task.peer:
-            also += self.key(self._with_start(copy.copy(task), task.peer), task.peer)
+            also += self.key(self.with_start(copy.copy(task), task.peer), task.peer)
         text = json.dumps([engine, self.version(engine), harness_hash(), case_hash(task), _hash_of(task.start), plant, task.check_threads, also],
                           default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
-    def _with_start(self, task, engine):
+    def with_start(self, task, engine):
         if registry.needs_start(engine) and task.command != "elastic":
             task.start = self.start_of(task)
         return task
@@ -185,7 +185,7 @@ class Runner:
         """Run one engine on one variant, or reuse a finished run. `added`: the case does not name the engine, so it may refuse."""
         out = Outcome(task.case, task.variant, engine, "done")
         try:
-            self._with_start(task, engine)
+            self.with_start(task, engine)
             key = self.key(task, engine)
             # operators may need a state while its run is still in progress
             with self._lock(key):
@@ -261,12 +261,14 @@ class Runner:
             for outcome in outcomes:
                 round_.outcomes[outcome.case, outcome.variant, outcome.engine] = outcome
         for case in cases:
-            round_.verdicts += compare.judge(case, round_.outcomes, plant)
+            # after all runs, when nothing else runs
+            round_.times |= timing.measure(self, case, round_.outcomes)
+            round_.verdicts += compare.judge(case, round_.outcomes, plant, round_.times)
         round_.starts = self._starts(cases, round_)
         return round_
 
     def _starts(self, cases, round_):
-        """Verdicts about the start states of all variants, and about the masses, radii, and step of ConcorDEM's own run."""
+        """Verdicts about the start states of all variants, and about the masses, radii, and steps of the engines."""
         out = []
         for case in cases:
             for task in case.tasks:
