@@ -26,7 +26,7 @@ from .rounds import Outcome, Round
 
 _PACKAGE = Path(__file__).parent
 # what a run goes through; reports and comparisons are made again each time
-_OF_RUNS = ("engines", "process.py", "quantity.py", "result.py", "scenario.py", "stability.py", "start.py")
+_OF_RUNS = ("engines", "process.py", "quantity.py", "result.py", "scenario.py", "selfcheck.py", "stability.py", "start.py")
 # texts about a case, and checks, which change no run; changed scenarios are hashed themselves
 _OF_NO_RUN = {"README.md", "case.toml"}
 START = dict(name="start state", kind="start", peer="scenario", variants=["*"], of="start", tolerance=starts.ROUNDING,

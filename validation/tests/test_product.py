@@ -301,6 +301,76 @@ def test_an_engine_is_checked_without_a_peer(alone):
             cases.load("collision", alone / "cases")
 
 
+SPRING = """import json, os, pickle, sys
+first, task_file, output, checkpoint = sys.argv[1:]
+task = json.load(open(task_file))
+dt, k = task["time_step"], 4e4
+x, v, slow = (pickle.load(open(checkpoint, "rb")) if first == "again" else (1e-3, 0.0, 0.0))
+begin = task["steps"] // 2 + 1 if first == "again" else 0
+rows = []
+for step in range(begin, task["steps"] + 1):
+    if step % task["snapshot_interval"] == 0:
+        rows.append(f"{step},{x!r}")
+    slow += 0.01 * (x - slow)   # a history
+    v -= k * (x - 0.5 * slow) * dt
+    x += v * dt
+pickle.dump(KEPT, open(checkpoint, "wb"))
+open(output, "w").write("\\n".join(["step,x", "1,m", *rows]))
+"""
+
+
+@pytest.fixture
+def spring(tmp_path, monkeypatch):
+    """A code with a history, and a case that stops and continues it; returns what judges it."""
+    monkeypatch.setenv(concordem.VARIABLE, "/nowhere/concordem")
+    monkeypatch.chdir(tmp_path)
+    place = tmp_path / "cases/spring"
+    place.mkdir(parents=True)
+    (place / "scenario.toml").write_text(SCENARIO)
+    (place / "case.toml").write_text(
+        'title = "t"\nquestion = "q"\nsource = "s"\nreference = "spring"\nengines = ["spring@restart"]\n[[check]]\nname = "restart"\nkind = "series"\n'
+        'peer = "spring@restart"\nof = "x"\ntolerance = 1e-14\nreason = "the same bits, written in full"\n')
+
+    def verdict(kept="(x, v, slow)", restart='restart = "python3 spring.py again {task} {output} {checkpoint}"', command="{checkpoint}", change=None):
+        (tmp_path / "spring.py").write_text((change or (lambda text: text))(SPRING.replace("KEPT", kept)))
+        (tmp_path / "validate.toml").write_text(f'[engine.spring]\ncommand = "python3 spring.py first {{task}} {{output}} {command}"\n{restart}\n')
+        made = project.load()
+        registry.ENGINES.pop("spring@restart", None)
+        round_ = runner.Runner(made.output, quiet=True).run([cases.load("spring", made.roots[0])])
+        return round_.verdicts[0]
+
+    yield verdict
+    for name in ("spring", "spring@restart"):
+        registry.ENGINES.pop(name, None)
+
+
+def test_a_restart_is_checked_for_any_command(spring):
+    assert (spring().status, spring().difference) == ("pass", 0.0)
+    # a history, or a velocity, that is not stored
+    for kept in ("(x, v, 0.0)", "(x, 0.0, slow)"):
+        assert spring(kept).cause == "difference"
+    # a step too many
+    assert spring(change=lambda text: text.replace("// 2 + 1 if", "// 2 if")).cause == "difference"
+    # what the second part begins with late, or leaves out
+    assert spring(change=lambda text: text.replace("// 2 + 1 if", "// 2 + 31 if")).cause in ("short", "error", "difference")
+    assert spring(change=lambda text: text.replace('["step,x", "1,m", *rows]', '["step,y" if first == "again" else "step,x", "1,m", *rows]')).cause == "error"
+
+
+def test_an_engine_that_cannot_restart_says_so(spring, engines):
+    verdict = spring(restart="")
+    assert verdict.status == "fail" and "has no command `restart`; add it to validate.toml" in verdict.message
+    missing = spring(change=lambda text: text.replace("pickle.dump", "0 and pickle.dump"))
+    assert missing.status == "fail" and "without writing {checkpoint}" in missing.message, missing.message
+    with pytest.raises(HarnessError, match="validate.toml:.*`command` has no {checkpoint}"):
+        spring(command="x")
+    with pytest.raises(HarnessError, match="`restart` has no {output}"):
+        spring(restart='restart = "python3 spring.py {checkpoint}"')
+    registry.know("one@restart")
+    task = cases.Task("c", "v", Path("."), {"stop": {"steps": 100}, **{}}, None, start=start.state(__import__("tomllib").loads(SCENARIO), Path(".")))
+    with pytest.raises(Unsupported, match="cannot stop and continue one; give it a function"):
+        registry.ENGINES.pop("one@restart")._run(task, Path("."), 1)
+
+
 def test_twins_set_the_window_of_a_chaotic_run(tmp_path, monkeypatch):
     """The logistic map doubles a difference at each step: 1e-16 is 1 after some fifty."""
     from concordem_validate.result import Result
