@@ -133,9 +133,10 @@ class Case:
         """The same case with every check between all engines of its name, with the widest of their tolerances."""
         out, groups = [], {}
         for check in self.checks:
-            groups.setdefault((check.name, check.of, check.kind, tuple(check.variants)), []).append(check)
+            groups.setdefault((check.name, check.of, check.kind, tuple(check.variants), check.reference), []).append(check)
         for members in groups.values():
-            if members[0].kind in ("balance", "speed") or any("@" in c.peer for c in members):
+            # a check with a reference of its own is about that engine
+            if members[0].kind in ("balance", "speed") or members[0].reference != self.reference or any("@" in c.peer for c in members):
                 out += members
                 continue
             widest = max(members, key=lambda c: c.known[1] if c.known else c.tolerance)

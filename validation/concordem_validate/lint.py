@@ -29,7 +29,7 @@ def _case(case):
                 yield f"variant {variant} runs {engine}, but no check compares it; add one, or leave the engine out"
     seen = {}
     for check in case.checks:
-        key = (check.name, check.peer, check.of, check.norm, check.over, tuple(check.variants))
+        key = (check.name, *check.pair, check.of, check.norm, check.over, tuple(check.variants))
         if key in seen:
             yield f"check `{check.name}` with {check.peer} is there twice; remove one"
         seen[key] = check

@@ -452,6 +452,19 @@ def test_bits_and_speed_are_checks(folder, engines):
     assert "rounding" in next(v.message for v in judged(folder).verdicts if v.check.name == "bits")
 
 
+def test_a_check_with_its_own_reference_stays_about_it(folder, engines):
+    write_case(folder, '[[check]]\nname = "force"\nkind = "series"\npeer = ["two", "three"]\nof = "force"\ntolerance = 1e-6\nreason = "a tolerance for tests"\n'
+                       '[[check]]\nname = "others"\nkind = "series"\nreference = "two"\npeer = "three"\nof = "force"\ntolerance = 1e-9\n'
+                       'reason = "a tolerance for tests"\n', '["two", "three"]')
+    engines["one"].change = plus(1e-7)
+    case = cases.load("small", folder / "cases")
+    for changed, pairs in ((case, [("one", "two"), ("one", "three"), ("two", "three")]),
+                           (case.all_pairs(), [("one", "two"), ("one", "three"), ("two", "three"), ("two", "three")]),
+                           (case.with_reference("three"), [("three", "two"), ("three", "one"), ("two", "three")])):
+        round_ = runner.Runner(folder / "out", quiet=True).run([changed])
+        assert [(v.reference, v.peer) for v in round_.verdicts] == pairs and {v.status for v in round_.verdicts} == {"pass"}
+
+
 SPEED = '[[check]]\nname = "speed"\nkind = "speed"\npeer = "two"\nband = [0.5, 1.25]\nrepeats = 3\nreason = "as fast as the other"\n'
 
 

@@ -232,6 +232,20 @@ def test_what_a_peer_computes_with_is_read_back(fault, tmp_path):
     assert [v.cause for v in planted] == ["start"] and said in planted[0].message, planted[0].message
 
 
+@pytest.mark.parametrize("text", ["500000 ps", "0.5 us", "5e-7", "0.5 m*mm/m^2*ms", "1e-6 J*s/N*m^2*m/m^2"])
+def test_the_program_reads_units_as_the_harness_does(text, tmp_path):
+    """A slash divides by the one unit after it."""
+    need("concordem")
+    task = cases.Task("chain", "main", tmp_path, {**chain(), "version": 1, "integration": {"time_step": text}}, None)
+    try:
+        one = concordem.export_start(task, tmp_path)
+    except HarnessError:
+        with pytest.raises(HarnessError):
+            start.state(task.scenario, tmp_path)
+        return
+    assert one.dt == start.state(task.scenario, tmp_path).dt
+
+
 @pytest.mark.parametrize("change, said", [
     (dict(integration={"time_step": "0.5 m"}), "0.5 m.*give values in s"), (dict(integration={"time_step": "0.5 uss"}), "unknown unit `uss`"),
     (dict(material=[{"name": "m", "density": "2500 kg"}]), "2500 kg.*give values in kg/m"),
