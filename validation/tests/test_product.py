@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from concordem_validate import case as cases
 from concordem_validate import cli, project, registry, rounds, runner, start, starter
-from concordem_validate.engines import command, concordem
+from concordem_validate.engines import command, concordem, lammps
 from concordem_validate.errors import HarnessError, NotInstalled, Unsupported
 from conftest import CASE, SCENARIO, Fake, judged, need
 
@@ -246,6 +246,37 @@ def test_the_example_of_kratos_refuses_by_name_what_it_does_not_know(tmp_path):
     finally:
         for name in [n for n in registry.ENGINES if n.startswith("kratos")]:
             registry.ENGINES.pop(name)
+
+
+def test_the_example_of_lammps_has_bonds_through_the_public_interface(tmp_path, monkeypatch):
+    folder = PACKAGE.parent / "examples/lammps"
+    need("lammps", "concordem")
+    shutil.copytree(folder, tmp_path / "lammps")
+    monkeypatch.chdir(tmp_path / "lammps")
+    monkeypatch.setenv("PATH", f"{lammps._program().parent}:{os.environ['PATH']}")
+    try:
+        made = project.load()
+        case = cases.load("chain", made.roots[0]).only(["elastic", "breaks"], ["concordem"])
+        round_ = runner.Runner(tmp_path / "out", quiet=True).run([case])
+        assert [v.status for v in round_.verdicts] == ["pass", "pass"], [v.message for v in round_.verdicts]
+        # the chain breaks: its end is elsewhere than in the elastic one
+        ends = [round_.outcomes["chain", v, "lammps-bonds"].result().series["position"].values[-1, -1, 0] for v in ("elastic", "breaks")]
+        assert ends[1] - ends[0] > 1e-4
+        # a bond 5 % too strong breaks some steps later
+        path = Path("bonds.py")
+        path.write_text(path.read_text().replace("strain = strength /", "strain = 1.05 * strength /"))
+        case = cases.load("chain", project.load().roots[0]).only(["breaks"], ["concordem"])
+        assert [v.cause for v in runner.Runner(tmp_path / "out", quiet=True).run([case]).verdicts] == ["difference"]
+        for change, said in ((dict(linear_bond={"normal_stiffness": 1e5, "shear_stiffness": 1.0}), "no shear spring"),
+                             (dict(linear_bond={"normal_stiffness": 1e5, "damping_ratio": 0.1}), "the law's damping_ratio")):
+            task = case.tasks[0]
+            task.scenario["material"][0].update(change)
+            task.start = start.state(task.scenario, task.folder)
+            Path("task.json").write_text(json.dumps(command.task_data(task)))
+            ran = subprocess.run([sys.executable, "bonds.py", "task.json", "out.csv"], capture_output=True, text=True)
+            assert ran.returncode == command.UNSUPPORTED and said in ran.stdout, ran.stdout + ran.stderr
+    finally:
+        registry.ENGINES.pop("lammps-bonds", None)
 
 
 @pytest.mark.skipif(not os.environ.get("CONCORDEM_LONG"), reason="long: make test-full")
