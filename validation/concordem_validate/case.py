@@ -2,6 +2,7 @@
 import fnmatch
 import importlib.util
 import itertools
+import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -23,7 +24,7 @@ _CASE = {"title": str, "question": str, "source": str, "tier": str, "time_limit_
 _VARIANT = {"name": str, "changes": dict, "peer_changes": dict, "scenario": str, "engines": list, "about": str, "command": str}
 _CHECK = {"name": str, "kind": str, "peer": (str, list), "variants": list, "of": str, "over": str, "meet": str, "norm": str, "match": str,
           "frame": str, "constant": bool, "may_be_zero": bool, "twin": float, "paired": bool, "to_step": int, "from_step": int, "from": (float, str), "to": (float, str),
-          "scale": (float, str), "tolerance": float, "reason": str, "quirk": str, "known": list}
+          "scale": (float, str), "tolerance": float, "band": list, "repeats": int, "reference": str, "reason": str, "quirk": str, "known": list}
 _CHOICES = {"kind": KINDS, "meet": {"common", "interpolate"}, "norm": set(NORMS), "match": {"id", "place"}, "frame": {"fixed", "rigid"}}
 
 
@@ -52,6 +53,8 @@ class Check:
     to_step: int = None
     first: float = None
     last: float = None
+    band: list = None  # least and most ratio of run times
+    repeats: int = None
     quirk: str = None
     known: list = None
     until: object = None
@@ -61,6 +64,15 @@ class Check:
     @property
     def pair(self):
         return self.reference, self.peer
+
+    @property
+    def allowed(self):
+        """What may be found, in words."""
+        if self.band is not None:
+            return f"{self.band[0]:.2g} … {self.band[1]:.2g}"
+        if self.known is not None:
+            return f"{self.known[0]:.1g} … {self.known[1]:.1g} (known)"
+        return f"≤ {self.tolerance:.1g}"
 
 
 @dataclass
@@ -110,7 +122,9 @@ class Case:
         """The same case with another reference. The old one becomes a peer, with the tolerance of its check with the new one if there is one."""
         if name == self.reference:
             return self
-        checks = [replace(c, reference=name, peer=c.reference if c.peer == name else c.peer, roles_changed=c.kind != "balance") for c in self.checks]
+        # a check with a reference of its own is about that engine
+        checks = [replace(c, reference=name, peer=c.reference if c.peer == name else c.peer, roles_changed=c.kind != "balance")
+                  if c.reference == self.reference else c for c in self.checks]
         both = {v: list(dict.fromkeys([*engines, self.reference])) for v, engines in self.engines_of.items()}
         engines = list(dict.fromkeys([*self.engines, self.reference]))
         return replace(self, reference=name, engines=engines, engines_of=both, checks=checks)
@@ -119,9 +133,10 @@ class Case:
         """The same case with every check between all engines of its name, with the widest of their tolerances."""
         out, groups = [], {}
         for check in self.checks:
-            groups.setdefault((check.name, check.of, check.kind, tuple(check.variants)), []).append(check)
+            groups.setdefault((check.name, check.of, check.kind, tuple(check.variants), check.reference), []).append(check)
         for members in groups.values():
-            if members[0].kind == "balance":
+            # a check with a reference of its own is about that engine
+            if members[0].kind in ("balance", "speed") or members[0].reference != self.reference or any("@" in c.peer for c in members):
                 out += members
                 continue
             widest = max(members, key=lambda c: c.known[1] if c.known else c.tolerance)
@@ -259,8 +274,8 @@ def _checks(file, number, table, engines, reference, known):
         raise error("name", "`reason` is missing; give the reason of the tolerance")
     if table["kind"] == "bits":
         table.setdefault("tolerance", 0.0)
-    if ("quirk" in table) != ("known" in table) or ("tolerance" in table) == ("known" in table):
-        raise error("tolerance", "give either `tolerance`, or both `quirk` and `known = [least, most]`")
+    if ("quirk" in table) != ("known" in table) or ("tolerance" in table) + ("known" in table) + ("band" in table) != 1:
+        raise error("tolerance", "give either `tolerance`, or both `quirk` and `known = [least, most]`; of `speed` also `band = [least, most]`")
     if "quirk" in table:
         if table["quirk"] not in known:
             raise error("quirk", f"quirks.toml has no quirk `{table['quirk']}`; add it")
@@ -269,10 +284,15 @@ def _checks(file, number, table, engines, reference, known):
     for key, name in (("from", "first"), ("to", "last")):
         if key in table:
             table[name] = si(table.pop(key))
+    reference = table.pop("reference", reference)
+    if reference not in engines and reference != file.data.get("reference", "concordem"):
+        raise error("reference", f"`{reference}` is not one of the case's engines: {', '.join(engines)}")
     peers = table.pop("peer")
     for peer in [peers] if isinstance(peers, str) else peers:
         if table.get("twin") is not None and not (table["kind"] == "series" and table["twin"] >= 1):
             raise error("twin", "`twin` is for series; give the allowed multiple of the twins' difference, from 1")
+        if peer == reference:
+            raise error("peer", f"`{peer}` would be compared with itself; give another `peer` or `reference`")
         if peer not in engines and (peer, table["kind"]) != (ITSELF, "balance"):
             raise error("peer", f"`{peer}` is not one of the case's engines: {', '.join(engines)}")
         yield Check(**{"variants": ["*"], **table, "peer": peer, "reference": reference})
@@ -288,7 +308,17 @@ def _limits(error, table):
             raise error("known", f"`known` is {range_}; give [least, most]")
     if "scale" in table and isinstance(table["scale"], str) and table["scale"] not in ("maximum", "displacement", "sum"):
         si(table["scale"])
+    for key in ("band", "repeats"):
+        if key in table and table["kind"] != "speed":
+            raise error(key, f"`{key}` is for `kind = \"speed\"`")
+    if table["kind"] == "speed":
+        range_ = table.get("band") or table.get("known") or [0, table.get("tolerance")]
+        if len(range_) != 2 or not all(isinstance(v, (int, float)) for v in range_) or not 0 <= range_[0] < range_[1] or range_[1] == math.inf:
+            raise error("band", f"the ratio may be {range_}; give `band = [least, most]` of the run time of the reference over that of the peer")
+        if table.get("repeats", 1) < 1:
+            raise error("repeats", f"`repeats` is {table['repeats']}; give a number from 1")
+        return
     relative = table.get("scale", "maximum") in ("maximum", "displacement", "sum")
     most = table["known"][1] if "known" in table else table["tolerance"]
-    if relative and most >= 1 and table["kind"] not in ("bits", "speed"):
+    if relative and most >= 1 and table["kind"] != "bits":
         raise error("tolerance" if "tolerance" in table else "known", f"a relative tolerance of {most:g} lets zero pass; give less than 1")

@@ -116,7 +116,7 @@ def _list(options):
             one = cases.load(name, root)
             print(f"{name:28} {one.tier:5} {len(one.tasks):3} variants, {', '.join(one.engines)}: {one.title}")
             for check in one.checks if options.checks else []:
-                limit = f"known {check.known} ({check.quirk})" if check.quirk else f"≤ {check.tolerance:g}"
+                limit = f"known {check.known} ({check.quirk})" if check.quirk else check.allowed
                 print(f"    {check.name} | {check.peer} | {limit} | {check.reason.strip()}")
     return rounds.AGREES
 
@@ -202,14 +202,14 @@ def _again(options, made, round_, starts):
     there = lambda case: {(v, e) for c, v, e in round_.outcomes if c == case.name}
     loaded = [c.only({v for v, _ in there(c)}, {e for _, e in there(c)}) for c in loaded]
     for case in loaded:
-        round_.verdicts += compare.judge(case, round_.outcomes)
+        round_.verdicts += compare.judge(case, round_.outcomes, times=round_.times)
     round_.starts = [outputs.start_verdict(one) for one in starts]
     return _finish(options, made, loaded, round_, _strict(options, made))
 
 
 def _report(options):
     made = _project(options)
-    return _again(options, made, rounds.Round(rounds.outcomes(made.output)), rounds.record(made.output)["starts"])
+    return _again(options, made, rounds.Round(rounds.outcomes(made.output), times=rounds.times(made.output)), rounds.record(made.output)["starts"])
 
 
 def _merge(options):

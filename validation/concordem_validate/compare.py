@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import balance, meeting, norms
+from . import balance, meeting, norms, timing
 from . import difference as bits
 from .engines.translate import steps_of
 from .errors import HarnessError, Incomparable
@@ -148,14 +148,6 @@ def scalar(check, ours, theirs, names=("concordem", None)):
     return off / size, (x, y)
 
 
-def speed(check, ours, theirs):
-    """Wall time of the reference over that of the peer; the tolerance is the largest ratio."""
-    times = [r.numbers.get("wall_s") for r in (ours, theirs)]
-    if not all(times):
-        raise Incomparable("error", "a result has no number `wall_s`")
-    return times[0] / times[1]
-
-
 def band(differences):
     """Mean and half width of its 95 % confidence interval."""
     d = np.asarray(differences)
@@ -182,6 +174,12 @@ def _settle(verdict, difference, roles_changed=False):
     verdict.difference = difference
     if math.isnan(difference):
         verdict.status, verdict.cause, verdict.message = "fail", "nan", "the difference is NaN"
+    elif check.band is not None:
+        low, high = check.band
+        verdict.status = "pass" if low <= difference <= high else "fail"
+        verdict.cause = "" if verdict.status == "pass" else "difference"
+        if verdict.status == "fail":
+            verdict.message = f"the ratio of run times is {difference:.3g}, allowed are {low:g} to {high:g}. {verdict.message}"
     elif check.known is not None:
         low, high = check.known
         # the range is of the pair that it was measured with; another pair may differ less
@@ -213,8 +211,8 @@ def fail(verdict, error):
 class Judge:
     """All verdicts of a case."""
 
-    def __init__(self, case, outcomes, plant=None):
-        self.case, self.outcomes, self.plant = case, outcomes, plant or {}
+    def __init__(self, case, outcomes, plant=None, times=None):
+        self.case, self.outcomes, self.plant, self.times = case, outcomes, plant or {}, times or {}
         self.tasks = {task.variant: task for task in case.tasks}
         self.results = {}
 
@@ -273,7 +271,7 @@ class Judge:
             found = bits.same_bits(ours, theirs)
             number, verdict.message = float(len(found)), "; ".join(found[:3])
         elif check.kind == "speed":
-            number = speed(check, ours, theirs)
+            number, verdict.message = timing.ratio(self.times.get((self.case.name, variant, *names)), names)
         else:
             for one, name in zip((ours, theirs), names):
                 _whole_run(one, _end(task, ours), name)
@@ -368,8 +366,8 @@ def _end(task, result):
     return None if planned is None else planned * result.dt
 
 
-def judge(case, outcomes, plant=None):
-    return Judge(case, outcomes, plant).verdicts()
+def judge(case, outcomes, plant=None, times=None):
+    return Judge(case, outcomes, plant, times).verdicts()
 
 
 def odd_one_out(verdicts):

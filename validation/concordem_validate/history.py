@@ -9,7 +9,7 @@ _WIDTH, _HEIGHT = 260, 56
 
 
 def _share(verdict):
-    limit = verdict["known"][1] if verdict.get("known") else verdict.get("tolerance")
+    limit = next((verdict[key][1] for key in ("known", "band") if verdict.get(key)), verdict.get("tolerance"))
     if verdict["difference"] is None:
         return None
     return verdict["difference"] / limit if limit else (0.0 if verdict["difference"] == 0 else 2.0)

@@ -14,7 +14,7 @@ def find(cases, output=None):
         found = rounds.outcomes(output)
         for case in cases:
             if any(key[0] == case.name for key in found):
-                out += [f"{v.case} · {v.variant} · {v.check.name} · {v.peer}: {v.message}" for v in compare.judge(case, found) if v.cause == "blind"]
+                out += [f"{v.case} · {v.variant} · {v.check.name} · {v.peer}: {v.message}" for v in compare.judge(case, found, times=rounds.times(output)) if v.cause == "blind"]
     return out
 
 
@@ -29,7 +29,7 @@ def _case(case):
                 yield f"variant {variant} runs {engine}, but no check compares it; add one, or leave the engine out"
     seen = {}
     for check in case.checks:
-        key = (check.name, check.peer, check.of, check.norm, check.over, tuple(check.variants))
+        key = (check.name, *check.pair, check.of, check.norm, check.over, tuple(check.variants))
         if key in seen:
             yield f"check `{check.name}` with {check.peer} is there twice; remove one"
         seen[key] = check

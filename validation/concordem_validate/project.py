@@ -9,7 +9,7 @@ from .errors import HarnessError
 
 NAME = "validate.toml"
 _TOP = {"cases": list, "reference": str, "output": str, "require": list, "engine": dict}
-_ENGINE = {"command": (str, list), "version": (str, list), "inputs": list, "output": str, "environment": dict, "needs_start": bool}
+_ENGINE = {"command": (str, list), "version": (str, list), "restart": (str, list), "inputs": list, "output": str, "environment": dict, "needs_start": bool}
 
 
 @dataclass

@@ -74,7 +74,7 @@ class Check(pytest.Item):
         if verdict.status in ("missing", "skipped") and not (verdict.status == "missing" and self.config.getoption("--concordem-strict")):
             pytest.skip(verdict.message)
         if verdict.status != "pass":
-            raise Failed(f"{text}\nAllowed: {verdict.check.known or verdict.check.tolerance}. {verdict.check.reason.strip()}")
+            raise Failed(f"{text}\nAllowed: {verdict.check.allowed}. {verdict.check.reason.strip()}")
 
     def repr_failure(self, excinfo):
         return str(excinfo.value) if isinstance(excinfo.value, Failed) else super().repr_failure(excinfo)

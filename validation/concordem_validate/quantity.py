@@ -16,7 +16,7 @@ _DIMENSIONS = {
     "rev": (0, 0, 0, 0, 1), "rpm": (0, 0, -1, 0, 1), "Hz": (0, 0, -1, 0, 0), "N": (1, 1, -2, 0, 0), "Pa": (-1, 1, -2, 0, 0),
     "bar": (-1, 1, -2, 0, 0), "J": (2, 1, -2, 0, 0), "W": (2, 1, -3, 0, 0), "K": (0, 0, 0, 1, 0),
 }
-_PREFIXES = {"T": 12, "G": 9, "M": 6, "k": 3, "h": 2, "d": -1, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}
+_PREFIXES = {"T": 12, "G": 9, "M": 6, "k": 3, "h": 2, "d": -1, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9, "p": -12}
 _NUMBER = re.compile(r"\s*([+-]?[\d_]*\.?[\d_]*(?:[eE][+-]?\d+)?)\s*(.*)$")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
@@ -31,7 +31,7 @@ def _unit(symbol):
 
 
 def _parts(unit):
-    """The units of a product or quotient: (symbol without prefix, power of ten, power)."""
+    """The units of a product or quotient: (symbol without prefix, power of ten, power). A slash divides by the one unit after it."""
     over = False
     for part in re.split(r"([/*· ])", unit.translate(_SUPERSCRIPTS).strip()):
         part = part.strip()
@@ -42,6 +42,7 @@ def _parts(unit):
             if not match:
                 raise HarnessError(f"cannot read the unit `{unit}`; write for example kg/m^3")
             power = int(match[2] or 1) * (-1 if over else 1)
+            over = False
             symbol, ten = _unit(match[1])
             yield symbol, ten, power
 
@@ -56,8 +57,8 @@ def factor(unit, wanted):
     return si(f"1 {unit}") / si(f"1 {wanted}")
 
 
-def si(value):
-    """A number, or a string with a unit, as a real in SI units.
+def si(value, wanted=None):
+    """A number, or a string with a unit, as a real in SI units. `wanted`: a unit of the dimension that a text must have.
 
     Powers of ten are added to the exponent before the number is parsed, as in the program, so that both are bitwise equal.
     """
@@ -68,6 +69,13 @@ def si(value):
     number, unit = _NUMBER.match(value).groups()
     if not number.strip("+-."):
         raise HarnessError(f"`{value}` does not begin with a number; give a number and a unit")
+    if wanted:
+        if not unit.strip():
+            raise HarnessError(f"`{value}` has no unit; give a number, or one in {wanted}")
+        try:
+            factor(unit, wanted)
+        except HarnessError as error:
+            raise HarnessError(f"`{value}`: {error}") from None
     number = number.replace("_", "")
     size, ten = 1.0, 0
     try:
@@ -80,9 +88,9 @@ def si(value):
     return float(f"{mantissa}e{int(exponent or 0) + ten}") * size
 
 
-def vector(values):
+def vector(values, wanted=None):
     """Three quantities."""
-    return [si(v) for v in values]
+    return [si(v, wanted) for v in values]
 
 
 def base(unit):

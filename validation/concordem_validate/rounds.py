@@ -68,6 +68,7 @@ class Round:
     verdicts: list = field(default_factory=list)
     starts: list = field(default_factory=list)
     changes: list = field(default_factory=list)  # against a baseline
+    times: dict = field(default_factory=dict)  # pairs of seconds by case, variant, reference, and peer
 
     def failed(self, strict):
         """Whether the round is not good; with `strict` a missing engine counts."""
@@ -95,7 +96,7 @@ def _plain(value):
 
 def describe(verdict):
     check = verdict.check
-    limit = dict(known=check.known, quirk=check.quirk) if check.known else dict(tolerance=check.tolerance)
+    limit = dict(known=check.known, quirk=check.quirk) if check.known else dict(band=check.band) if check.band else dict(tolerance=check.tolerance)
     return dict(case=verdict.case, variant=verdict.variant, check=check.name, kind=check.kind, of=check.of, reference=verdict.reference,
                 peer=verdict.peer, status=verdict.status, cause=verdict.cause, difference=_plain(verdict.difference), **limit, norm=check.norm,
                 reason=check.reason.strip(), message=verdict.message)
@@ -110,7 +111,8 @@ def write(folder, round_, code):
         outcomes=[dict(case=o.case, variant=o.variant, engine=o.engine, status=o.status, message=o.message,
                        path=os.path.relpath(o.path, folder) if o.path else None, kept=o.kept) for o in round_.outcomes.values()],
         verdicts=[describe(v) for v in round_.verdicts], starts=[describe(v) for v in round_.starts],
-        changes=[describe(v) for v in round_.changes])
+        changes=[describe(v) for v in round_.changes],
+        times=[dict(case=c, variant=v, reference=a, peer=b, seconds=s) for (c, v, a, b), s in round_.times.items()])
     partial = path.with_name(f".{RECORD}.{os.getpid()}")
     partial.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
     partial.replace(path)
@@ -134,6 +136,11 @@ def outcomes(folder):
         for o in record(folder)["outcomes"]}
 
 
+def times(folder):
+    """The run times of a recorded round, which machines with other rounds do not change: both of a pair are of one machine."""
+    return {(t["case"], t["variant"], t["reference"], t["peer"]): t["seconds"] for t in record(folder).get("times", [])}
+
+
 def merge(folders, target):
     """One round of several that other machines made. A finished run counts more than a missing engine."""
     target = Path(target)
@@ -152,5 +159,6 @@ def merge(folders, target):
                     shutil.copy(outcome.path, place)
                 outcome.path = place
             merged.outcomes[key] = outcome
+        merged.times |= times(folder)
         starts |= {(s["case"], s["variant"]): s for s in record(folder)["starts"]}
     return merged, list(starts.values())

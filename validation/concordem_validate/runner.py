@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import compare, programs, provenance, registry
+from . import compare, programs, provenance, registry, timing
 from . import start as starts
 from .case import Check
 from .engines import concordem
@@ -26,7 +26,7 @@ from .rounds import Outcome, Round
 
 _PACKAGE = Path(__file__).parent
 # what a run goes through; reports and comparisons are made again each time
-_OF_RUNS = ("engines", "process.py", "quantity.py", "result.py", "scenario.py", "start.py")
+_OF_RUNS = ("engines", "process.py", "quantity.py", "result.py", "scenario.py", "selfcheck.py", "stability.py", "start.py")
 # texts about a case, and checks, which change no run; changed scenarios are hashed themselves
 _OF_NO_RUN = {"README.md", "case.toml"}
 START = dict(name="start state", kind="start", peer="scenario", variants=["*"], of="start", tolerance=starts.ROUNDING,
@@ -112,12 +112,12 @@ class Runner:
         plant = [fingerprint(f) for name in ("concordem", engine) for f in task.plant.get(name, [])]
         also = getattr(one, "also", lambda _: "")(task)
         if engine == concordem.NAME and task.peer:
-            also += self.key(self._with_start(copy.copy(task), task.peer), task.peer)
+            also += self.key(self.with_start(copy.copy(task), task.peer), task.peer)
         text = json.dumps([engine, self.version(engine), harness_hash(), case_hash(task), _hash_of(task.start), plant, task.check_threads, also],
                           default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
-    def _with_start(self, task, engine):
+    def with_start(self, task, engine):
         if registry.needs_start(engine) and task.command != "elastic":
             task.start = self.start_of(task)
         return task
@@ -173,7 +173,8 @@ class Runner:
         """A verdict about the start state: peers that get a wrong one from us would agree with us."""
         verdict = compare.Verdict(task.case, task.variant, Check(**START), "pass", 0.0)
         try:
-            verdict.message = "compared: " + starts.compare(start, task.scenario, task.folder)
+            words, alone = starts.compare(start, task.scenario, task.folder)
+            verdict.message = "compared: " + ", ".join(words) + (f"; of ConcorDEM alone: {', '.join(alone)}" if alone else "")
         except Unsupported as error:
             verdict.status, verdict.message = "skipped", str(error)
         except Exception as error:
@@ -184,7 +185,7 @@ class Runner:
         """Run one engine on one variant, or reuse a finished run. `added`: the case does not name the engine, so it may refuse."""
         out = Outcome(task.case, task.variant, engine, "done")
         try:
-            self._with_start(task, engine)
+            self.with_start(task, engine)
             key = self.key(task, engine)
             # operators may need a state while its run is still in progress
             with self._lock(key):
@@ -260,12 +261,14 @@ class Runner:
             for outcome in outcomes:
                 round_.outcomes[outcome.case, outcome.variant, outcome.engine] = outcome
         for case in cases:
-            round_.verdicts += compare.judge(case, round_.outcomes, plant)
+            # after all runs, when nothing else runs
+            round_.times |= timing.measure(self, case, round_.outcomes)
+            round_.verdicts += compare.judge(case, round_.outcomes, plant, round_.times)
         round_.starts = self._starts(cases, round_)
         return round_
 
     def _starts(self, cases, round_):
-        """Verdicts about the start states of all variants, and about the masses, radii, and step of ConcorDEM's own run."""
+        """Verdicts about the start states of all variants, and about the masses, radii, and steps of the engines."""
         out = []
         for case in cases:
             for task in case.tasks:
@@ -280,13 +283,22 @@ class Runner:
                 verdict = self.start_verdicts.get((task.case, task.variant))
                 if verdict is None:
                     continue
-                if verdict.status == "pass" and own and own.status == "done" and task.command == "run":
-                    try:
-                        starts.compare_run(own.result(), start)
-                    except HarnessError as error:
-                        compare.fail(verdict, error)
-                out.append(verdict)
+                out.append(self._of_engines(verdict, task, start, round_))
         return out
+
+    @staticmethod
+    def _of_engines(verdict, task, start, round_):
+        """The verdict, with what the engines say that they computed with."""
+        said = []
+        for (case, variant, engine), outcome in round_.outcomes.items() if verdict.status == "pass" and task.command == "run" else ():
+            if (case, variant) == (task.case, task.variant) and outcome.status == "done" and "@" not in engine:
+                try:
+                    names = starts.compare_run(outcome.result(), start, task.scenario.get("dimension", 3) == 2)
+                    said += [f"{engine} has the same {', '.join(names)}"] if names else []
+                except HarnessError as error:
+                    return compare.fail(verdict, error)
+        verdict.message += "".join(f"; {text}" for text in said)
+        return verdict
 
 
 def _jobs():

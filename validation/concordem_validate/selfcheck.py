@@ -4,16 +4,18 @@
 - `rotated`: x, y, z become y, z, x, which rounds nothing.
 - `renumbered`: the particles in reverse order.
 - `half-step`: half the time step and twice the steps; the difference is the error of the step, about a quarter for second order.
+- `restart`: half of the run, then the rest by another process from what the first has stored. An engine has a function for that,
+  `run_in_two(task, folder, limit)`.
 """
 import copy
 import math
 
 import numpy as np
 
-from . import start as starts
-from .errors import HarnessError, Unsupported
+from .engines import translate
+from .errors import HarnessError, Incomparable, Unsupported
 from .quantity import si
-from .result import Result
+from .result import Result, Series
 
 # what a turned or renumbered scenario may hold; everything else is refused
 _KNOWN = {"version", "title", "packing", "material", "bonds", "contacts", "integration", "set", "prescribe", "force", "initial", "stop", "output",
@@ -113,7 +115,45 @@ def _nothing(one, count):
     pass
 
 
-KINDS = {"twin": (_twin, _nothing), "rotated": (_rotated, _turned_back), "renumbered": (_renumbered, _numbered_back), "half-step": (_half_step, _nothing)}
+def _same(document):
+    return document
+
+
+def half_of(task):
+    """The step at which a run in two parts stops: half way, where a sample and a snapshot are written."""
+    if task.scenario.get("stage"):
+        raise Unsupported("`restart`: no run in stages")
+    steps, output = translate.steps_of(task.scenario, task.start.dt), task.scenario.get("output", {})
+    interval = math.lcm(output.get("sample_interval", 10), output.get("snapshot_interval") or 1)
+    half = steps // 2 // interval * interval
+    if not 0 < half < steps:
+        raise Unsupported(f"`restart`: the run of {steps} steps has no sample near its middle; give a smaller output.sample_interval")
+    return half
+
+
+def joined(first, second, half):
+    """The result of a run in two parts: samples up to the step `half` are of the first, later ones of the second."""
+    one = copy.copy(second)
+    one.series = {}
+    for name, a in first.series.items():
+        if name not in second.series:
+            raise Incomparable("error", f"the second part of the run of {second.engine} has no series `{name}`")
+        b = second.series[name]
+        early, late = a.steps <= half, b.steps > half
+        if a.times is not None or b.times is not None:
+            end = half * first.dt * (1 + 1e-9)
+            early, late = first.time(name) <= end, second.time(name) > end
+        times = None if a.times is None else np.concatenate([a.times[early], b.times[late]])
+        one.series[name] = Series(np.concatenate([a.steps[early], b.steps[late]]), np.concatenate([a.values[early], b.values[late]]), a.unit,
+                                  a.description, times)
+    # what happened in the first part
+    one.fields = {name: (np.concatenate([first.fields[name][0], values]), unit) if name.startswith("events/") and name in first.fields
+                  else (values, unit) for name, (values, unit) in second.fields.items()}
+    return one
+
+
+KINDS = {"twin": (_twin, _nothing), "rotated": (_rotated, _turned_back), "renumbered": (_renumbered, _numbered_back), "half-step": (_half_step, _nothing),
+         "restart": (_same, _nothing)}
 
 
 class SelfCheck:
@@ -132,15 +172,24 @@ class SelfCheck:
         return getattr(self.engine, "also", lambda _: "")(task)
 
     def run(self, task, folder, limit):
+        from . import start as starts
         own = copy.copy(task)
         own.scenario, own.check_threads = self.change(task.scenario), False
         exported = copy.copy(task.start)
         exported.dt = task.start.dt * (0.5 if self.kind == "half-step" else 1.0)
         own.start = starts.state(own.scenario, task.folder, exported)
-        result = self.engine.run(own, folder, limit)
+        result = self._run(own, folder, limit)
         if not isinstance(result, Result):
             raise HarnessError(f"{self.engine.NAME} returned no result")
         for one in result.series.values():
             self.back(one, len(task.start.radius))
         result.engine = self.NAME
         return result
+
+    def _run(self, task, folder, limit):
+        if self.kind != "restart":
+            return self.engine.run(task, folder, limit)
+        in_two = getattr(self.engine, "run_in_two", None)
+        if in_two is None:
+            raise Unsupported(f"the harness cannot stop and continue {self.engine.NAME}; give it a function `run_in_two`, or a command `restart`")
+        return in_two(task, folder, limit)

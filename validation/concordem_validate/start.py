@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import packings, stability
 from .engines import translate
 from .errors import HarnessError, Incomparable, Unsupported
 from .quantity import si, vector
@@ -16,6 +17,8 @@ from .quantity import si, vector
 ROUNDING = 1e-14
 # The speed of a loading follows from the mean position of a layer, a sum of hundreds of numbers.
 _OF_SUMS = 1e-12
+# A peer computes a mass from a density that was computed from the mass, in another unit of length, and prints it.
+_OF_RUNS = 1e-13
 # The program's own relative tolerance for pairs at the edge of the reach of a bond.
 _TIE = 1e-9
 
@@ -45,7 +48,7 @@ def given(document, folder):
     packing = document["packing"]
     match packing.get("kind"):
         case "spheres":
-            rows = [[si(v) for v in sphere] for sphere in packing["spheres"]]
+            rows = [[si(v, "m") for v in sphere] for sphere in packing["spheres"]]
         case "file" if str(packing.get("path", "")).endswith(".txt") and not set(packing) - {"kind", "path"}:
             try:
                 rows = np.loadtxt(folder / packing["path"], ndmin=2)[:, :4]
@@ -65,12 +68,10 @@ def state(document, folder, exported=None):
                           "give spheres or a file of them")
     position, radius = own if own is not None else (exported.position, exported.radius)
     step = document.get("integration", {}).get("time_step", "auto")
-    if step == "auto" and exported is None:
-        raise Unsupported("the time step is automatic, which only ConcorDEM computes; give integration.time_step")
     count = len(radius)
     cell = document["packing"].get("cell")
-    edges = np.array(vector(cell)) if cell else exported.cell if exported is not None else np.zeros(0)
-    one = Start(exported.dt if step == "auto" else si(step), position, np.zeros((count, 3)), np.zeros((count, 3)), radius, np.zeros(count),
+    edges = np.array(vector(cell, "m")) if cell else exported.cell if exported is not None else np.zeros(0)
+    one = Start(math.nan if step == "auto" else si(step, "s"), position, np.zeros((count, 3)), np.zeros((count, 3)), radius, np.zeros(count),
                 np.zeros(count, int), np.zeros((0, 2), np.int64), np.zeros(0), edges)
     used = {g["name"] for g in document.get("set", []) if "material" in g} | {i["set"] for i in document.get("initial", [])}
     sets, names = translate.members(document, one, used), [m["name"] for m in document["material"]]
@@ -78,16 +79,18 @@ def state(document, folder, exported=None):
         if "material" in group:
             one.material[sets[group["name"]]] = names.index(group["material"])
     volume = math.pi * radius**2 if document.get("dimension", 3) == 2 else 4 / 3 * math.pi * radius**3
-    one.mass = np.array([si(m["density"]) for m in document["material"]])[one.material] * volume
+    one.mass = np.array([si(m["density"], "kg/m^3") for m in document["material"]])[one.material] * volume
     for initial in document.get("initial", []):
-        for key in ("velocity", "angular_velocity"):
+        for key, unit in (("velocity", "m/s"), ("angular_velocity", "rad/s")):
             if key in initial:
-                getattr(one, key)[sets[initial["set"]]] = vector(initial[key])
+                getattr(one, key)[sets[initial["set"]]] = vector(initial[key], unit)
     _loading(document, one)
     if not any("field" in prescribed for prescribed in document.get("prescribe", [])):
         _, one.velocity, one.angular_velocity = translate.prescribed(document, one)
     if "bonds" in document:
         one.bonds, one.reference_length = _bonds(document, one)
+    if step == "auto":
+        one.dt = stability.time_step(document, one) if exported is None else exported.dt
     return one
 
 
@@ -133,52 +136,47 @@ def _largest(name, theirs, ours, scale, rounding=ROUNDING):
     if theirs.shape != ours.shape:
         raise Incomparable("start", f"start state: {name} has shape {theirs.shape}, the scenario gives {ours.shape}")
     differs = np.abs(theirs - ours)
-    if differs.size and not differs.max() <= rounding * scale:
-        worst = int(np.argmax(differs.reshape(len(differs), -1).max(axis=1))) if differs.ndim else 0
+    if differs.size and not np.all(differs <= rounding * scale):
+        beyond = np.where(differs <= rounding * scale, 0.0, differs)
+        worst = int(np.argmax(beyond.reshape(len(differs), -1).max(axis=1))) if differs.ndim else 0
         at = f" of particle {worst}" if differs.ndim else ""
         of = lambda v: np.array2string(np.asarray(v[worst] if np.ndim(v) else v), precision=17)
         raise Incomparable("start", f"start state: {name}{at} is {of(theirs)} in the program, but {of(ours)} by the scenario")
 
 
 def compare(exported, document, folder):
-    """Refuse an exported state that the scenario does not give. Returns what was compared, in words."""
+    """Refuse an exported state that the scenario does not give. Returns what was compared, and what only the program says, in words."""
+    # first the packing, from which velocities and bonds follow
+    words, alone = packings.check(document, exported) if given(document, folder) is None else (["position", "radius"], [])
     own = state(document, folder, exported)
     size = max(float(np.abs(own.position).max(initial=0)), float(own.radius.max(initial=0)))
-    words = ["position", "radius", "mass", "material", "velocity", "angular velocity"]
     _largest("position", exported.position, own.position, size)
     _largest("radius", exported.radius, own.radius, float(own.radius.max(initial=0)))
-    _extent(document, exported)
-    _largest("mass", exported.mass, own.mass, own.mass.min(initial=np.inf) if len(own.mass) else 1)
+    _largest("mass", exported.mass, own.mass, own.mass)
     _largest("material", exported.material.astype(float), own.material.astype(float), 0)
     _largest("velocity", exported.velocity, own.velocity, np.abs(own.velocity).max(initial=0), _OF_SUMS)
     _largest("angular velocity", exported.angular_velocity, own.angular_velocity, np.abs(own.angular_velocity).max(initial=0))
-    if document.get("integration", {}).get("time_step", "auto") != "auto":
-        _largest("time step", np.asarray(exported.dt), np.asarray(own.dt), own.dt)
-        words.append("time step")
+    words += ["mass", "material", "velocity", "angular velocity"]
     if "bonds" in document and set(document["bonds"]) <= {"law", "interaction_ratio"}:
         _same_bonds(exported, own, "heat" in document)
         words.append(f"{len(own.bonds)} bonds")
-    return ", ".join(words)
+    elif "bonds" in document:
+        alone.append("bonds")
+    _same_step(exported, own, document, words, alone)
+    return words, alone
 
 
-def _extent(document, exported):
-    """A generated packing has the radii and fills the shape that the scenario gives: a unit read wrong changes both."""
-    packing = document["packing"]
-    if packing.get("kind") in ("spheres", "file") or "radius" not in packing:
-        return
-    radius = si(packing["radius"])
-    if packing["kind"] == "lattice" or not set(packing) & {"spread", "radius_spread", "grading", "minimum_radius"}:
-        _largest("radius", exported.radius, np.full(len(exported.radius), radius), radius)
-    if "count" in packing and len(exported.radius) != packing["count"] and packing["kind"] == "random-dense" \
-            and packing.get("shape", {}).get("kind") == "periodic":
-        raise Incomparable("start", f"start state: {len(exported.radius)} particles, the scenario asks for {packing['count']}")
-    shape = packing.get("shape", {})
-    if shape.get("kind") == "box":
-        size = np.array(vector(shape["size"]))
-        extent = np.ptp(exported.position, axis=0) + 2 * radius
-        # dense packings reach within a few radii of the walls and do not pass them by more than one
-        if np.any(extent > size + 2 * radius) or np.any(extent < size - 6 * radius):
-            raise Incomparable("start", f"start state: the packing is {extent} m large, the scenario asks for {size} m")
+def _same_step(exported, own, document, words, alone):
+    """The time step: the given one, or the automatic one where it is computed here."""
+    wanted, rounding = own.dt, ROUNDING
+    if document.get("integration", {}).get("time_step", "auto") == "auto":
+        try:
+            wanted, rounding = stability.time_step(document, own), stability.TOLERANCE
+        except Unsupported:
+            alone.append("time step")
+            return
+    _largest("time step", np.asarray(exported.dt), np.asarray(wanted), wanted, rounding)
+    words.append("time step")
 
 
 def _same_bonds(exported, own, with_heat):
@@ -196,10 +194,17 @@ def _same_bonds(exported, own, with_heat):
         raise Incomparable("start", f"start state: the length of a bond is off by {np.abs(a - b).max():.3g} m")
 
 
-def compare_run(result, exported):
-    """Refuse a run whose masses, radii, or step are not those of the start state that the peers got."""
-    for name, wanted in (("mass", exported.mass), ("radius", exported.radius)):
-        if name in result.fields and len(result.fields[name][0]) == len(wanted):
-            _largest(f"{name} of the run", result.fields[name][0], wanted, wanted.min(initial=np.inf) if len(wanted) else 1)
-    if not math.isclose(result.dt, exported.dt, rel_tol=ROUNDING):
+def compare_run(result, exported, plane=False):
+    """Refuse a run whose engine has other masses, radii, moments of inertia, or another step than the start state. Returns what it says."""
+    inertia = np.repeat(exported.inertia(plane)[:, None], 3, axis=1)
+    said = []
+    for name, wanted in (("mass", exported.mass), ("radius", exported.radius), ("inertia", inertia)):
+        if name in result.fields:
+            values = np.asarray(result.fields[name][0], float)
+            wanted = wanted[:, 0] if values.ndim < wanted.ndim else wanted
+            _largest(f"{name} of the run of {result.engine}", values, wanted, wanted, _OF_RUNS)
+            said.append(name)
+    # a closed form or a table has no particles, and no step
+    if said and not math.isclose(result.dt, exported.dt, rel_tol=ROUNDING):
         raise Incomparable("start", f"the run of {result.engine} has a time step of {result.dt!r} s, the start state {exported.dt!r} s")
+    return said

@@ -265,3 +265,11 @@ def test_command_line(tmp_path, capsys):
     assert cli.main(["run", "lattice-elasticity", "--output", str(tmp_path)]) == 0
     assert (tmp_path / "report.html").exists()
     assert cli.main(["compare", str(tmp_path / "none.h5"), str(tmp_path / "none.h5")]) == 2
+
+
+def test_the_smoother_surface_slides_first_in_liggghts():
+    """As in ConcorDEM and YADE; the mean would be another contact wherever two materials meet."""
+    for law, keys in (("hertz_mindlin", dict(young=1e9, poisson=0.2)), ("frictional", dict(normal_stiffness=1e5, shear_stiffness=1e5))):
+        document = {"material": [{"name": str(mu), law: {**keys, "friction_coefficient": mu}} for mu in (0.3, 0.1)]}
+        properties = liggghts._MODELS[law](document)[1]
+        assert "coefficientFriction peratomtypepair 2 0.3 0.1 0.1 0.1" in properties, properties

@@ -405,7 +405,7 @@ def exported(tmp_path_factory):
 @pytest.mark.parametrize("fault", STARTS)
 def test_a_wrong_start_state_is_caught(exported, fault):
     task, one = exported
-    assert "15 bonds" in start.compare(one, task.scenario, task.folder)
+    assert "15 bonds" in start.compare(one, task.scenario, task.folder)[0]
     one = copy.deepcopy(one)
     STARTS[fault](one)
     with pytest.raises(Incomparable) as error:

@@ -15,7 +15,7 @@ from concordem_validate.result import Result
 @pytest.mark.parametrize("text, value", [
     ("50 mm", 0.05), ("30 GPa", 30e9), ("0.2 us", 2e-7), ("0.2 µs", 2e-7), ("4.8 g/cm^3", 4800.0), ("4800kg/m³", 4800.0),
     ("-3 1/s", -3.0), ("0.4 s^-1", 0.4), ("30 %", 0.3), ("1.5e2 N / mm", 1.5e5), ("1_000 g", 1.0), ("2 kg m^2", 2.0),
-    ("2 nN*m", 2e-9), ("180 deg", math.pi), ("30 rpm", math.pi), ("16 cm^3", 16e-6), (3, 3.0), ("225 mm^2", 225e-6),
+    ("2 nN*m", 2e-9), ("180 deg", math.pi), ("30 rpm", math.pi), ("16 cm^3", 16e-6), (3, 3.0), ("225 mm^2", 225e-6), ("20 ps", 2e-11), ("6 km/s*ms", 6.0),
 ])
 def test_quantities(text, value):
     # derived units have one more rounding than in the program

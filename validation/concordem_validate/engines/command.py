@@ -2,7 +2,10 @@
 
 The command gets the start state and the scenario in SI units (`{task}`, JSON; `{state}`, HDF5; `{scenario}`, the TOML as written), and
 writes `{output}`: CSV with a row of units, or HDF5. It ends with 77 if it cannot compute the scenario.
+
+For the self-check `restart`, `command` also writes `{checkpoint}`, from which the command `restart` continues.
 """
+import copy
 import json
 import shlex
 import shutil
@@ -11,7 +14,7 @@ from pathlib import Path
 
 import h5py
 
-from .. import process, programs, scenario
+from .. import process, programs, scenario, selfcheck
 from ..errors import Crashed, HarnessError, Incomparable, NotInstalled, Unsupported
 from ..quantity import si
 from ..result import Result
@@ -19,23 +22,29 @@ from . import translate
 
 FORMAT = "concordem-validate task 1"
 UNSUPPORTED = 77
-_PLACES = ("{task}", "{state}", "{scenario}", "{output}", "{case}")
+_CHECKPOINT = "checkpoint"
+_PLACES = ("{task}", "{state}", "{scenario}", "{output}", "{case}", "{checkpoint}")
 
 
 class CommandEngine:
     """An engine given by `[engine.NAME]` in the user's `validate.toml`, whose folder is `home`."""
 
-    def __init__(self, name, home, command, *, version=None, inputs=(), output="csv", environment=None, needs_start=True):
+    def __init__(self, name, home, command, *, version=None, inputs=(), output="csv", environment=None, needs_start=True, restart=None):
         self.NAME, self.NEEDS_START = name, needs_start
         # several engines run at a time, so each gets one thread unless the user says otherwise
         self.home, self.output, self.environment = Path(home), output, {**process.ONE_THREAD, **(environment or {})}
         self.words = shlex.split(command) if isinstance(command, str) else [str(w) for w in command]
         self.ask = shlex.split(version) if isinstance(version, str) else version
+        self.again = shlex.split(restart) if isinstance(restart, str) else restart
         self.inputs = list(inputs)
         if not self.words:
             raise HarnessError(f"engine `{name}`: `command` is empty; give the command")
         if not any("{output}" in word for word in self.words):
             raise HarnessError(f"engine `{name}`: `command` has no {{output}}; name the file that it writes")
+        for key, words in (("command", self.words), ("restart", self.again)) if self.again else ():
+            for place in ("{checkpoint}", "{output}"):
+                if not any(place in word for word in words):
+                    raise HarnessError(f"engine `{name}`: `{key}` has no {place}, which `restart` needs; name the file")
 
     def _program(self):
         """The file of the first word: beside validate.toml, or in PATH."""
@@ -47,7 +56,7 @@ class CommandEngine:
 
     def _files(self):
         """Files that the command names, and those of `inputs`."""
-        found = [self.home / word for word in self.words[1:] if (self.home / word).is_file()]
+        found = [self.home / word for word in [*self.words[1:], *(self.again or [])] if (self.home / word).is_file()]
         for pattern in self.inputs:
             matched = sorted(p for p in self.home.glob(pattern) if p.is_file())
             if not matched:
@@ -66,7 +75,8 @@ class CommandEngine:
         return text
 
     def _command(self, words, places):
-        out = [str(self._program()) if words[0] == self.words[0] else words[0]]
+        beside = self.home / words[0]
+        out = [str(self._program()) if words[0] == self.words[0] else str(beside.resolve()) if beside.is_file() else words[0]]
         for word in words[1:]:
             own = self.home / word
             for place, path in places.items():
@@ -75,10 +85,29 @@ class CommandEngine:
         return out
 
     def run(self, task, folder, limit):
+        return self._once(self.words, task, folder, limit)
+
+    def run_in_two(self, task, folder, limit):
+        """Half of the run, then the rest by the command `restart`, which gets the file that the first has written."""
+        if not self.again:
+            raise Unsupported(f"engine `{self.NAME}` has no command `restart`; add it to validate.toml, or leave `{self.NAME}@restart` out")
+        half, first = selfcheck.half_of(task), copy.copy(task)
+        first.scenario = {**copy.deepcopy(task.scenario), "stop": {"steps": half}}
+        places = [folder / name for name in ("first", "second")]
+        for place in places:
+            place.mkdir()
+        before = self._once(self.words, first, places[0], limit)
+        checkpoint = places[0] / _CHECKPOINT
+        if not checkpoint.exists():
+            raise Crashed(f"{self.NAME} ended without writing {{checkpoint}}, {checkpoint.name}; mend `command`")
+        shutil.copy(checkpoint, places[1] / _CHECKPOINT)
+        return selfcheck.joined(before, self._once(self.again, task, places[1], limit), half)
+
+    def _once(self, words, task, folder, limit):
         places = dict(zip(_PLACES, (folder / "task.json", folder / "state.h5", folder / "scenario.toml",
-                                    folder / f"result.{'csv' if self.output == 'csv' else 'h5'}", task.folder)))
+                                    folder / f"result.{'csv' if self.output == 'csv' else 'h5'}", task.folder, folder / _CHECKPOINT)))
         steps = self._write(task, places)
-        command = self._command(self.words, places)
+        command = self._command(words, places)
         _, wall = process.run(command, folder, limit, self.environment, refusal=UNSUPPORTED)
         if not places["{output}"].exists():
             raise Crashed(f"{self.NAME} ended without writing {places['{output}'].name}. {process.tail(folder / 'log.txt')}")
@@ -89,7 +118,7 @@ class CommandEngine:
         result.numbers.setdefault("wall_s", wall)
         if steps:
             result.numbers.setdefault("steps", steps)
-        result.provenance["command"] = " ".join(self.words)
+        result.provenance["command"] = " ".join(words)
         return result
 
     def _write(self, task, places):

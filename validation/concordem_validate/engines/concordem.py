@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from .. import process, programs, scenario
+from .. import process, programs, scenario, selfcheck
 from ..errors import Crashed, HarnessError, NotInstalled
 from ..result import Result
 from ..start import Start
@@ -56,9 +56,8 @@ def _absolute(value, folder, key=None):
     return str((folder / value).resolve()) if is_path else value
 
 
-def _run(folder, limit, threads):
-    return process.run([program(), "run", "--force", "--quiet", "-j", threads, "-o", "result.h5", "scenario.toml"],
-                       folder, limit)
+def _run(folder, limit, threads, output="result.h5", options=()):
+    return process.run([program(), "run", "--force", "--quiet", "-j", threads, "-o", output, *options, "scenario.toml"], folder, limit)
 
 
 def _elastic(task, folder, limit):
@@ -135,6 +134,21 @@ def run(task, folder, limit):
         result.provenance["state_hash_2_threads"] = two
     result.provenance["command"] = "concordem run -j 1 scenario.toml"
     result.numbers["wall_s"] = result.numbers.get("wall_s") or wall
+    return result
+
+
+def run_in_two(task, folder, limit):
+    """The run in two parts: the second process knows of the first only what it has stored."""
+    _prepare(task, folder)
+    half = selfcheck.half_of(task)
+    _, before = _run(folder, limit, 1, "first.h5", ("--set", f"stop={{ steps = {half} }}"))
+    _, after = _run(folder, limit, 1, "second.h5", ("--from", "first.h5"))
+    parts = [read(folder / name, task.scenario) for name in ("first.h5", "second.h5")]
+    result = selfcheck.joined(*parts, half)
+    # bits of a state: its hash, as of a run in one part
+    result.provenance["state_hash"] = process.run([program(), "info", "--hash", "second.h5"], folder, 60)[0].strip()
+    result.provenance["command"] = f"concordem run -j 1 --set stop.steps={half}, then concordem run -j 1 --from"
+    result.numbers["wall_s"] = before + after
     return result
 
 

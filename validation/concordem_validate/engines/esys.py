@@ -62,8 +62,7 @@ def run(task, folder, limit):
     result = Result(NAME, task.start.dt)
     for name, unit in (("position", "m"), ("velocity", "m/s"), ("angular_velocity", "rad/s")):
         result.add(name, out["step"], out[name], unit, "All particles")
-    result.fields["radius"] = (task.start.radius, "m")
-    result.fields["mass"] = (task.start.mass, "kg")
+    result.fields["mass"] = (out["mass"], "kg")
     result.numbers.update(wall_s=wall, particles=len(task.start.radius), steps=data["steps"],
                           particle_steps_per_s=len(task.start.radius) * data["steps"] / wall)
     result.provenance.update(version=version(), command="mpirun -np 2 esysparticle esys_driver.py", velocity_at="half steps", ranks="1")

@@ -27,7 +27,8 @@ sim.setSpatialDomain(BoundingBox(Vec3(*low), Vec3(*high)))
 sim.setNumTimeSteps(task["steps"])
 sim.setTimeStepSize(task["dt"])
 sim.readGeometry("start.geo")
-sim.setParticleDensity(tag=0, mask=0, Density=task["mass"] / (4 / 3 * math.pi * r**3))
+# quirk esys-pi: the program computes masses with this π
+sim.setParticleDensity(tag=0, mask=0, Density=task["mass"] / (4 / 3 * 3.141592654 * r**3))
 never = dict.fromkeys(("normalBrkForce", "shearBrkForce", "torsionBrkForce", "bendingBrkForce"), 1e30)
 sim.createInteractionGroup(RotBondPrms(
     name="beams", normalK=task["normal"], shearK=task["shear"], torsionK=task["twist"], bendingK=task["bending"], tag=0, scaling=False,
@@ -39,7 +40,7 @@ for p in range(count):
         sim.setParticleAngularVelocity(p, Vec3(*task["spin"][p]))
 if task["held"]:
     sim.setParticleNonDynamic(1)  # particles with this tag
-out = {"step": [], "position": [], "velocity": [], "angular_velocity": []}
+out = {"mass": [p.getMass() for p in sorted(sim.getParticleList(), key=lambda p: p.getId())], "step": [], "position": [], "velocity": [], "angular_velocity": []}
 
 
 def picture(step):

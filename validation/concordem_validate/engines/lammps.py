@@ -118,7 +118,7 @@ def deck(task):
     lines += [
         f"fix integrate {'free' if held else 'all'} nve/bpm/sphere",
         f"dump all all custom {document.get('output', {}).get('snapshot_interval') or steps} dump.txt "
-        "id xu yu zu vx vy vz omegax omegay omegaz fx fy fz tqx tqy tqz", "dump_modify all sort id format float %.17g",
+        "id xu yu zu vx vy vz omegax omegay omegaz fx fy fz tqx tqy tqz radius mass", "dump_modify all sort id format float %.17g",
         "thermo 1000000000", f"run {steps}"]
     return {"data.txt": "\n".join(data) + "\n", "in.txt": "\n".join(lines) + "\n"}, steps, r
 
@@ -138,8 +138,7 @@ def _run_heat(task, folder, limit):
     result.add("position", at, frames[:, :, :3], "m", "All particles")
     # the flow of a step has the positions at its end, ours those at its start; at first no grains touch
     result.add("temperature", at + 1, frames[:, :, 3], "K", "All particles")
-    result.fields["radius"] = (task.start.radius, "m")
-    result.fields["mass"] = (task.start.mass, "kg")
+    result.fields["radius"], result.fields["mass"] = (frames[0, :, 4], "m"), (frames[0, :, 5], "kg")
     result.numbers.update(wall_s=wall, particles=len(task.start.radius), steps=steps)
     result.provenance.update(version=version(), command=" ".join(map(str, command)), velocity_at="full steps", ranks="1")
     return result
@@ -168,8 +167,7 @@ def run(task, folder, limit):
     for name, unit, columns, scale in (("position", "m", slice(0, 3), r), ("velocity", "m/s", slice(3, 6), r),
                                        ("angular_velocity", "rad/s", slice(6, 9), 1.0)):
         result.add(name, at, frames[:, :, columns] * scale, unit, "All particles")
-    result.fields["radius"] = (task.start.radius, "m")
-    result.fields["mass"] = (task.start.mass, "kg")
+    result.fields["radius"], result.fields["mass"] = (frames[0, :, 15] * r, "m"), (frames[0, :, 16], "kg")
     result.numbers.update(wall_s=wall, particles=len(task.start.radius), steps=steps,
                           particle_steps_per_s=len(task.start.radius) * steps / wall)
     result.provenance.update(version=version(), command="lmp -in in.txt", velocity_at="half steps", ranks="1")

@@ -48,6 +48,6 @@ def deck(document, start):
         f"heat radius {number(si(thermal['conductivity']))}",
         "fix move all nve/sphere", f"fix conduct all heat/flow constant {number(si(thermal['specific_heat']))}",
         f"timestep {number(start.dt)}", "compute temperature all property/atom temperature",
-        f"dump all all custom {document.get('output', {}).get('snapshot_interval') or steps} dump.txt id x y z c_temperature",
+        f"dump all all custom {document.get('output', {}).get('snapshot_interval') or steps} dump.txt id x y z c_temperature radius mass",
         "dump_modify all sort id format float %.17g", "thermo 1000000000", f"run {steps}"]
     return lines, steps

@@ -62,7 +62,7 @@ def _pairs(function, materials):
 
 
 def _smoother(a, b):
-    """The friction coefficient of the smoother of two surfaces, as in our laws."""
+    """The friction coefficient of the smoother of two surfaces, which slides first, as in ConcorDEM and YADE."""
     return min(translate.friction(a), translate.friction(b))
 
 
@@ -298,7 +298,7 @@ def deck(task, ranks):
     for p in np.flatnonzero(force.any(axis=1)):
         lines += [f"group loaded{p} id {p + 1}", f"fix load{p} loaded{p} addforce " + " ".join(map(_number, force[p]))]
     held, integrators = _held(fixed, loading)
-    columns = "id x y z vx vy vz omegax omegay omegaz fx fy fz"
+    columns = "id x y z vx vy vz omegax omegay omegaz fx fy fz radius mass"
     if "heat" in document and ours:
         columns += " f_bonds"
     elif "heat" in document:
@@ -447,7 +447,7 @@ class Liggghts:
         if "heat" in task.scenario:
             # the flow of a step has the positions at its end, ours those at its start; at first no grains touch
             late = int(liggghts_heat.moves(task.scenario) and not _ours(task))
-            result.add("temperature", at + late, frames[:, :, 12], "K", "All particles")
+            result.add("temperature", at + late, frames[:, :, 14], "K", "All particles")
         if task.command == "operators":
             _frozen(result, task, folder, text, frames[-1, :, :3])
         fixed = translate.prescribed(task.scenario, task.start)[0]
@@ -466,8 +466,7 @@ class Liggghts:
             result.add("contact_force", samples, reaction, "N", "Force of the contact on particle 0")
         elif count == 2 and not task.scenario.get("wall") and not task.scenario.get("integration", {}).get("gravity"):
             result.add("contact_force", at, frames[:, 0, 9:12], "N", "Force of the contact on particle 0")
-        result.fields["radius"] = (task.start.radius, "m")
-        result.fields["mass"] = (task.start.mass, "kg")
+        result.fields["radius"], result.fields["mass"] = (frames[0, :, 12], "m"), (frames[0, :, 13], "kg")
         loop = re.search(r"Loop time of ([\d.eE+-]+)", text)
         wall = float(loop[1]) if loop else wall
         result.numbers.update(wall_s=wall, particles=count, steps=steps,

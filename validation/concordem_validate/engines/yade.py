@@ -261,7 +261,7 @@ def run(task, folder, limit):
         raise Crashed("YADE ended without a result (see log.txt)")
     with np.load(out) as file:
         data_out = {name: file[name] for name in file.files}
-    result = Result(NAME, task.start.dt)
+    result = Result(NAME, float(data_out["time_step"]))
     samples, pictures = data_out["sample_steps"], data_out["snapshot_steps"]
     for name, unit in (("stress", "Pa"), ("strain", "1"), ("stored_deformation", "J")):
         if name in data_out:
@@ -279,8 +279,8 @@ def run(task, folder, limit):
         result.add("damage_field", pictures, data_out["damage_field"], "1", "Mean damage of the bonds of a particle")
     if task.command == "operators":
         _frozen(result, task, data, data_out)
-    result.fields["radius"] = (task.start.radius, "m")
-    result.fields["mass"] = (task.start.mass, "kg")
+    for name, unit in (("radius", "m"), ("mass", "kg"), ("inertia", "kg*m^2")):
+        result.fields[name] = (data_out[name], unit)
     wall = float(data_out["wall_s"])
     result.numbers.update(wall_s=wall, particles=len(task.start.radius), steps=data["steps"],
                           particle_steps_per_s=len(task.start.radius) * data["steps"] / wall if wall else None)

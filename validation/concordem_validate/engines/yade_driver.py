@@ -289,4 +289,8 @@ O.run(task["steps"] - O.iter + 1, True)
 wall = time.perf_counter() - start
 out = {name: np.array(values) for name, values in {**samples, **pictures}.items() if values}
 out.update({f"frozen_{name}": np.array(values) for name, values in frozen.items()})
+# what YADE computed with
+bodies = [O.bodies[p] for p in range(count)]
+out.update(mass=[b.state.mass for b in bodies], radius=[b.shape.radius for b in bodies], inertia=[tuple(b.state.inertia) for b in bodies],
+           time_step=O.dt)
 np.savez(os.environ["CONCORDEM_VALIDATE_OUT"], wall_s=wall, version="yade " + yade.config.version, **out)

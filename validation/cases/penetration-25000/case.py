@@ -1,0 +1,6 @@
+"""The bed and the ball of the small case."""
+import runpy
+from pathlib import Path
+
+_SMALL = runpy.run_path(str(Path(__file__).parents[1] / "penetration" / "case.py"))
+scenario, measures = _SMALL["scenario"], _SMALL["measures"]
