@@ -79,13 +79,13 @@ impl Body {
         if let Some(setting) = choice.settings.first()
             && extension != "toml"
         {
-            let given = &setting.given;
+            let given = setting.shown();
             return Err(CharacteriseError::Choice(format!(
-                "--set {given}: only a scenario has keys, and {} is none; leave it out, or give a .toml file",
+                "{given}: only a scenario has keys, and {} is none; leave it out, or give a .toml file",
                 path.display()
             )));
         }
-        let name = choice.settings.iter().fold(name, |name, setting| format!("{name} --set {}", setting.given));
+        let name = choice.settings.iter().fold(name, |name, setting| format!("{name} {}", setting.shown()));
         match extension.as_str() {
             "toml" => {
                 fixed("a scenario")?;
