@@ -108,7 +108,11 @@ impl Body {
                 // The message of a bad line names the line; here it gets the file.
                 let mut packing =
                     import(std::io::BufReader::new(reader), None).map_err(|error| file(error.to_string()))?;
-                packing.cell = choice.cell.map(|edges| Cell::new(Mat3::from_diagonal(&Vec3::from(edges))));
+                if packing.cell.is_some() {
+                    fixed("this file")?;
+                }
+                let given = choice.cell.map(|edges| Cell::new(Mat3::from_diagonal(&Vec3::from(edges))));
+                packing.cell = given.or(packing.cell);
                 Self::of_packing(name, packing, choice)
             }
         }
