@@ -66,6 +66,28 @@ fn all_files_of_a_packing_give_the_same_figures() {
     assert_eq!(concordem(["characterise", "-f", text(&cell)]).code, exit::DONE);
 }
 
+/// A text file with YADE's comment on its cell is periodic: eight spheres, each with six neighbors through the faces of the cell. A cell
+/// that is given beside it is refused, and not exchanged for it.
+#[test]
+fn the_cell_of_a_text_file_counts() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let places = (0..8).map(|k| format!("{} {} {} 1\n", 2 * (k % 2), 2 * (k / 2 % 2), 2 * (k / 4)));
+    let lines: String = places.collect();
+    let own = write(folder.path(), "own.txt", &format!("##PERIODIC:: 4 4 4\n{lines}"));
+    let bare = write(folder.path(), "bare.txt", &lines);
+    for arguments in [vec![text(&own)], vec![text(&bare), "--cell", "4,4,4"]] {
+        let given = concordem([&["characterise"][..], &arguments].concat());
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+    }
+    let found = json(&folder, "own.structure.json");
+    assert_eq!(found["solid_fraction"], json(&folder, "bare.structure.json")["solid_fraction"]);
+    assert!((found["solid_fraction"]["cell"].as_f64().expect("a cell") - std::f64::consts::PI / 6.0).abs() < 1e-12);
+    assert_eq!(found["coordination"]["inside"], 6.0);
+    let both = concordem(["characterise", "-f", text(&own), "--cell", "4,4,4"]);
+    assert_eq!(both.code, exit::USAGE, "{}", both.err);
+    assert!(both.err.contains("a cell is given, but this file has its own; leave it out"), "{}", both.err);
+}
+
 /// A result has the materials of its particles; without bonds, links are pairs within a ratio.
 #[test]
 fn results_have_phases() {

@@ -133,6 +133,54 @@ fn text_gives_the_same_spheres_however_it_is_written() {
     assert!((scaled.cell.unwrap().volume() - 1e-9).abs() < 1e-24);
 }
 
+/// A comment that names the columns counts, in any order and with units, as the header of a table does.
+#[test]
+fn comments_name_columns() {
+    let rows = "0.5 0 1 2\n0.25 -3 4 5.5\n";
+    let ids = "1 0 1 2 0.5\n2 -3 4 5.5 0.25\n";
+    for (text, scale) in [
+        (format!("# r x y z\n{rows}"), 1.0),
+        (format!("# A packing of two\n#\n#  radius  x  y  z\n\n{rows}"), 1.0),
+        (format!("# columns: r, x, y, z\n{rows}"), 1.0),
+        (format!("# r x y z (mm)\n{rows}"), 1e-3),
+        (format!("# r[mm] x[mm] y [mm] z[mm]\n{rows}"), 1e-3),
+        (format!("# diameter x y z\n{}", rows.replace("0.5 ", "1 ").replacen("0.25", "0.5", 1)), 1.0),
+        (format!("# id x y z r\n{ids}"), 1.0),
+        (format!("# r,x,y,z\n{}", rows.replace(' ', ",")), 1.0),
+        (format!("# r;x;y;z\n{}", rows.replace(' ', ";").replace('.', ",")), 1.0),
+        // The order without names, with a unit.
+        ("# x y z r (cm)\n0 1 2 0.5\n-3 4 5.5 0.25\n".to_owned(), 1e-2),
+        // A line that names columns itself counts more than a comment.
+        ("# r x y z\nx y z r\n0 1 2 0.5\n-3 4 5.5 0.25\n".to_owned(), 1.0),
+        // Words that name no columns.
+        ("# the x y z coordinates and radii of all\n0 1 2 0.5\n-3 4 5.5 0.25\n".to_owned(), 1.0),
+    ] {
+        let packing = import(text.as_bytes(), None).unwrap_or_else(|error| panic!("{text}\n{error}"));
+        for (found, wanted) in packing.spheres.iter().zip(expected()) {
+            let difference =
+                (found.position - wanted.position * scale).norm() + (found.radius - wanted.radius * scale).abs();
+            assert!(difference <= 1e-15, "{text}: {found:?}");
+        }
+        assert_eq!(packing.spheres.len(), 2, "{text}");
+    }
+    for (text, words) in [
+        ("# a packing\n# id x y z\n1 0 0 1\n", "line 2: the comment names the columns"),
+        ("# radius a b c\n1 0 0 1\n", "line 1: the comment names the columns"),
+        ("# r x y z (furlong)\n1 0 0 1\n", "line 1: \"furlong\" is not a unit of length"),
+    ] {
+        let error = import(text.as_bytes(), None).expect_err(text).to_string();
+        assert!(error.starts_with(words), "{text}: {error}");
+    }
+    // The file says that its numbers are in m.
+    let twice = import("# x y z r (m)\n0 1 2 0.5\n".as_bytes(), Some(1e-3)).unwrap_err().to_string();
+    assert!(twice.contains("so does `unit`"), "{twice}");
+    // A table keeps the cell of YADE's comment.
+    for text in ["##PERIODIC:: 20 20 20\n# r x y z\n0.5 0 1 2\n", "##PERIODIC:: 20 20 20\nx,y,z,r\n0,1,2,0.5\n"] {
+        let packing = import(text.as_bytes(), None).unwrap();
+        assert_eq!(packing.cell.map(|cell| cell.volume()), Some(8000.0), "{text}");
+    }
+}
+
 /// A data file with one section of atoms; `rows` of the two spheres.
 fn data(first: &str, box_lines: &str, head: &str, rows: [&str; 2], rest: &str) -> String {
     format!(

@@ -175,12 +175,36 @@ pub fn entry<'a>(source: &Source, problem: &'a Problem) -> Entry<'a> {
 fn scenario(class: &str, error: &ScenarioError) -> PyErr {
     Python::attach(|py| {
         let make = || -> PyResult<PyErr> {
-            let source = &error.source_text;
-            let problems: Vec<_> = error.problems.iter().map(|problem| entry(source, problem)).collect();
+            let problems: Vec<_> =
+                error.problems.iter().map(|problem| entry(&error.locate(problem).source, problem)).collect();
             let class = py.import("concordem._errors")?.getattr(class)?;
-            Ok(PyErr::from_value(class.call1((error.to_string(), &*source.name, problems))?))
+            Ok(PyErr::from_value(class.call1((error.to_string(), &*error.source_text.name, problems))?))
         };
         make().unwrap_or_else(|_| PyRuntimeError::new_err(error.to_string()))
+    })
+}
+
+/// The exception for problems of a table that a call of Python has given; messages begin with the `call`, and keys are those in the table,
+/// which the scenario has at the key path `table`.
+pub fn of_call(call: &str, table: &str, error: &ScenarioError) -> PyErr {
+    let own = |problem: &Problem| {
+        let key = problem.key.strip_prefix(table).map_or(&problem.key[..], |rest| rest.trim_start_matches('.'));
+        Problem { key: key.to_owned(), span: 0..0, ..problem.clone() }
+    };
+    let line = |problem: &Problem| {
+        let help = if problem.help.is_empty() { String::new() } else { format!("\n  help: {}", problem.help) };
+        format!("{call}: {}{help}", own(problem))
+    };
+    let lines: Vec<String> = error.shown().0.iter().map(line).collect();
+    let problems: Vec<Problem> = error.problems.iter().map(own).collect();
+    Python::attach(|py| {
+        let source = Source::new(call, call);
+        let make = || -> PyResult<PyErr> {
+            let entries: Vec<_> = problems.iter().map(|problem| entry(&source, problem)).collect();
+            let class = py.import("concordem._errors")?.getattr("ScenarioError")?;
+            Ok(PyErr::from_value(class.call1((lines.join("\n"), call, entries))?))
+        };
+        make().unwrap_or_else(|_| PyRuntimeError::new_err(lines.join("\n")))
     })
 }
 
@@ -188,6 +212,7 @@ impl Raise for ReadError {
     fn raise(self) -> PyErr {
         match self {
             Self::Scenario(error) => error.raise(),
+            Self::Setting(problem) => PyValueError::new_err(problem),
             // The class that Python itself would raise, such as FileNotFoundError.
             Self::Io { error, path } => Python::attach(|py| {
                 let make = || -> PyResult<PyErr> {

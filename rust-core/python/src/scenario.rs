@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use concordem::assembly::pack;
-use concordem::scenario::{self, ReadError, Setting, TEMPLATES};
+use concordem::scenario::{self, Setting, TEMPLATES};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
@@ -60,6 +60,19 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
         "{key} has type {}; give a number, string, boolean, list, or dictionary",
         object.get_type().name()?
     )))
+}
+
+/// Most characters of a value in a message.
+const LONGEST_SHOWN: usize = 80;
+
+/// A value as a user may have written it, for messages.
+pub fn shown(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(format!("{:?}", text.to_cow()?));
+    }
+    let text = value.repr()?.to_string();
+    let is_long = text.chars().count() > LONGEST_SHOWN;
+    Ok(if is_long { text.chars().take(LONGEST_SHOWN).chain("...".chars()).collect() } else { text })
 }
 
 /// The TOML table of a mapping; `path`: its key, for messages.
@@ -174,7 +187,7 @@ impl Scenario {
     }
 
     /// This scenario with other values: key paths as in `--set` (`"material[0].cpm.young"`), values as in the constructor. A list is
-    /// replaced as a whole. Messages show a setting as `--set KEY=VALUE`. Raises ScenarioError if the new scenario is invalid,
+    /// replaced as a whole. Messages begin with the setting as it is given here. Raises ScenarioError if the new scenario is invalid,
     /// ValueError if a key leads nowhere.
     ///
     /// >>> import concordem
@@ -192,14 +205,12 @@ impl Scenario {
             let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
             let key: String =
                 key.extract().map_err(|_| PyTypeError::new_err(format!("the key {key} is not a string")))?;
+            let shown = shown(&value)?;
             let value = toml_of(&value, &key)?
                 .ok_or_else(|| PyTypeError::new_err(format!("{key} is None; a setting cannot remove a key")))?;
-            list.push(Setting::new(&key, value.to_string()).map_err(PyValueError::new_err)?);
+            list.push(Setting::of_python(&key, value.to_string(), &shown).map_err(PyValueError::new_err)?);
         }
-        let inner = match caught(|| self.inner.with_settings(&list))? {
-            Err(ReadError::Setting(problem)) => return Err(PyValueError::new_err(problem)),
-            other => other.or_raise()?,
-        };
+        let inner = caught(|| self.inner.with_settings(&list))?.or_raise()?;
         Self::with_warnings(settings.py(), inner, self.folder.clone())
     }
 

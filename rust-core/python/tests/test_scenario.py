@@ -37,6 +37,14 @@ def test_settings_replace_keys():
         scenario.with_settings({"material[0].cpm.yuong": 1e10})
     with pytest.raises(ValueError, match="there is no item `7`"):
         scenario.with_settings({"material[7].cpm.young": 1e10})
+    # Messages begin with the door that was used, and positions are those in it.
+    with pytest.raises(concordem.ScenarioError) as info:
+        scenario.with_settings({"packing.seed": 3, "loading.strain_rate": "5x"})
+    shown = 'with_settings({"loading.strain_rate": "5x"})'
+    assert str(info.value).startswith(f"{shown}: loading.strain_rate"), info.value
+    assert (info.value.line, info.value.problems[0].column) == (1, shown.index('"5x"') + 1)
+    with pytest.raises(ValueError, match=r"^with_settings\(\{\"packing\": 1\}\): "):
+        scenario.with_settings({"packing": 1})
     with pytest.raises(ValueError, match="empty key"):
         scenario.with_settings({"": 1})
     with pytest.raises(TypeError, match="cannot remove"):

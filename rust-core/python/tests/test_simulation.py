@@ -396,5 +396,34 @@ def test_sample_checks_its_options(concrete):
         simulation.sample("porosity")
     with pytest.raises(concordem.ScenarioError, match="does not use this key"):
         simulation.sample("porosity", region={"kind": "all", "volume": "1 cm^3"}, wall="floor")
-    with pytest.raises(ValueError, match="remove it"):
+    with pytest.raises(ValueError, match=r'^sample\("porosity", interval=2\): .* remove it'):
         simulation.sample("porosity", interval=2)
+
+
+def test_problems_of_a_sample_begin_with_the_call():
+    data = concordem.Scenario.template("cpm-small").to_dict()
+    material = data["material"][0]["name"]
+    shapes = {"floor": "-1 m", "ceiling": "-2 m"}.items()
+    walls = [{"name": name, "material": material, "shape": {"kind": "plane", "point": [0, 0, z], "normal": [0, 0, 1]}} for name, z in shapes]
+    simulation = concordem.Scenario.from_dict({**data, "wall": walls}).simulation()
+    refused = [
+        # A wall that does not exist is named, and so are those that do, also where the area is missing.
+        (("wall-traction", {"wall": "nowhere"}), 'sample("wall-traction", wall="nowhere"): ', ['wall = "nowhere": no wall has this name', "floor", "ceiling", "area"]),
+        (("wall-traction", {"wall": "floor"}), 'sample("wall-traction", wall="floor"): operator = "wall-traction": wall-traction needs a wall and its area', ["36 mm^2"]),
+        (("region-stress", {"wall": "floor"}), 'sample("region-stress", wall="floor"): wall = "floor": ', ["remove it"]),
+        (("region-stress", {"region": {"kind": "box"}}), "sample(\"region-stress\", region={'kind': 'box'}): region", []),
+        (("set-force", {"set": "top"}), 'sample("set-force", set="top"): set = "top"', []),
+    ]
+    for (operator, options), begins, holds in refused:
+        with pytest.raises(concordem.ScenarioError) as info:
+            simulation.sample(operator, **options)
+        message = str(info.value)
+        assert message.splitlines()[0].startswith(begins), message
+        assert all(word in message for word in holds), message
+        assert "--set" not in message and "sample[" not in message and not info.value.key.startswith("sample"), message
+        assert (info.value.line, info.value.problems[0].column) == (1, 1)
+    # What only the assembly can find, too.
+    far = {"kind": "half-spaces", "volume": "1 m^3", "planes": [{"point": [0, 0, "-1 m"], "normal": [0, 0, 1]}]}
+    cell = concordem.Scenario.template("cpm-periodic").simulation()
+    with pytest.raises(concordem.ScenarioError, match=r'^sample\("region-stress", region=.*\): region: '):
+        cell.sample("region-stress", region=far)

@@ -79,13 +79,13 @@ impl Body {
         if let Some(setting) = choice.settings.first()
             && extension != "toml"
         {
-            let given = &setting.given;
+            let given = setting.shown();
             return Err(CharacteriseError::Choice(format!(
-                "--set {given}: only a scenario has keys, and {} is none; leave it out, or give a .toml file",
+                "{given}: only a scenario has keys, and {} is none; leave it out, or give a .toml file",
                 path.display()
             )));
         }
-        let name = choice.settings.iter().fold(name, |name, setting| format!("{name} --set {}", setting.given));
+        let name = choice.settings.iter().fold(name, |name, setting| format!("{name} {}", setting.shown()));
         match extension.as_str() {
             "toml" => {
                 fixed("a scenario")?;
@@ -108,7 +108,11 @@ impl Body {
                 // The message of a bad line names the line; here it gets the file.
                 let mut packing =
                     import(std::io::BufReader::new(reader), None).map_err(|error| file(error.to_string()))?;
-                packing.cell = choice.cell.map(|edges| Cell::new(Mat3::from_diagonal(&Vec3::from(edges))));
+                if packing.cell.is_some() {
+                    fixed("this file")?;
+                }
+                let given = choice.cell.map(|edges| Cell::new(Mat3::from_diagonal(&Vec3::from(edges))));
+                packing.cell = given.or(packing.cell);
                 Self::of_packing(name, packing, choice)
             }
         }

@@ -115,7 +115,7 @@ impl Sweep {
         let keys: Vec<&String> = sweep.axes.iter().flat_map(|axis| &axis.keys).collect();
         let varied = |setting: &Setting| keys.iter().find(|key| setting.causes(key)).map(|key| (setting.clone(), *key));
         if let Some((setting, key)) = settings.iter().find_map(varied) {
-            let message = format!("--set {}: the sweep varies {key}; remove the setting, or the axis", setting.given);
+            let message = format!("{}: the sweep varies {key}; remove the setting, or the axis", setting.shown());
             return Err(ReadError::Setting(message));
         }
         sweep.check_points()?;

@@ -47,6 +47,12 @@ impl Columns {
         Self { places: [0, 1, 2, 3], factor: 1.0, clump: None, count: Some(4) }
     }
 
+    /// The place that the column of this name has in a file without names.
+    pub(super) fn place_without_names(name: &str) -> Option<usize> {
+        let coordinate = COORDINATES.iter().find_map(|names| names.iter().position(|known| *known == name));
+        coordinate.or_else(|| RADII.contains(&name).then_some(3))
+    }
+
     /// `None` if a coordinate or the radius is missing.
     ///
     /// # Errors
@@ -127,6 +133,11 @@ impl Columns {
         }
         sphere(number, line, values)
     }
+}
+
+/// Whether a word is a name that columns have here.
+pub(super) fn is_known(name: &str) -> bool {
+    COORDINATES.iter().flatten().chain(&RADII).chain(&DIAMETERS).any(|known| *known == name)
 }
 
 /// What to do about decimal commas that make more columns than there are.

@@ -77,12 +77,6 @@ struct Read {
     unit: Option<f64>,
 }
 
-impl Read {
-    fn without_unit(packing: Packing) -> Self {
-        Self { packing, unit: None }
-    }
-}
-
 /// Reads text by its format.
 fn read(text: &str, bytes: &[u8]) -> Result<Read, PackingError> {
     let content = |line: &'_ str| line.split('#').next().unwrap_or("").trim().to_owned();
@@ -101,16 +95,20 @@ fn read(text: &str, bytes: &[u8]) -> Result<Read, PackingError> {
         let is_header = first.split_whitespace().any(|word| word.parse::<f64>().is_err() && split_name(word).is_some());
         is_header.then_some(table::Separator::Spaces)
     };
-    let Some(separator) = separator else {
-        // Reads the bytes again, to refuse those that are not UTF-8 with the number of their line.
-        return Ok(Read::without_unit(import_text(bytes)?));
+    let named = table::named_by_comment(text, separator.unwrap_or(table::Separator::Spaces))?;
+    let plain = named.as_ref().is_none_or(|named| named.is_plain());
+    let (None, true) = (separator, plain) else {
+        let mut read = table::read(text, separator.unwrap_or(table::Separator::Spaces), named)?;
+        // The cell of our own tables and of YADE is a comment.
+        for line in text.lines().filter(|line| ["# cell ", "##PERIODIC::"].iter().any(|start| line.starts_with(start)))
+        {
+            read.packing.cell = import_text(line.as_bytes())?.cell;
+        }
+        return Ok(read);
     };
-    let mut read = table::read(text, separator)?;
-    // The cell of our own tables is a comment.
-    for line in text.lines().filter(|line| line.starts_with("# cell ")) {
-        read.packing.cell = import_text(line.as_bytes())?.cell;
-    }
-    Ok(read)
+    // Reads the bytes again, to refuse those that are not UTF-8 with the number of their line.
+    let packing = import_text(bytes)?;
+    Ok(Read { packing, unit: named.and_then(|named| named.units).map(|_| 1.0) })
 }
 
 /// The text without a byte order mark, with lines that end with `\n`.

@@ -41,10 +41,78 @@ impl Separator {
     }
 }
 
-/// Reads a table.
-pub(super) fn read(text: &str, separator: Separator) -> Result<Read, PackingError> {
-    let mut columns: Option<Columns> = None;
+/// The columns of a table, and the units (m) of x, y, z, and the radius, if it gives them.
+pub(super) struct Named {
+    columns: Columns,
+    pub(super) units: Option<[f64; 4]>,
+}
+
+impl Named {
+    /// Whether these are x y z r in m, as in a file without names.
+    pub(super) fn is_plain(&self) -> bool {
+        let Columns { places, factor, clump, count } = &self.columns;
+        let in_meters = self.units.is_none_or(|units| units == [1.0; 4]);
+        (*places, *factor, *clump, *count) == ([0, 1, 2, 3], 1.0, None, Some(4)) && in_meters
+    }
+}
+
+/// The columns that a comment before the first sphere names, such as `# r x y z`; of several, the last one. `None` if the first line
+/// without a comment names columns itself, or no comment does.
+///
+/// # Errors
+/// A comment with a word for each column that names some of them in another order, but not all that a sphere needs.
+pub(super) fn named_by_comment(text: &str, separator: Separator) -> Result<Option<Named>, PackingError> {
+    let comments = text.lines().take_while(|line| line.trim().is_empty() || line.trim_start().starts_with('#'));
+    let candidates: Vec<(usize, &str)> = comments.enumerate().map(|(k, line)| (k + 1, line)).collect();
+    let first = text.lines().nth(candidates.len()).and_then(|line| line.split('#').next()).unwrap_or("");
+    let first = if separator == Separator::Semicolons { first.replace(',', ".") } else { first.to_owned() };
+    let words = separator.split(first.trim());
+    if words.iter().any(|word| !word.is_empty() && word.parse::<f64>().is_err()) {
+        return Ok(None);
+    }
+    for (number, line) in candidates.into_iter().rev() {
+        if let Some(named) = of_comment(line, words.len()).map_err(|reason| bad(number, reason, line))? {
+            return Ok(Some(named));
+        }
+    }
+    Ok(None)
+}
+
+/// The columns that a comment names, `count` words in a row.
+fn of_comment(line: &str, count: usize) -> Result<Option<Named>, String> {
+    let content = line.trim_start_matches([' ', '\t', '#']).replace([',', ';'], " ");
+    let names = Separator::Spaces.names(&content);
+    let Some(split) = names.iter().map(|name| split_name(name)).collect::<Option<Vec<_>>>() else { return Ok(None) };
+    for part in split.windows(count.max(4)) {
+        let (names, mut units): (Vec<String>, Vec<Option<&str>>) = part.iter().cloned().unzip();
+        let Ok(Some(columns)) = Columns::of(&names) else { continue };
+        // The unit after the last name is that of all: `# x y z r (m)`.
+        if units.iter().rev().skip(1).all(Option::is_none) {
+            units = vec![units.last().copied().flatten(); units.len()];
+        }
+        let units = columns.units(&units, &names)?;
+        return Ok(Some(Named { columns, units }));
+    }
+    let known = |(place, (name, _)): (usize, &(String, Option<&str>))| {
+        super::columns::is_known(name) && Columns::place_without_names(name) != Some(place)
+    };
+    if split.len() == count && split.iter().enumerate().any(known) {
+        return Err(
+            "the comment names the columns, but not x, y, z, and r (or radius, diameter); name all of them, or none"
+                .to_owned(),
+        );
+    }
+    Ok(None)
+}
+
+/// Reads a table; `named`: columns that a comment names.
+pub(super) fn read(text: &str, separator: Separator, named: Option<Named>) -> Result<Read, PackingError> {
     let (mut scales, mut unit) = ([1.0; 4], None);
+    if let Some(units) = named.as_ref().and_then(|named| named.units) {
+        // The numbers are scaled here.
+        (scales, unit) = (units, Some(1.0));
+    }
+    let mut columns: Option<Columns> = named.map(|named| named.columns);
     let mut packing = Packing::default();
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;

@@ -1,6 +1,7 @@
 //! Values of operators: those that the scenario has recorded, and any other at the current positions.
 
 use concordem::assembly::samples;
+use concordem::program::Failure;
 use concordem::sampling::{Operator, ScheduledOperator};
 use concordem::scenario::{ReadError, Setting};
 use concordem::schedule::Simulation as Run;
@@ -10,8 +11,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, scalars, table};
-use crate::errors::{OrRaise, caught, of_assembly};
-use crate::scenario::{Scenario, table_of};
+use crate::errors::{OrRaise, Raise, caught, of_call};
+use crate::scenario::{Scenario, shown, table_of};
 
 /// Shape of the values of a quantity with this number of components: per row and per cell if there are several.
 fn shape(rows: Option<usize>, cells: usize, components: usize) -> Vec<usize> {
@@ -78,9 +79,15 @@ pub fn scheduled(
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScheduledOperator> {
     let inner = &scenario.inner;
+    // Messages begin with the call.
+    let mut call = format!("sample({operator:?}");
+    for (key, value) in options.into_iter().flatten() {
+        call += &format!(", {key}={}", shown(&value)?);
+    }
+    call += ")";
     let mut own = options.map_or_else(|| Ok(toml::Table::new()), |options| table_of(options.as_any(), ""))?;
     if let Some(key) = ["name", "interval"].into_iter().find(|key| own.contains_key(*key)) {
-        return Err(PyValueError::new_err(format!("{key} is for tables [[sample]] of a scenario; remove it")));
+        return Err(PyValueError::new_err(format!("{call}: {key} is for tables [[sample]] of a scenario; remove it")));
     }
     let taken = |name: &String| inner.samples.iter().any(|sample| sample.name() == name);
     // One of these names is free.
@@ -92,16 +99,20 @@ pub fn scheduled(
         toml::from_str(&inner.source.text).map_err(|error| PyValueError::new_err(error.to_string()))?;
     let mut list = tables.get("sample").and_then(toml::Value::as_array).cloned().unwrap_or_default();
     list.push(own.into());
-    let key = format!("sample[{}].region", list.len() - 1);
-    let setting = Setting::new("sample", toml::Value::from(list).to_string()).map_err(PyValueError::new_err)?;
-    let with = match caught(|| inner.with_settings(&[setting]))? {
-        Err(ReadError::Setting(problem)) => return Err(PyValueError::new_err(problem)),
+    let path = format!("sample[{}]", list.len() - 1);
+    let setting = Setting::of_python("sample", toml::Value::from(list).to_string(), "[...]");
+    let with = match caught(|| setting.map_err(ReadError::Setting).and_then(|setting| inner.with_settings(&[setting])))?
+    {
+        Err(ReadError::Scenario(error)) => return Err(of_call(&call, &path, &error)),
         other => other.or_raise()?,
     };
     let sample = with.samples.last().ok_or_else(|| PyValueError::new_err("the scenario has no [[sample]]"))?;
     let state = &run.state;
-    let made = py.detach(|| samples::one(&with, &state.particles, state.cell.as_ref(), &key, sample));
-    made.map_err(|error| of_assembly(&with, error))
+    let made = py.detach(|| samples::one(&with, &state.particles, state.cell.as_ref(), &path, sample));
+    made.map_err(|error| match Failure::of_assembly(&with, error) {
+        Failure::Scenario(error) => of_call(&call, &path, &error),
+        other => other.raise(),
+    })
 }
 
 /// The operators that `Simulation.sample` and tables `[[sample]]` accept: what each gives, by its name.

@@ -18,10 +18,10 @@ pub fn of(
     cell: Option<&Cell>,
 ) -> Result<Vec<ScheduledOperator>, AssemblyError> {
     let each = scenario.samples.iter().enumerate().map(|(k, sample)| {
-        let key = format!("sample[{k}].region");
-        let operator = one(scenario, particles, cell, &key, sample)?;
+        let path = format!("sample[{k}]");
+        let operator = one(scenario, particles, cell, &path, sample)?;
         if let (SampledRegion::Moving { region, gradient, .. }, Some(cell)) = (&operator.region, cell) {
-            stays_bounded(scenario, cell, &key, region, gradient)?;
+            stays_bounded(scenario, cell, &format!("{path}.region"), region, gradient)?;
         }
         Ok(operator)
     });
@@ -71,7 +71,7 @@ fn cell_rates(scenario: &Scenario) -> Vec<Mat3> {
     }
 }
 
-/// The operator of one table; error messages about its region name `key`.
+/// The operator of the table at the key path `path`.
 ///
 /// # Errors
 /// The region does not fit the packing.
@@ -79,11 +79,11 @@ pub fn one(
     scenario: &Scenario,
     particles: &Particles,
     cell: Option<&Cell>,
-    key: &str,
+    path: &str,
     sample: &schema::OperatorSample,
 ) -> Result<ScheduledOperator, AssemblyError> {
     let region = if sample.operator.definition().region.has_region() {
-        region(scenario, particles, cell, key, sample.region.as_ref())?
+        region(scenario, particles, cell, &format!("{path}.region"), sample.region.as_ref())?
     } else {
         // The operator reads a wall or sets; the volume is not used.
         Some(Region::All { volume: 1.0 })
@@ -101,7 +101,7 @@ pub fn one(
         // What an operator finds about a point of a wall, it finds about the axis.
         (None, Some(name)) if sample.operator.definition().uses(SampleKey::About) => {
             let message = "this wall has no axis; give the point that the moment refers to";
-            Some(axis_point(scenario, name).ok_or_else(|| unfit("sample.about", message.into()))?)
+            Some(axis_point(scenario, name).ok_or_else(|| unfit(&format!("{path}.about"), message.into()))?)
         }
         (None, _) => None,
     };

@@ -159,7 +159,8 @@ impl Checker<'_> {
             let misused = misuse.is_some();
             if let Some(Misuse { key, message, help }) = misuse {
                 self.conflict(&format!("{path}.{key}"), message, help);
-            } else if let Some(wall) = &sample.wall {
+            }
+            if let Some(wall) = sample.wall.as_ref().filter(|_| sample.operator.definition().uses(SampleKey::Wall)) {
                 let names = self.scenario.wall_names();
                 let names: Vec<&str> = names.iter().map(String::as_str).collect();
                 self.known(&format!("{path}.wall"), "wall", wall, &names);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::document::Document;
-use super::setting::{Given, Setting};
+use super::setting::Given;
 
 /// Number of problems that a message shows.
 pub const MOST_SHOWN: usize = 10;
@@ -18,7 +18,7 @@ pub struct Source {
     pub name: Arc<str>,
     /// Text.
     pub text: Arc<str>,
-    /// The text of the file and the settings of the command line, if there are some; `text` contains them.
+    /// The text of the file and the settings, if there are some; `text` contains them.
     pub given: Option<Arc<Given>>,
 }
 
@@ -108,7 +108,7 @@ pub struct ScenarioError {
     pub problems: Vec<Problem>,
 }
 
-/// Where a problem is: in the scenario, or in a setting of the command line.
+/// Where a problem is: in the scenario, or in a setting.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Location {
     /// Name and text of the file, or the setting.
@@ -130,7 +130,9 @@ impl ScenarioError {
                 for problem in &mut problems {
                     let (span, value) = document.locate(&problem.key);
                     problem.span = match given.cause(&problem.key, value.is_none()) {
-                        Some(setting) => place_in_setting(setting, problem),
+                        Some(setting) => {
+                            setting.place(matches!(problem.kind, ProblemKind::UnknownKey | ProblemKind::MissingKey))
+                        }
                         None => span,
                     };
                 }
@@ -147,7 +149,7 @@ impl ScenarioError {
             && let Ok(document) = Document::parse(&self.source_text)
             && let Some(setting) = given.cause(&problem.key, document.locate(&problem.key).1.is_none())
         {
-            let source = Source::new("command line", &format!("{SET}{}", setting.given));
+            let source = Source::new(setting.door.name(), &setting.shown());
             return Location { source, span: problem.span.clone(), is_setting: true };
         }
         Location { source: self.source_text.clone(), span: problem.span.clone(), is_setting: false }
@@ -176,19 +178,6 @@ impl ScenarioError {
         }
         lines.join("\n")
     }
-}
-
-/// Option of the command line that gives a setting.
-const SET: &str = "--set ";
-
-/// Position of a problem in the text of the setting that causes it: its value, or its key if the problem is the key.
-fn place_in_setting(setting: &Setting, problem: &Problem) -> Range<usize> {
-    let equals = setting.given.find('=').unwrap_or(0);
-    let (start, end) = match problem.kind {
-        ProblemKind::UnknownKey | ProblemKind::MissingKey => (0, equals),
-        _ => (equals + 1, setting.given.len()),
-    };
-    SET.len() + start..SET.len() + end
 }
 
 /// Why a scenario file could not be read.

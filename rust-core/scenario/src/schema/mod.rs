@@ -78,7 +78,7 @@ pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use phases::Phases;
 pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
-pub use setting::{Given, Setting};
+pub use setting::{Door, Given, Setting};
 pub use slave::Slave;
 pub use templates::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
 

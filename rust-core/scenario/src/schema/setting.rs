@@ -1,5 +1,6 @@
-//! Keys given on the command line (`--set KEY=VALUE`), which replace those of a scenario file.
+//! Keys given on the command line (`--set KEY=VALUE`) or from Python, which replace those of a scenario file.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::large::{protect, protect_value, restore};
@@ -24,6 +25,35 @@ pub struct Setting {
     pub value: String,
     /// The whole as given, such as `packing.radius=2 mm`.
     pub given: String,
+    /// Where it was given.
+    pub door: Door,
+}
+
+/// Where a user gives settings; messages show them as they were given there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Door {
+    /// `--set KEY=VALUE`.
+    CommandLine,
+    /// `with_settings({"KEY": VALUE})`.
+    Python,
+}
+
+impl Door {
+    /// What stands before a setting, between its key and its value, and after it.
+    fn frame(self) -> [&'static str; 3] {
+        match self {
+            Self::CommandLine => ["--set ", "=", ""],
+            Self::Python => ["with_settings({", ": ", "})"],
+        }
+    }
+
+    /// Name of the place, where others have the name of a file.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::CommandLine => "command line",
+            Self::Python => "with_settings",
+        }
+    }
 }
 
 /// The text of a scenario file before settings were applied, and the settings.
@@ -57,19 +87,34 @@ impl Setting {
         }
         let is_toml = protect_value(value).parse::<Value>().is_ok();
         let value = if is_toml { value.to_owned() } else { Value::from(value).to_string() };
-        Ok(Self { key: key.to_owned(), value, given: text.to_owned() })
+        Ok(Self { key: key.to_owned(), value, given: text.to_owned(), door: Door::CommandLine })
     }
 
-    /// A key with a value in TOML; unlike in [`Self::parse`], strings need quotes.
+    /// An entry of a Python dictionary: a key with a value in TOML, in which strings need quotes, unlike in [`Self::parse`]; `shown`: the
+    /// value as Python writes it.
     ///
     /// # Errors
     /// The key is empty.
-    pub fn new(key: &str, value: String) -> Result<Self, String> {
+    pub fn of_python(key: &str, value: String, shown: &str) -> Result<Self, String> {
         let key = key.trim();
         if key.is_empty() {
             return Err("a setting has an empty key; write it like packing.radius".to_owned());
         }
-        Ok(Self { key: key.to_owned(), given: format!("{key}={value}"), value })
+        Ok(Self { key: key.to_owned(), value, given: format!("\"{key}\": {shown}"), door: Door::Python })
+    }
+
+    /// As messages show it: with the door at which it was given, such as `--set packing.radius=2 mm`.
+    pub fn shown(&self) -> String {
+        let [before, _, after] = self.door.frame();
+        format!("{before}{}{after}", self.given)
+    }
+
+    /// Range of the key or of the value in [`Self::shown`].
+    pub(super) fn place(&self, of_key: bool) -> Range<usize> {
+        let [before, between, _] = self.door.frame();
+        let end = self.given.find(between).unwrap_or(0);
+        let (start, end) = if of_key { (0, end) } else { (end + between.len(), self.given.len()) };
+        before.len() + start..before.len() + end
     }
 
     /// The text of a scenario with these settings; everything else, also comments, stays as it is.
@@ -88,7 +133,7 @@ impl Setting {
         let mut located = Vec::new();
         for setting in settings {
             let key = setting.put(document.as_table_mut());
-            let key = key.map_err(|problem| format!("--set {}: {problem}", setting.given))?;
+            let key = key.map_err(|problem| format!("{}: {problem}", setting.shown()))?;
             located.push(Self { key, ..setting.clone() });
         }
         Ok((restore(&document.to_string()), located))
@@ -361,6 +406,20 @@ mod tests {
         }
         for wrong in ["packing.radius", "=3", "a="] {
             assert!(Setting::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    /// Messages show a setting as it was given, and point to its key or its value.
+    #[test]
+    fn each_door_shows_settings_as_they_were_given() {
+        let parsed = Setting::parse("packing.radius=2 mm").unwrap();
+        let python = Setting::of_python("packing.radius", "\"2 mm\"".to_owned(), "'2 mm'").unwrap();
+        for (setting, shown, key, value) in [
+            (parsed, "--set packing.radius=2 mm", "packing.radius", "2 mm"),
+            (python, "with_settings({\"packing.radius\": '2 mm'})", "\"packing.radius\"", "'2 mm'"),
+        ] {
+            let text = setting.shown();
+            assert_eq!((&text[..], &text[setting.place(true)], &text[setting.place(false)]), (shown, key, value));
         }
     }
 }
