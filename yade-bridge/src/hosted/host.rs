@@ -144,7 +144,8 @@ impl Host {
             let now = if id < count { unsafe { peek::<u64>(begin + 16 * id) } } else { 0 };
             if now != body || unsafe { peek::<u64>(body as usize + self.state) } != object {
                 return Err(format!(
-                    "body {id} was deleted or replaced, but has bonds; call remove() of the engine before"
+                    "body {id} was deleted or replaced, but has bonds; before you erase a bonded body, call give_back() of the \
+                     engine, which keeps the others' bonds, and take_over() after it (bond(): remove(), which deletes all bonds)"
                 ));
             }
             let at = |field: usize| object as usize + self.fields[field];

@@ -43,7 +43,7 @@ def engine(**options):
     O.engines = O.engines[:3] + [found] + O.engines[3:]
     found = O.engines[3]
     O.step()
-    assert found.bondCount == 6595 and len(O.interactions) == 0
+    assert found.bondCount == 6595 and len(O.interactions.own) == 0
     return found
 
 
@@ -129,7 +129,7 @@ def test_breakage_and_states():
     assert sum(b.state.numBrokenCohesive for b in O.bodies) > 100
     assert 0 < max(b.state.normDmg for b in O.bodies) <= 1
     assert max(b.state.stress[2, 2] for b in O.bodies) > 0
-    assert len(O.interactions) == 0
+    assert len(O.interactions.own) == 0
 
 
 def test_states_are_written_in_place_of_yades_updater():

@@ -371,23 +371,13 @@ def test_a_missing_folder_is_refused():
 
 
 def test_functions_that_read_interactions():
-    """getStress adds the bonds; others refuse while there are bonds, and work again afterwards."""
+    """getStress adds the bonds; functions of every kind are in test_functions.py."""
     scene()
     O.run(20, True)
     e = bridge.take_over()
     O.run(3, True)
     # Sums over the same 1,000 forces in another order.
     assert abs(array(utils.getStress(VOLUME)) - e.stress(VOLUME).T).max() < 1e-13 * abs(e.stress(VOLUME)).max() > 0
-    for function in (unbalancedForce, utils.fabricTensor, utils.avgNumInteractions, utils.bodyStressTensors):
-        with raises(YadeError, "where the bonds no longer are"):
-            function()
-    with warnings.catch_warnings(record=True) as given:
-        warnings.simplefilter("always")
-        forces = [forcesOnCoordPlane(height, 2) for height in (0.01, 0.02)]
-    assert np.isnan([[force[axis] for axis in range(3)] for force in forces]).all()
-    assert [str(one.message).split("()")[0] for one in given] == ["forcesOnCoordPlane"]
-    with raises(YadeError, "exportInteractions"):
-        export.VTKExporter(os.path.join(os.environ.get("BRIDGE_WORK", "/tmp"), "x")).exportInteractions()
     e.remove()
     O.run(3, True)
     assert np.isfinite(unbalancedForce()) and array(getStress(VOLUME)).shape == (3, 3)

@@ -40,10 +40,10 @@ def test_it_equals_yade_to_rounding():
     steps(100)
     x = positions()
     engine = bridge.take_over()
-    assert engine.bond_count == 6595 and len(O.interactions) == 0
+    assert engine.bond_count == 6595 and len(O.interactions.own) == 0
     steps(100)
     ours = positions()
-    assert len(O.interactions) == 0, "YADE's collider leaves the bodies to us"
+    assert len(O.interactions.own) == 0, "YADE's collider leaves the bodies to us"
     concrete(**TENSION)
     steps(200)
     moved = abs(positions() - np.array(packing())[:, :3]).max()
@@ -217,8 +217,8 @@ def test_contacts_with_other_bodies_stay_yades():
     assert engine.bond_count == 6595
     for _ in range(10):
         steps(10)
-        assert all(wall in (i.id1, i.id2) for i in O.interactions)
-    assert any(i.isReal for i in O.interactions)
+        assert all(wall in (i.id1, i.id2) for i in O.interactions.own)
+    assert any(i.isReal for i in O.interactions.own)
 
 
 def test_breakage_goes_on_in_the_engine():
@@ -229,7 +229,7 @@ def test_breakage_goes_on_in_the_engine():
     assert sum(b.state.numBrokenCohesive for b in O.bodies) > 100
     tables = engine.contacts()
     assert len(tables["cpm"]) == engine.bond_count and set(tables) == {"cpm", "unbonded"}
-    assert len(O.interactions) == 0
+    assert len(O.interactions.own) == 0
 
 
 def test_beams_and_walls_in_one_scene():
@@ -270,7 +270,7 @@ def test_beams_and_walls_in_one_scene():
     assert z[0] == 0.3 > z[1] > z[2] > z[3] > 0.1, z
     assert abs(z[9] - 0.1) < 0.01, "the tip lies on the facet"
     assert any(O.bodies[k].state.rot().norm() > 0.05 for k in range(10)), "beams turn their bodies"
-    touching = [i for i in O.interactions]
+    touching = list(O.interactions.own)
     assert touching and all(10 in (i.id1, i.id2) for i in touching)
     x, contacts = engine.forces()
     assert len(contacts.pair) == 9 and np.abs(contacts.moment).max() > 0

@@ -22,7 +22,7 @@ from ._rules import (
     refuse_image,
     refuse_sphere,
 )
-from ._scene import Bodies, Reals, bodies, gather, host, interactions, of_class
+from ._scene import Addresses, Bodies, Interactions, Reals, bodies, gather, host, interactions, of_class
 
 #: Engines that our solver replaces while it advances a scene.
 REPLACED = {"ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"}
@@ -137,13 +137,30 @@ class Concrete:
         inner = (one >= 0) & (two >= 0)
         known = of_class(found.phys, "CpmPhys.vtable") & of_class(found.geom, "ScGeom.vtable")
         if (foreign := np.flatnonzero(inner & ~known)).size:
-            contact = omega.interactions[int(found.id1[foreign[0]]), int(found.id2[foreign[0]])]
+            contact = host().interactions[int(found.id1[foreign[0]]), int(found.id2[foreign[0]])]
             refuse_contact(contact.id1, contact.id2, class_of(contact.phys), class_of(contact.geom))
         self.foreign = int((~inner).sum())
         """Number of interactions with other bodies."""
-        self.contacts = found.of(inner)
-        self.pair = np.stack([one, two], axis=1)[inner].astype(np.uint32)
+        self._set_contacts(found.of(inner))
         self.clumps = Clumps(self.bodies.ids)
+
+    def _set_contacts(self, contacts: Interactions) -> None:
+        self.contacts = contacts
+        self.pair = np.stack([self._row[contacts.id1], self._row[contacts.id2]], axis=1).astype(np.uint32)
+
+    def anew(self, contacts: Interactions, kind: dict[str, Any], solver: _core.Hosted, threads: int | None) -> _core.Hosted:
+        """The assembly `solver` of a bonded engine of this `kind` with these contacts instead of its own."""
+        ids = solver.bodies()["id"]
+        if not np.array_equal(np.sort(ids), np.sort(self.bodies.ids)):
+            raise refuse(
+                "the scene has other spheres of concrete than at the take-over, so a change of its bonds cannot be followed; change them before "
+                "you add spheres of CpmMat, or call give_back(), change them, and call take_over() again",
+                "Changed",
+            )
+        self._set_contacts(contacts)
+        lost = np.zeros(int(ids.max()) + 1, np.uint32)
+        lost[ids] = solver.particle_results()[1]
+        return self.hosted(kind["kinematics"], kind["mode"], False, threads, lost[self.bodies.ids])
 
     def _materials(self) -> tuple[list[Any], NDArray[np.uint32]]:
         omega = host().omega
@@ -163,8 +180,9 @@ class Concrete:
             for j in range(i, count)
         ]
 
-    def hosted(self, kinematics: str, mode: str, damping: bool, threads: int | None) -> _core.Hosted:
-        """The assembly in our solver. `damping`: our solver moves the bodies, with YADE's damping and gravity."""
+    def hosted(self, kinematics: str, mode: str, damping: bool, threads: int | None, lost: Any = None) -> _core.Hosted:
+        """The assembly in our solver. `damping`: our solver moves the bodies, with YADE's damping and gravity. `lost`: numbers of bonds and
+        contacts that the bodies have lost; None: those in YADE."""
         omega = host().omega
         if damping:
             self.settings.refuse_motion()
@@ -183,7 +201,7 @@ class Concrete:
             "inertia": np.ascontiguousarray(inertia[:, 0]),
             "material": self.material,
             "constraint": gather(state, "State.blockedDOFs", "i32").astype(np.uint32),
-            "lost": gather(state, "CpmState.numBrokenCohesive", "i32").clip(0).astype(np.uint32),
+            "lost": gather(state, "CpmState.numBrokenCohesive", "i32").clip(0).astype(np.uint32) if lost is None else lost,
         }
         cell = None
         if omega.periodic:
@@ -271,7 +289,7 @@ def scatter(addresses: NDArray[np.uint64], field: str, values: Any) -> None:
     _core.memory_scatter(np.ascontiguousarray(addresses), host().layout[field], flat)
 
 
-def _keys(one: Any, two: Any, bonded: Any) -> NDArray[np.int64]:
+def keys_of(one: Any, two: Any, bonded: Any) -> NDArray[np.int64]:
     """A number for each contact from its unordered pair and whether it is a bond (particles of a broken bond may touch again)."""
     one, two = np.asarray(one, np.int64), np.asarray(two, np.int64)
     return np.minimum(one, two) << 32 | np.maximum(one, two) << 1 | np.asarray(bonded, np.int64)
@@ -279,7 +297,7 @@ def _keys(one: Any, two: Any, bonded: Any) -> NDArray[np.int64]:
 
 def _keys_of_yade(concrete: Concrete) -> NDArray[np.int64]:
     contacts = concrete.contacts
-    return _keys(contacts.id1, contacts.id2, gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0)
+    return keys_of(contacts.id1, contacts.id2, gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0)
 
 
 def write_bodies(concrete: Concrete, solver: _core.Hosted) -> None:
@@ -315,9 +333,10 @@ def create_interactions(one: Any, two: Any) -> list[Any]:
     omega = host().omega
     made = []
     for first, second in zip(np.minimum(one, two).tolist(), np.maximum(one, two).tolist()):
-        if omega.interactions.has(first, second):
-            omega.interactions.erase(first, second)
-        contact = createInteraction(first, second)
+        if host().interactions.has(first, second):
+            host().interactions.erase(first, second)
+        # YADE's own: the pair belongs to a bonded engine.
+        contact = getattr(createInteraction, "__wrapped__", createInteraction)(first, second)
         # Not this iteration: the law would treat the contact as new and discard its history.
         contact.iterMadeReal = max(omega.iter - 1, 0)
         made.append(contact)
@@ -337,7 +356,15 @@ def _create_contacts(table: Any) -> None:
     for contact, bonded in zip(made, table["bonded"].tolist()):
         contact.phys.isCohesive = bonded
     geom, phys = (np.array([address_of(getattr(contact, name)) for contact in made], np.uint64) for name in ("geom", "phys"))
-    length, area = table["reference_length"], table["area"]
+    write_constants(geom, phys, table["reference_length"], table["area"])
+    ductility = np.array([contact.phys.relDuctility for contact in made])
+    scatter(phys, "CpmPhys.epsFracture", gather(phys, "CpmPhys.epsCrackOnset") * ductility)
+    turned = np.where(table["a"] == [contact.id1 for contact in made], 1, -1)
+    write_images(np.array([address_of(contact) for contact in made], np.uint64), table["image"] * turned[:, None])
+
+
+def write_constants(geom: Addresses, phys: Addresses, length: Reals, area: Reals) -> None:
+    """Write what the law computes once, when a contact is new."""
     radii = gather(geom, "ScGeom.refR1") + gather(geom, "ScGeom.refR2")
     for name, values in (
         ("refLength", length),
@@ -345,26 +372,23 @@ def _create_contacts(table: Any) -> None:
         ("refPD", radii - length),
         ("kn", area * gather(phys, "CpmPhys.E") / length),
         ("ks", area * gather(phys, "CpmPhys.G") / length),
-        ("epsFracture", gather(phys, "CpmPhys.epsCrackOnset") * np.array([contact.phys.relDuctility for contact in made])),
     ):
         scatter(phys, f"CpmPhys.{name}", values)
-    turned = np.where(table["a"] == [contact.id1 for contact in made], 1, -1)
-    write_images(np.array([address_of(contact) for contact in made], np.uint64), table["image"] * turned[:, None])
 
 
-def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
+def write_contacts(solver: _core.Hosted) -> dict[str, int]:
     """Write contacts back to YADE: update histories, erase opened contacts, create new ones."""
     yade = host()
     omega = yade.omega
     concrete = Concrete()
     tables = solver.contacts()
     table = np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
-    theirs, ours = _keys_of_yade(concrete), _keys(table["a"], table["b"], table["bonded"])
+    theirs, ours = _keys_of_yade(concrete), keys_of(table["a"], table["b"], table["bonded"])
     if len(np.unique(ours >> 1)) != len(ours):
         raise refuse("two bodies touch through two periodic images, which YADE cannot store; enlarge the cell", "TwoImages")
     gone = ~np.isin(theirs, ours)
     for one, two in zip(concrete.contacts.id1[gone], concrete.contacts.id2[gone]):
-        omega.interactions.erase(int(one), int(two))
+        yade.interactions.erase(int(one), int(two))
         for body in (int(one), int(two)):
             omega.bodies[body].state.numBrokenCohesive += 1
     new = ~np.isin(ours, theirs)
@@ -376,28 +400,28 @@ def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
     order = np.argsort(ours, kind="stable")
     place = np.minimum(np.searchsorted(ours[order], theirs), len(ours) - 1)
     table = table[order[place]]
-    if len(ours) != len(theirs) or not (_keys(table["a"], table["b"], table["bonded"]) == theirs).all():
+    if len(ours) != len(theirs) or not (keys_of(table["a"], table["b"], table["bonded"]) == theirs).all():
         raise refuse("contacts of the solver and of YADE do not match", "Layout")
     sign = np.where(table["a"] == concrete.contacts.id1, 1.0, -1.0)
-    _write_history(concrete, table, sign, mode)
+    now = solver.bodies()
+    row = np.zeros(int(now["id"].max()) + 1, np.int64)
+    row[now["id"]] = np.arange(len(now["id"]))
+    write_values(concrete.contacts.geom, concrete.contacts.phys, now["position"][row[concrete.contacts.id1]], table, sign)
     return {"erased": int(gone.sum()), "made": int(new.sum()), "written": len(table)}
 
 
-def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> None:
-    contacts = concrete.contacts
+def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sign: Reals) -> None:
+    """Write what the law computes in every step. `first`: positions of the first bodies in that step; `sign`: -1 where the table has the
+    bodies in the other order."""
     turned = sign[:, None]
     normal = table["normal"] * turned
     shear, slip = table["shear_strain"] * turned, table["plastic_shear_strain"] * turned
 
     def physics(name: str) -> Reals:
-        return gather(contacts.phys, f"CpmPhys.{name}")
+        return gather(phys, f"CpmPhys.{name}")
 
     modulus, shear_modulus, area = physics("E"), physics("G"), physics("crossSection")
-    prestress = np.zeros(len(table))
-    one, two = concrete.material[concrete.pair[:, 0]], concrete.material[concrete.pair[:, 1]]
-    for i, j, row in concrete.laws(mode):
-        between = ((one == i) & (two == j)) | ((one == j) & (two == i))
-        prestress[between] = row["isotropic_prestress"]
+    prestress = physics("isoPrestress")
     strain = table["normal_strain"] + prestress / modulus
     effective = strain - table["plastic_normal_strain"]
     bonded = table["bonded"]
@@ -411,7 +435,7 @@ def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> No
     stress = stress - prestress
     onset = physics("epsCrackOnset")
     residual = np.where(bonded, np.where(kappa < onset, 1.0, (1.0 - omega) * kappa / onset), 0.0)
-    radii = gather(contacts.geom, "ScGeom.refR1") + gather(contacts.geom, "ScGeom.refR2")
+    radii = gather(geom, "ScGeom.refR1") + gather(geom, "ScGeom.refR2")
     overlap = radii - table["length"]
     for name, values in (
         ("kappaD", kappa),
@@ -428,11 +452,11 @@ def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> No
         ("shearForce", -traction * area[:, None]),
         ("relResidualStrength", residual),
     ):
-        scatter(contacts.phys, f"CpmPhys.{name}", values)
-    scatter(contacts.geom, "ScGeom.normal", normal)
-    scatter(contacts.geom, "ScGeom.penetrationDepth", overlap)
-    arm = gather(contacts.geom, "ScGeom.refR1") - 0.5 * overlap
-    scatter(contacts.geom, "ScGeom.contactPoint", concrete.bodies.positions[concrete.pair[:, 0]] + normal * arm[:, None])
+        scatter(phys, f"CpmPhys.{name}", values)
+    scatter(geom, "ScGeom.normal", normal)
+    scatter(geom, "ScGeom.penetrationDepth", overlap)
+    arm = gather(geom, "ScGeom.refR1") - 0.5 * overlap
+    scatter(geom, "ScGeom.contactPoint", first + normal * arm[:, None])
 
 
 def write_states(solver: _core.Hosted) -> None:

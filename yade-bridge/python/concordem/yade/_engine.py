@@ -22,6 +22,7 @@ from .._types import Contacts
 from . import _hooks, _interactions, _rules, _thread_state, _vtk
 from ._concrete import Concrete, add_to_clock, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
+from ._mirror import Mirror
 from ._motion import Motion, free_bit
 from ._rules import refuse
 from ._scene import Bodies, Reals, at_rest, bodies, bodies_stand, gather, host, of_class
@@ -91,15 +92,21 @@ def _refuse_bonded(mine: Bodies) -> None:
 class BondedEngine:
     """Bonds of some spheres of the scene. Created by :func:`take_over` or :func:`bond`."""
 
-    def __init__(self, name: str, solver: _core.Hosted, ids: NDArray[np.int32], kind: dict[str, Any]) -> None:
+    def __init__(self, name: str, solver: _core.Hosted, ids: NDArray[np.int32], kind: dict[str, Any], threads: int | None = None) -> None:
         if name in _registered and _is_in_engines(name):
             raise refuse(f'there already is a bonded engine "{name}"; choose another name', "Name")
         self.name = name
-        #: The assembly in our solver.
-        self.solver = solver
+        self._solver = solver
+        #: Number of times that the bonds were built anew, after a script has changed them.
+        self._rebuilt = 0
+        #: Bonds that had broken before.
+        self._broken = 0
+        #: The bonds as objects of YADE, once a script has asked for them.
+        self._mirror: Mirror | None = None
         #: Ids of the bonded bodies.
         self.ids = ids
         self._kind = kind
+        self._threads = threads
         self._scene = 0
         self._update_states = int(kind.get("update_states", 0))
         self.attached = False
@@ -114,22 +121,68 @@ class BondedEngine:
         #: Whether the bonds are interactions of YADE, too, for a script that reads them.
         self._shown = False
 
+    @property
+    def solver(self) -> _core.Hosted:
+        """The assembly in our solver."""
+        if self._mirror is not None and self._mirror.out:
+            self._follow(self._mirror)
+        return self._solver
+
     # -- in and out of the scene ------------------------------------------------------------------------------------
 
-    def _attach(self) -> None:
+    def _attach_solver(self) -> None:
         yade = host()
         layout = yade.layout
         scene = address_of(yade.omega._sceneObj)
         container = memory.pointer(scene + layout["Scene.bodies"])
         fields = ("Body.state", "State.pos", "State.vel", "State.angVel", "State.ori", "State.blockedDOFs")
-        self.solver.attach(container + layout["bodies.vector"], scene + layout["Scene.forces"], [layout[f] for f in fields])
+        self._solver.attach(container + layout["bodies.vector"], scene + layout["Scene.forces"], [layout[f] for f in fields])
         self._scene, self._container = scene, container
+
+    def _attach(self) -> None:
+        yade = host()
+        self._attach_solver()
         # In the next step if a PyRunner takes over in this one.
         self._next = yade.omega.iter + 1
         self._watch()
         _registered[self.name] = self
         self.attached = True
         _hooks.install()
+
+    def mirror(self) -> Mirror:
+        """The bonds as objects of YADE."""
+        if self._mirror is None:
+            self._mirror = Mirror(lambda: self, lambda: (self._rebuilt, self._solver.steps))
+        return self._mirror
+
+    def has_body(self, number: int) -> bool:
+        """Whether a body belongs to this engine."""
+        return bool((self.ids == number).any())
+
+    @property
+    def is_concrete(self) -> bool:
+        """Whether the bonds have the law of YADE's concrete, so that YADE's functions can read them."""
+        return bool(self._kind["kind"] == "concrete")
+
+    def refuse_erasing(self) -> None:
+        """Raise YadeError if bonds cannot be erased."""
+        _rules.refuse_erasing(self._title, self.is_concrete)
+
+    def _follow(self, mirror: Mirror) -> None:
+        """Build the bonds anew if a script has changed or erased some of them in O.interactions."""
+        if not mirror.changed():
+            return
+        before = self._solver
+        with self._as_yades():
+            self._solver = Concrete().anew(mirror.interactions(), self._kind, before, self._threads)
+        mirror.followed()
+        self._rebuilt += 1
+        self._broken += before.broken
+        self._attach_solver()
+        if self._motion is not None and self._motion.active:
+            self._motion._share()
+        # The next check looks at O.engines again, and tells the solver.
+        self._suspect = True
 
     def _bodies_now(self) -> NDArray[np.uint64]:
         """Addresses of the bodies, 0 for one that was deleted."""
@@ -143,7 +196,7 @@ class BondedEngine:
         if known_pointer(self._scene + layout["Scene.bodies"]) != self._container:
             return False
         # The first body tells it in nearly every step.
-        first, count = int(self.ids[0]), self.solver.body_count
+        first, count = int(self.ids[0]), self._solver.body_count
         if first < count and known_pointer(known_pointer(self._container + layout["bodies.vector"]) + 16 * first) == self._first:
             return True
         return bool((self._bodies_now() == self._bodies).any())
@@ -196,7 +249,8 @@ class BondedEngine:
 
     def _is_calm(self) -> bool:
         """Whether a check that is not deep would find nothing new."""
-        return self._placed and not self._suspect and not self._shown and self.solver.undisturbed() and self._is_here()
+        changed = self._mirror is not None and self._mirror.out
+        return self._placed and not changed and not self._suspect and not self._shown and self._solver.undisturbed() and self._is_here()
 
     def _check_settings(self) -> None:
         omega = host().omega
@@ -329,12 +383,13 @@ class BondedEngine:
         if now > self._next or now % 64 == 0 or self._suspect or self._shown or not self.solver.undisturbed():
             self.check(deep=now % 64 == 0)
         dt: float = omega.dt
+        solver = self.solver
         most = self._steps_at_once(now, dt) if self._motion is not None and self._motion.active else 1
         done, failed = 1, None
         try:
             if most > 1:
-                done, failed = self.solver.contact_steps(dt, most)
-            elif self.solver.contact_step(dt, cell_of(omega) if omega.periodic else None):
+                done, failed = solver.contact_steps(dt, most)
+            elif solver.contact_step(dt, cell_of(omega) if omega.periodic else None):
                 # As if NewtonIntegrator had found such a body.
                 ctypes.c_bool.from_address(scene + yade.layout["Scene.doSort"]).value = True
         except (RuntimeError, ValueError) as error:
@@ -366,7 +421,7 @@ class BondedEngine:
     @property
     def broken(self) -> int:
         """Number of bonds broken since the engine was created."""
-        return self.solver.broken
+        return self.solver.broken + self._broken
 
     def contacts(self) -> dict[str, NDArray[np.void]]:
         """Tables of bonds by law and of `unbonded` contacts, with their histories; `a` and `b` are body ids."""
@@ -449,7 +504,7 @@ def take_over(
             "cohesiveThresholdIter)",
             "NoBonds",
         )
-    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind), replaced)
+    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind, threads), replaced)
 
 
 def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
@@ -484,7 +539,7 @@ def bond(
     contacts: dict[str, Any] | None = None,
     ids: Any = None,
     name: str = "bonds",
-    kinematics: str = "finite",
+    kinematics: str | None = None,
     threads: int | None = None,
     motion: bool = False,
     **tables: Any,
@@ -526,8 +581,8 @@ def bond(
         packing={"kind": "spheres", "spheres": spheres},
         material=material,
         contacts=contacts or {"law": "none"},
-        kinematics=kinematics,
         stop={"steps": 1},
+        **({"kinematics": kinematics} if kinematics else {}),
         **({"bonds": bonds} if bonds else {}),
         **tables,
     )

@@ -1,8 +1,8 @@
 """Checks around functions of YADE while a scene has bonded engines, so that no bond is lost without a word.
 
 A bonded engine cannot notice that it is not in O.engines any more. Therefore `O.run`, `O.step`, and `O.wait` ask every engine of the
-scene whether all is as it needs, and so does an assignment to O.engines during a run. Functions that read O.interactions raise an error
-with the remedy, except getStress, which adds the stress of the bonds. Scenes without bonded engines are not affected.
+scene whether all is as it needs, and so does an assignment to O.engines during a run. O.interactions and functions that read it answer with
+the bonds (:mod:`._container`). Scenes without bonded engines are not affected.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ import os
 import sys
 import tempfile
 import threading
-import warnings
 from typing import Any, Callable, Iterator, Protocol, Sequence
 
 import numpy as np
 
-from .._errors import ConcordemWarning, YadeError
+from .._errors import YadeError
 from . import _pause, _rules
+from ._container import Contacts, lent
+from ._mirror import Mirror
 
 
 class Bonded(Protocol):
@@ -37,6 +38,19 @@ class Bonded(Protocol):
     def stress_sum(self) -> Any:
         """`Σ l⊗f` over all contacts, J, (3, 3)."""
 
+    def mirror(self) -> Mirror:
+        """The bonds as objects of YADE."""
+
+    def refuse_erasing(self) -> None:
+        """Raise YadeError if bonds cannot be erased now."""
+
+    def has_body(self, number: int) -> bool:
+        """Whether a body belongs to this engine."""
+
+    @property
+    def is_concrete(self) -> bool:
+        """Whether the bonds have the law of YADE's concrete, so that YADE's functions can read them."""
+
 
 #: Functions that give the bonded engines of the current scene.
 sources: list[Callable[[], Sequence[Bonded]]] = []
@@ -45,6 +59,8 @@ savers: list[Callable[[str], Any]] = []
 loaders: list[Callable[[str], Any]] = []
 #: Functions that tell, quickly, whether the current scene needs no check before a step: nothing is there, or nothing has changed since the last one.
 calm: list[Callable[[], bool]] = []
+#: Functions that forget what belongs to scenes that end.
+forgetters: list[Callable[[], Any]] = []
 _plain = False
 #: Folder of the scenes that O.saveTmp keeps.
 _folder: tempfile.TemporaryDirectory[str] | None = None
@@ -52,27 +68,13 @@ _folder: tempfile.TemporaryDirectory[str] | None = None
 _failed: YadeError | None = None
 _installed = False
 
-_OPERATORS = "use concordem.operators with the engine's forces()"
-#: Functions of YADE that read O.interactions, with their replacements.
-BLIND_FUNCTIONS = {
-    "avgNumInteractions": "use the engine's contacts()",
-    "bodyStressTensors": "use update_states, or concordem.operators.particle_stress with the engine's forces()",
-    "elasticEnergyInVolume": "use the energies of the engine (O.trackEnergy with BondedEngine_Rust)",
-    "fabricTensor": _OPERATORS,
-    "getStressAndTangent": _OPERATORS,
-    "getStressProfile": _OPERATORS,
-    "getStressProfile_contact": _OPERATORS,
-    "interactionAnglesHistogram": _OPERATORS,
-    "intrsOfEachBody": "use the engine's contacts()",
-    "normalShearStressTensors": _OPERATORS,
-    "plotDirections": _OPERATORS,
-    "plotNumInteractionsHistogram": "use the engine's contacts()",
-    "unbalancedForce": "compare O.forces with the engine's forces()",
-}
-
-
-#: Functions of YADE that scripts plot beside the stress of the strainer, such as YADE's own uniax.py. They give NaN and warn once.
-UNKNOWN_FUNCTIONS = ("forcesOnCoordPlane", "forcesOnPlane")
+#: Functions of YADE in C++ that read interactions: they find the bonds of concrete. Those of bond() have laws that they do not know.
+READING_FUNCTIONS = (
+    *("bodyNumInteractionsHistogram", "bodyStressTensors", "elasticEnergyInVolume", "fabricTensor", "forcesOnCoordPlane"),
+    *("forcesOnPlane", "getBodyIdsContacts", "getCapillaryStress", "getStressAndTangent", "getStressProfile", "getStressProfile_contact"),
+    *("interactionAnglesHistogram", "intrsOfEachBody", "maxOverlapRatio", "normalShearStressTensors", "numIntrsOfEachBody", "sumFacetNormalForces"),
+    "unbalancedForce",
+)
 
 
 def bonded() -> list[Bonded]:
@@ -252,52 +254,91 @@ def install() -> None:
         ("reload", _last_file, loaders),
     ):
         setattr(omega, name, _with_bonds(getattr(omega, name), path_of, use))
+    for name in ("reset", "resetThisScene", "resetCurrentScene", "resetAllScenes"):
+        setattr(omega, name, _forgetting(getattr(omega, name)))
     omega.engines = property(engines.fget, assign, None, engines.__doc__)
     previous = sys.excepthook
     sys.excepthook = lambda error_type, error, trace: _hook(error_type, error, trace, previous)
-    for name, remedy in BLIND_FUNCTIONS.items():
+    for name in READING_FUNCTIONS:
         function = getattr(yade.utils, name, None)
         if function is not None:
-            replace_everywhere(name, function, _blind(name, function, remedy))
-    for name in UNKNOWN_FUNCTIONS:
-        function = getattr(yade.utils, name)
-        replace_everywhere(name, function, _unknown(name, function))
+            replace_everywhere(name, function, _reading(f"{name}()", function))
     replace_everywhere("getStress", yade.utils.getStress, _stress(yade.utils.getStress))
-    try:
-        from yade import export
-    except ImportError:
-        return
-    exporter = export.VTKExporter
-    exporter.exportInteractions = _blind("VTKExporter.exportInteractions", exporter.exportInteractions, "write the engine's contacts()")
+    replace_everywhere("createInteraction", yade.utils.createInteraction, _creating(yade.utils.createInteraction))
+    for name in dir(yade.wrapper):
+        # Methods of laws: elasticEnergy(), ratioSlidingContacts(), ...
+        law = getattr(yade.wrapper, name)
+        if name.startswith("Law2_") and isinstance(law, type):
+            for method, function in list(vars(law).items()):
+                if not method.startswith("_") and type(function).__name__ == "function":
+                    setattr(law, method, _reading(f"{name}.{method}()", function))
+    _container_of_bonds(yade.wrapper)
 
 
-def _blind(name: str, function: Any, remedy: str) -> Any:
+def _forgetting(function: Any) -> Any:
+    """A function of YADE that deletes scenes."""
+
     @functools.wraps(function)
-    def checked(*arguments: Any, **named: Any) -> Any:
-        hidden = _hidden()
-        if hidden:
-            shown = ", or call it within `with engine.interactions():`" if all(hasattr(e, "interactions") for e in hidden) else ""
-            raise _rules.refuse(f"{name}() reads O.interactions, where the bonds no longer are; {remedy}{shown}", "BlindFunction")
+    def with_bonds(*arguments: Any, **named: Any) -> Any:
+        for forget in forgetters:
+            forget()
         return function(*arguments, **named)
 
-    return checked
+    return with_bonds
 
 
-def _unknown(name: str, function: Any) -> Any:
-    """A function of YADE that gives NaN while there are bonds, and warns the first time."""
-    warned = False
+def _container_of_bonds(wrapper: Any) -> None:
+    """Let `O.interactions` and `Body.intrs()` have the bonds."""
+    interactions, intrs = wrapper.Omega.interactions, wrapper.Body.intrs
+
+    def get(self: Any) -> Any:
+        found, hidden = interactions.fget(self), _hidden()
+        return Contacts(found, hidden) if hidden else found
+
+    @functools.wraps(intrs)
+    def with_bonds(self: Any) -> Any:
+        found = intrs(self)
+        for engine in _hidden():
+            found = engine.mirror().of_body(self.id) + found
+        return found
+
+    wrapper.Omega.interactions = property(get, interactions.fset, None, interactions.__doc__)
+    wrapper.Body.intrs = with_bonds
+
+
+def _reading(name: str, function: Any) -> Any:
+    """A function of YADE that reads interactions, and finds the bonds."""
 
     @functools.wraps(function)
-    def checked(*arguments: Any, **named: Any) -> Any:
-        nonlocal warned
-        found = function(*arguments, **named)
-        if not _hidden():
-            return found
-        if not warned:
-            warned = True
-            message = f"{name}() reads O.interactions, where the bonds no longer are, and gives NaN; {_OPERATORS}"
-            warnings.warn(message, ConcordemWarning, stacklevel=2)
-        return found * float("nan")
+    def with_bonds(*arguments: Any, **named: Any) -> Any:
+        hidden = _hidden()
+        if not hidden:
+            return function(*arguments, **named)
+        if not all(engine.is_concrete for engine in hidden):
+            raise _rules.refuse(
+                f"{name} reads the interactions of YADE's laws, but the bonds of bond() have another law; use concordem.operators with the "
+                "engine's forces(), or call it within `with engine.interactions():`",
+                "BlindFunction",
+            )
+        with lent(hidden):
+            return function(*arguments, **named)
+
+    return with_bonds
+
+
+def _creating(function: Any) -> Any:
+    """createInteraction that does not add a second force between two bonded bodies."""
+
+    @functools.wraps(function)
+    def checked(id1: int, id2: int, *arguments: Any, **named: Any) -> Any:
+        for engine in _hidden():
+            if engine.has_body(id1) and engine.has_body(id2):
+                raise _rules.refuse(
+                    f"createInteraction({id1}, {id2}): both bodies belong to a bonded engine, which computes what is between them; call "
+                    "give_back() before, and take_over() after it",
+                    "Bonded",
+                )
+        return function(id1, id2, *arguments, **named)
 
     return checked
 

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from . import _changes
 from ._concrete import class_of, create_interactions, scatter, sort_anew, write_contacts, write_images
 from ._rules import refuse
-from ._scene import Ints, Reals, at_rest, gather, host, interactions, of_class
+from ._scene import Interactions, Ints, Reals, at_rest, gather, host, interactions, of_class
 
 
 def table_of(solver: _core.Hosted) -> dict[str, NDArray[Any]]:
@@ -34,16 +35,15 @@ def table_of(solver: _core.Hosted) -> dict[str, NDArray[Any]]:
 
 def clear_between(ids: Ints) -> None:
     """Remove the interactions between these bodies from YADE."""
-    omega = host().omega
-    found = interactions()
+    own, found = host().interactions, interactions()
     inner = np.isin(found.id1, ids) & np.isin(found.id2, ids)
     if inner.all():
-        omega.interactions.clear()
+        own.clear()
         return
     for one, two in zip(found.id1[inner], found.id2[inner]):
-        omega.interactions.erase(int(one), int(two))
+        own.erase(int(one), int(two))
     # Erasing by ids leaves potential contacts, which would become real again where spheres overlap.
-    omega.interactions.eraseNonReal()
+    own.eraseNonReal()
 
 
 class Bonds(Protocol):
@@ -97,7 +97,7 @@ def give_back(engine: Bonds) -> dict[str, int]:
     engine.update_states()
     engine._take_out()
     try:
-        counts = write_contacts(engine.solver, engine._kind["mode"])
+        counts = write_contacts(engine.solver)
     except BaseException:
         # Nothing is lost: the bonds act again.
         clear_between(engine.ids)
@@ -123,16 +123,43 @@ def shown(engine: Bonds) -> Iterator[None]:
     try:
         with engine._as_yades():
             _create(engine)
+        before = _present(engine)
         yield
+        _refuse_changes(before, _present(engine))
     finally:
         clear_between(engine.ids)
         sort_anew()
         engine._shown = False
 
 
+def _present(engine: Bonds) -> tuple[Interactions, dict[str, Any]]:
+    """The interactions between the bodies, and what a script may change in them."""
+    found = interactions()
+    found = found.of(np.isin(found.id1, engine.ids) & np.isin(found.id2, engine.ids))
+    return found, _changes.everything(found.address, found.phys, engine._kind["kind"] == "concrete")
+
+
+def _refuse_changes(before: tuple[Interactions, dict[str, Any]], now: tuple[Interactions, dict[str, Any]]) -> None:
+    """Raise YadeError if a script has changed the interactions, which end with the block."""
+    if not np.array_equal(before[0].address, now[0].address):
+        gone = np.flatnonzero(~np.isin(before[0].address, now[0].address))
+        what = f"the contact of bodies {before[0].id1[gone[0]]} and {before[0].id2[gone[0]]} was erased" if len(gone) else "interactions were created"
+    else:
+        changed = _changes.between(before[1], now[1])
+        if not changed:
+            return
+        name, row = next(iter(changed.items()))
+        what = f"{name} of the contact of bodies {before[0].id1[row]} and {before[0].id2[row]} was changed"
+    raise refuse(
+        f"{what} within the block `with engine.interactions():`, which only shows the bonds, so the change is lost; change and erase bonds of "
+        "take_over() in O.interactions without the block",
+        "Changed",
+    )
+
+
 def _create(engine: Bonds) -> None:
     if engine._kind["kind"] == "concrete":
-        write_contacts(engine.solver, engine._kind["mode"])
+        write_contacts(engine.solver)
         return
     table = table_of(engine.solver)
     one, two = np.minimum(table["a"], table["b"]).astype(np.int32), np.maximum(table["a"], table["b"]).astype(np.int32)
@@ -151,7 +178,7 @@ def _write_forces(ids: Ints, one: Ints, two: Ints, table: dict[str, NDArray[Any]
     if len(row) != len(keys) or not of_class(found.geom, "ScGeom.vtable").all():
         raise refuse("YADE's functors did not make one ScGeom per bond; use Ig2_Sphere_Sphere_ScGeom for these spheres")
     for body_one, body_two in zip(found.id1[:1], found.id2[:1]):
-        physics = host().omega.interactions[int(body_one), int(body_two)].phys
+        physics = host().interactions[int(body_one), int(body_two)].phys
         if not isinstance(physics, host().wrapper.NormShearPhys):
             raise refuse(f"YADE's functors make {class_of(physics)} for these spheres, which has no normal and shear force")
     sign = np.where(table["a"][row] == found.id1, 1.0, -1.0)[:, None]

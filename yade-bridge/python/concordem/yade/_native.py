@@ -168,8 +168,8 @@ class _Engine:
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place and alive; in its steps, it checks the rest itself."""
-        if self._lost:
-            raise YadeError(self._lost, "EngineLost")
+        self._refuse_lost()
+        _native_bonds.follow(self._engine)
         import yade.wrapper
 
         _rules.refuse_shown(self._shown, "BondedEngine_Rust")
@@ -185,6 +185,37 @@ class _Engine:
     def interactions(self) -> Any:
         """Show the bonds as interactions."""
         return self._engine.interactions()
+
+    def mirror(self) -> Any:
+        """The bonds as objects of YADE."""
+        self._refuse_lost()
+        return _native_bonds.mirror(self._engine)
+
+    def _refuse_lost(self) -> None:
+        if self._lost:
+            raise YadeError(self._lost, "EngineLost")
+
+    @property
+    def is_concrete(self) -> bool:
+        """Whether the bonds have the law of YADE's concrete, so that YADE's functions can read them."""
+        self._refuse_lost()
+        return not self._engine.scenario
+
+    def has_body(self, number: int) -> bool:
+        """Whether a body belongs to this engine."""
+        import yade.wrapper
+
+        return not self._lost and bool(yade.wrapper.Omega().bodies[number].groupMask & self._engine.selfMask)
+
+    def refuse_erasing(self) -> None:
+        """Raise YadeError if bonds cannot be erased now."""
+        _rules.refuse_erasing("BondedEngine_Rust", self.is_concrete)
+        import yade.wrapper
+
+        if yade.wrapper.Omega().subStep >= 0:
+            raise _rules.refuse(
+                "bonds of BondedEngine_Rust cannot be erased within a step; erase them between two steps, not from a PyRunner", "Changed"
+            )
 
     def _ask(self) -> None:
         try:

@@ -16,14 +16,19 @@ from numpy.typing import NDArray
 from .. import _core
 from .._errors import YadeError
 from .._types import Contacts
-from . import _interactions, _vtk
-from ._concrete import write_states
-from ._memory import address_of
+from . import _hooks, _interactions, _vtk
+from ._concrete import scatter, write_states
+from ._memory import address_of, known_address_of
+from ._mirror import Mirror
 from ._rules import refuse
-from ._scene import Reals, host
+from ._scene import Reals, gather, host, of_class
+from ._scene import interactions as interactions_of_yade
 
 #: Addresses of the engines whose bonds are shown as interactions.
 _shown: set[int] = set()
+#: The bonds as objects of YADE, by address of the engine.
+_mirrors: dict[int, Mirror] = {}
+_hooks.forgetters.append(_mirrors.clear)
 
 
 def is_shown(engine: Any) -> bool:
@@ -35,6 +40,7 @@ class NativeBonds:
     """A `BondedEngine_Rust` and a copy of its bonds."""
 
     def __init__(self, engine: Any) -> None:
+        follow(engine)
         self._native = engine
         self.name = engine.label or "BondedEngine_Rust"
         self._kind = {"kind": "scenario" if engine.scenario else "concrete", "mode": engine.mode}
@@ -79,6 +85,56 @@ class NativeBonds:
 
     def _as_yades(self) -> contextlib.AbstractContextManager[None]:
         return contextlib.nullcontext()
+
+
+def mirror(engine: Any) -> Mirror:
+    """The bonds of a `BondedEngine_Rust` as objects of YADE."""
+    address = address_of(engine)
+    if address not in _mirrors:
+
+        def here() -> Any:
+            # Not the object of Python, which would keep the engine alive.
+            return next(e for e in host().omega.engines if address_of(e) == address)
+
+        def moment() -> Any:
+            now = here()
+            return known_address_of(host().omega._sceneObj), host().omega.iter, now.steps, now.broken
+
+        _mirrors[address] = Mirror(lambda: NativeBonds(here()), moment)
+    return _mirrors[address]
+
+
+def follow(engine: Any) -> None:
+    """Let the engine have what a script has changed or erased in O.interactions: give the bonds back to YADE, change them there, and take them
+    over."""
+    found = _mirrors.get(address_of(engine)) if _mirrors else None
+    if found is None or not found.changed():
+        return
+    if host().omega.subStep >= 0:
+        raise refuse(
+            "bonds of BondedEngine_Rust were changed within a step, in which it cannot follow; change them between two steps, not from a PyRunner",
+            "Changed",
+        )
+    wanted, values = found.interactions(), found.values()
+    found.followed()
+    _interactions.give_back(NativeBonds(engine))
+    own, made = host().interactions, interactions_of_yade()
+    pairs = {pair: k for k, pair in enumerate(zip(wanted.id1.tolist(), wanted.id2.tolist()))}
+    row = [pairs.get((min(one, two), max(one, two)), -1) for one, two in zip(made.id1.tolist(), made.id2.tolist())]
+    inside = of_class(made.phys, "CpmPhys.vtable")
+    gone = np.flatnonzero(inside & (np.array(row) < 0))
+    for k in gone:
+        own.erase(int(made.id1[k]), int(made.id2[k]))
+    own.eraseNonReal()
+    kept = np.flatnonzero(inside & (np.array(row) >= 0))
+    place = np.array(row)[kept]
+    for name, column in values.items():
+        if column.dtype == np.float64:
+            scatter(made.phys[kept], f"CpmPhys.{name}", column[place])
+    for k in kept[values["isCohesive"][place] != gather(made.phys[kept], "CpmPhys.isCohesive", "u8")]:
+        contact = own[int(made.id1[k]), int(made.id2[k])]
+        contact.phys.isCohesive = not contact.phys.isCohesive
+    _asked(engine.takeOver)
 
 
 def _asked(function: Any) -> Any:

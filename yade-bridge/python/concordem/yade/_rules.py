@@ -215,6 +215,16 @@ def refuse_shown(shown: bool, what: str) -> None:
         )
 
 
+def refuse_erasing(what: str, concrete: bool) -> None:
+    """Raise YadeError if bonds cannot be erased because YADE does not have their law."""
+    if not concrete:
+        raise refuse(
+            f"bonds of {what} follow a law that stock YADE does not have, and cannot be erased; cut them from the start (the tables `cut` of "
+            "the scenario)",
+            "Changed",
+        )
+
+
 def refuse_skipped(expected: int, now: int, what: str) -> None:
     """Raise YadeError if the engine did not act in the iterations from `expected` on; `now` is the present one."""
     if now > expected:

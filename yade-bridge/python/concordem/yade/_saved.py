@@ -147,7 +147,7 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
             clumps=Clumps(found.ids).arrays(only_integrator(omega.engines), omega.dt),
         )
     solver.restore(beside, *(np.array(counts, np.uint32) for counts in text["losses"]))
-    engine = BondedEngine(text["name"], solver, ids, kind)
+    engine = BondedEngine(text["name"], solver, ids, kind, threads)
     engine._attach()
     if engine._motion is not None:
         engine._motion.resume(text["motion_bit"])

@@ -41,6 +41,12 @@ class _Yade:
         self.omega: Any = yade.wrapper.Omega()
         self.names = _Names(yade, self.omega)
 
+    @property
+    def interactions(self) -> Any:
+        """YADE's own O.interactions, without the bonds of bonded engines."""
+        found = self.omega.interactions
+        return getattr(found, "own", found)
+
     @functools.cached_property
     def layout(self) -> Layout:
         """Where YADE stores the fields of its objects."""
@@ -172,8 +178,8 @@ def interactions() -> Interactions:
     layout, omega = yade.layout, yade.omega
     container = memory.pointer(address_of(omega._sceneObj) + layout["Scene.interactions"])
     address = _core.memory_targets(container + layout["interactions.vector"])
-    if len(address) != len(omega.interactions):
-        raise YadeError(f"found {len(address)} interactions in memory, but O.interactions has {len(omega.interactions)}; please report this", "Layout")
+    if len(address) != len(yade.interactions):
+        raise YadeError(f"found {len(address)} interactions in memory, but O.interactions has {len(yade.interactions)}; please report this", "Layout")
     geom, phys = gather(address, "Interaction.geom", "u64"), gather(address, "Interaction.phys", "u64")
     real = (geom != 0) & (phys != 0)
     address, geom, phys = (np.ascontiguousarray(column[real]) for column in (address, geom, phys))
@@ -188,7 +194,7 @@ def interactions() -> Interactions:
     )
     for k in _sample(len(address)):
         try:
-            contact = omega.interactions[int(found.id1[k]), int(found.id2[k])]
+            contact = yade.interactions[int(found.id1[k]), int(found.id2[k])]
         except IndexError:
             raise YadeError(f"interaction {found.id1[k]}-{found.id2[k]} is in memory, but not in O.interactions; please report this", "Layout")
         _same("an interaction", int(address[k]), address_of(contact))
@@ -251,7 +257,7 @@ def _readable(found: Interactions) -> NDArray[np.bool_]:
         distinct, first = np.unique(tables[unknown], return_index=True)
         first = np.flatnonzero(unknown)[first]
         for table, k in zip(distinct, first):
-            contact = yade.omega.interactions[int(found.id1[k]), int(found.id2[k])]
+            contact = yade.interactions[int(found.id1[k]), int(found.id2[k])]
             instance = getattr(contact, name)
             trusted = isinstance(instance, bases[name])
             if trusted:

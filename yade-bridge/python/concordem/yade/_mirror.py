@@ -1,0 +1,298 @@
+"""The bonds of an engine as objects of YADE, outside of YADE's own container of interactions.
+
+A script that asks for interactions gets these objects (:mod:`._container`). They are made when the first one is asked for. Later calls
+write the present values into all of them at once, at most once per step, so a run whose script does not ask pays nothing. What a script
+changes in them is found by comparison and followed before the next step, or refused.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from . import _changes
+from ._concrete import STORED, keys_of, scatter, write_constants, write_images, write_values
+from ._interactions import Bonds, table_of
+from ._memory import known_address_of, memory
+from ._rules import refuse
+from ._scene import Addresses, Interactions, Ints, gather, host
+
+def _physics_of(one: Any, two: Any) -> dict[str, Any]:
+    """Attributes that `Ip2_CpmMat_CpmMat_CpmPhys` gives to a contact between two materials."""
+
+    def mean(name: str) -> float:
+        a, b = getattr(one, name), getattr(two, name)
+        return float(a if a == b else 0.5 * (a + b))
+
+    same = ("epsCrackOnset", "relDuctility", "equivStrainShearContrib", "dmgTau", "dmgRateExp", "plTau", "plRateExp", "isoPrestress")
+    return {
+        **{name: mean(name) for name in same},
+        "E": mean("young"),
+        "G": mean("young") * mean("poisson"),
+        "tanFrictionAngle": math.tan(mean("frictionAngle")),
+        "undamagedCohesion": mean("sigmaT"),
+        "epsFracture": mean("epsCrackOnset") * mean("relDuctility"),
+        "neverDamage": bool(one.neverDamage or two.neverDamage),
+        "damLaw": one.damLaw,
+    }
+
+
+class Mirror:
+    """Objects of YADE for all bonds and contacts of a bonded engine.
+
+    `bonds`: gives the engine, or, for the native one, a copy of its bonds. `moment`: gives a value that differs after each step.
+    """
+
+    def __init__(self, bonds: Callable[[], Bonds], moment: Callable[[], Any]) -> None:
+        self._bonds, self._moment = bonds, moment
+        self._at: Any = None
+        self._keys = np.zeros(0, np.int64)
+        self._contacts: list[Any] = []
+        none: Addresses = np.zeros(0, np.uint64)
+        self._address, self._geom, self._phys = none, none, none
+        self._one = self._two = np.zeros(0, np.int32)
+        self._index: dict[tuple[int, int], int] | None = None
+        self._of_body: tuple[NDArray[Any], NDArray[Any]] | None = None
+        self._concrete = True
+        #: Whether a script may have changed the objects since the last comparison.
+        self.out = False
+        self._before: dict[str, Any] = {}
+        self._erased = 0
+
+    # -- reading ------------------------------------------------------------------------------------------------------
+
+    def refresh(self) -> None:
+        """Write the present values into the objects, if they are not those of the last step."""
+        moment = self._moment()
+        if moment == self._at:
+            return
+        self.refuse_late_changes()
+        bonds = self._bonds()
+        # While YADE runs in another thread, a step may end between two calls.
+        for _ in range(1000):
+            table, bodies = _table(bonds), bonds.solver.bodies()
+            again = self._moment()
+            if again == moment:
+                break
+            moment = again
+        self._write(bonds, table, bodies)
+        self._at, self._before = moment, {}
+
+    def _write(self, bonds: Bonds, table: Any, bodies: dict[str, Any]) -> None:
+        self._concrete = bonds._kind["kind"] == "concrete"
+        keys = keys_of(table["a"], table["b"], table["bonded"])
+        order = np.argsort(keys, kind="stable")
+        keys = keys[order]
+        if (keys[1:] >> 1 == keys[:-1] >> 1).any():
+            raise refuse("two bodies touch through two periodic images, which YADE cannot store; enlarge the cell", "TwoImages")
+        table = table[order] if isinstance(table, np.ndarray) else {name: column[order] for name, column in table.items()}
+        row = np.zeros(int(bodies["id"].max(initial=0)) + 1, np.int64)
+        row[bodies["id"]] = np.arange(len(bodies["id"]))
+        if not np.array_equal(keys, self._keys):
+            self._match(keys, table, bodies["radius"][row])
+        sign = np.where(table["a"] == self._one, 1.0, -1.0)
+        first = bodies["position"][row[self._one]]
+        if self._concrete:
+            write_values(self._geom, self._phys, first, table, sign)
+        else:
+            _write_forces(self._geom, self._phys, first, table, sign)
+        write_images(self._address, table["image"] * sign.astype(np.int32)[:, None])
+
+    def _match(self, keys: NDArray[np.int64], table: Any, radius: Any) -> None:
+        """Keep the objects of contacts that still exist, and make those of new ones."""
+        place = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
+        known = self._keys[place] == keys if len(self._keys) else np.zeros(len(keys), bool)
+        one, two = (keys >> 32).astype(np.int32), (keys >> 1 & 0x7FFFFFFF).astype(np.int32)
+        old = self._contacts
+        contacts: list[Any] = [old[k] if kept else None for k, kept in zip(place.tolist(), known.tolist())]
+        address, geom, phys = (np.where(known, column[place] if len(column) else 0, 0).astype(np.uint64) for column in (self._address, self._geom, self._phys))
+        new = np.flatnonzero(~known)
+        physics = self._constants(one[new], two[new])
+        wrapper = host().wrapper
+        for k, given in zip(new.tolist(), physics):
+            contact, shape = wrapper.Interaction(), wrapper.ScGeom()
+            made = wrapper.CpmPhys(isCohesive=bool(keys[k] & 1), **given) if given is not None else wrapper.NormShearPhys(kn=math.nan, ks=math.nan)
+            contact.geom, contact.phys = shape, made
+            contacts[k] = contact
+            address[k], geom[k], phys[k] = known_address_of(contact), known_address_of(shape), known_address_of(made)
+        layout = host().layout
+        for name, ids in (("Interaction.id1", one), ("Interaction.id2", two)):
+            _core.memory_scatter_i32(address[new], layout[name], ids[new])
+        scatter(geom[new], "ScGeom.refR1", radius[one[new]])
+        scatter(geom[new], "ScGeom.refR2", radius[two[new]])
+        # It belongs to YADE's steps.
+        scatter(geom[new], "ScGeom.shearInc", np.full((len(new), 3), math.nan))
+        if self._concrete:
+            write_constants(geom[new], phys[new], table["reference_length"][new], table["area"][new])
+        self._keys, self._contacts, self._one, self._two = keys, contacts, one, two
+        self._address, self._geom, self._phys = address, geom, phys
+        self._index = self._of_body = None
+
+    def _constants(self, one: Ints, two: Ints) -> Iterable[dict[str, Any] | None]:
+        """Attributes of the physics of new contacts; None for laws that YADE does not have."""
+        if not self._concrete:
+            return [None] * len(one)
+        yade = host()
+        scene = known_address_of(yade.omega._sceneObj)
+        every = _core.memory_targets(memory.pointer(scene + yade.layout["Scene.bodies"]) + yade.layout["bodies.vector"])
+        pairs = np.stack([gather(np.ascontiguousarray(every[ids]), "Body.material", "u64") for ids in (one, two)], axis=1)
+        _, first, number = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+        rows = [_physics_of(*(yade.omega.bodies[int(ids[k])].material for ids in (one, two))) for k in first]
+        return [rows[k] for k in number.reshape(-1)]
+
+    # -- for scripts --------------------------------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        self.refresh()
+        return len(self._contacts)
+
+    def contacts(self) -> list[Any]:
+        """All objects, by the ids of their bodies."""
+        self._hand_out()
+        return self._contacts
+
+    def nth(self, place: int) -> Any:
+        """One object."""
+        self._hand_out()
+        return self._contacts[place]
+
+    def find(self, one: int, two: int) -> Any:
+        """The object between two bodies; None if there is none."""
+        self._hand_out()
+        if self._index is None:
+            self._index = {pair: k for k, pair in enumerate(zip(self._one.tolist(), self._two.tolist()))}
+        place = self._index.get((one, two) if one < two else (two, one))
+        return None if place is None else self._contacts[place]
+
+    def of_body(self, number: int) -> list[Any]:
+        """The objects of one body."""
+        self._hand_out()
+        if self._of_body is None:
+            ends = np.concatenate([self._one, self._two])
+            order = np.argsort(ends, kind="stable")
+            starts = np.searchsorted(ends[order], np.arange(int(ends.max(initial=-1)) + 2))
+            self._of_body = order % max(len(self._one), 1), starts
+        order, starts = self._of_body
+        if not 0 <= number < len(starts) - 1:
+            return []
+        return [self._contacts[k] for k in order[starts[number] : starts[number + 1]].tolist()]
+
+    def pointers(self) -> NDArray[np.uint64]:
+        """Addresses of the interactions, with their present values."""
+        self.refresh()
+        return self._address
+
+    def interactions(self) -> Interactions:
+        """The objects as rows."""
+        image = gather(self._address, "Interaction.cellDist", "i32", 3)
+        return Interactions(self._address, self._one, self._two, image, self._geom, self._phys)
+
+    def _hand_out(self) -> None:
+        self.refresh()
+        if not self.out:
+            self.out = True
+            if not self._before:
+                self._before = self._read()
+
+    # -- changes by scripts -------------------------------------------------------------------------------------------
+
+    def _read(self) -> dict[str, Any]:
+        return _changes.everything(self._address, self._phys, self._concrete)
+
+    def _changes(self) -> dict[str, int]:
+        """The attributes that a script has changed, with a row of each."""
+        return _changes.between(self._before, self._read()) if self._before else {}
+
+    def changed(self) -> bool:
+        """Whether a script has changed or erased bonds, so that the engine must be built anew from these objects; it calls :meth:`followed`
+        then. Raises YadeError for changes that no engine can follow, until they are set back."""
+        if not self.out:
+            return False
+        changed = self._changes()
+        for name, row in changed.items():
+            if name in ("geom", "phys", "cellDist", "isActive", *STORED) or not self._concrete:
+                if not self._concrete:
+                    remedy = "its law computes it from the bond: leave it"
+                elif name in STORED:
+                    remedy = "ConcorDEM takes it from the materials: set it back, or give the bodies another material before take_over()"
+                else:
+                    remedy = "set it back; to change it, call give_back() before, and take_over() after it"
+                raise refuse(f"{name} of the contact of bodies {self._one[row]} and {self._two[row]} was changed, but a bonded engine cannot follow; {remedy}", "Changed")
+        if changed and self._moment() != self._at:
+            self._refuse_late(changed)
+        self.out = False
+        return bool(changed or self._erased)
+
+    def followed(self) -> None:
+        """The engine has the changes."""
+        self._at, self._before, self._erased = None, {}, 0
+
+    def values(self) -> dict[str, Any]:
+        """Attributes of the physics that the law reads, row by row."""
+        return _changes.values(self._phys)
+
+    def refuse_late_changes(self) -> None:
+        """Raise YadeError if an object that a script has kept from an earlier step was changed: its values are not the present ones."""
+        if not self._before:
+            return
+        changed = self._changes()
+        self._before = {}
+        if changed:
+            self._refuse_late(changed)
+
+    def _refuse_late(self, changed: dict[str, int]) -> None:
+        name, row = next(iter(changed.items()))
+        raise refuse(
+            f"{name} of the contact of bodies {self._one[row]} and {self._two[row]} was changed in an object of an earlier step, so the change was "
+            "lost; take the contact from O.interactions again in the step in which you change it",
+            "Changed",
+        )
+
+    def erase(self, one: int, two: int) -> bool:
+        """Forget the object between two bodies; returns whether there was one."""
+        if self.find(one, two) is None:
+            return False
+        assert self._index is not None
+        self._forget(np.arange(len(self._keys)) != self._index[(one, two) if one < two else (two, one)])
+        return True
+
+    def clear(self) -> None:
+        """Forget all objects."""
+        self._hand_out()
+        self._forget(np.zeros(len(self._keys), bool))
+
+    def _forget(self, keep: NDArray[np.bool_]) -> None:
+        self._erased += int((~keep).sum())
+        self._contacts = [contact for contact, kept in zip(self._contacts, keep.tolist()) if kept]
+        self._keys, self._one, self._two = self._keys[keep], self._one[keep], self._two[keep]
+        self._address, self._geom, self._phys = (np.ascontiguousarray(column[keep]) for column in (self._address, self._geom, self._phys))
+        self._before = {name: np.ascontiguousarray(column[keep]) for name, column in self._before.items()}
+        self._index = self._of_body = None
+
+
+def _table(bonds: Bonds) -> Any:
+    """All contacts of the last step, one row each."""
+    if bonds._kind["kind"] != "concrete":
+        return table_of(bonds.solver)
+    tables = bonds.solver.contacts()
+    return np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
+
+
+def _write_forces(geom: Addresses, phys: Addresses, first: Any, table: Any, sign: Any) -> None:
+    """Write geometry and forces of a law that YADE does not have."""
+    turned = sign[:, None]
+    normal = table["normal"] * turned
+    # YADE's forces act on the second body.
+    force = -table["force"] * turned
+    along = np.einsum("ij,ij->i", force, normal)[:, None] * normal
+    scatter(phys, "CpmPhys.normalForce", along)
+    scatter(phys, "CpmPhys.shearForce", force - along)
+    radius = gather(geom, "ScGeom.refR1")
+    overlap = radius + gather(geom, "ScGeom.refR2") - table["length"]
+    scatter(geom, "ScGeom.normal", normal)
+    scatter(geom, "ScGeom.penetrationDepth", overlap)
+    scatter(geom, "ScGeom.contactPoint", first + normal * (radius - 0.5 * overlap)[:, None])
