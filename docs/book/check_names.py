@@ -57,9 +57,11 @@ AT_BORDERS = {
     "friction angle": {
         "rust-core/app/src/program/calibrate/concrete.rs",
         "rust-core/contact/src/law/cpm/table.rs",
+        "rust-core/python/tests/test_scenario.py",
         "tests/cpm_gold.rs",
         "validation/concordem_validate/engines/translate.py",
         "validation/concordem_validate/engines/yade.py",
+        "validation/tests/test_engines.py",
         "yade-bridge/native/src/bonded_engine/arrays.rs",
     },
 }

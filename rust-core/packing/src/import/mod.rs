@@ -96,7 +96,7 @@ fn read(text: &str, bytes: &[u8]) -> Result<Read, PackingError> {
         is_header.then_some(table::Separator::Spaces)
     };
     let named = table::named_by_comment(text, separator.unwrap_or(table::Separator::Spaces))?;
-    let plain = named.as_ref().is_none_or(|named| named.is_plain());
+    let plain = named.as_ref().is_none_or(table::Named::is_plain);
     let (None, true) = (separator, plain) else {
         let mut read = table::read(text, separator.unwrap_or(table::Separator::Spaces), named)?;
         // The cell of our own tables and of YADE is a comment.
