@@ -16,9 +16,10 @@ pub mod provenance;
 pub mod report;
 pub mod sweep;
 
+#[doc(hidden)]
+pub use concordem_contact::{bytemuck, law_state as law_state_in};
 pub use concordem_contact::{
-    columns, conformance, for_each_law, kinematics, law, law_state, material, math, own_loop, prefetch, quantity, step,
-    straight,
+    columns, conformance, for_each_law, kinematics, law, material, math, own_loop, prefetch, quantity, step, straight,
 };
 pub use concordem_operator as operator;
 pub use concordem_packing as packing;
@@ -26,6 +27,12 @@ pub use concordem_scenario::{assembly, sampling, schedule, schema as scenario};
 pub use concordem_solver as solver;
 pub use concordem_solver::{fracture, neighbor, state};
 pub use concordem_statics as statics;
+
+/// [`concordem_contact::law_state!`] for crates that depend on `concordem` alone.
+#[macro_export]
+macro_rules! law_state {
+    ($($law:tt)*) => { $crate::law_state_in! { in "::concordem::bytemuck" $($law)* } };
+}
 
 /// The code of the README is tested.
 #[cfg(doctest)]

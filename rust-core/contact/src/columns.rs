@@ -218,11 +218,11 @@ macro_rules! columns {
 /// [`columns!`](crate::columns!).
 #[macro_export]
 macro_rules! column_arrays {
-    ($vis:vis $name:ident { $($field:ident : $ty:ty),* $(,)? }) => {
+    (in $path:tt $vis:vis $name:ident { $($field:ident : $ty:ty),* $(,)? }) => {
         const _: () = {
             /// One array per scalar component.
             #[derive(Clone, Copy, $crate::bytemuck::Pod, $crate::bytemuck::Zeroable)]
-            #[bytemuck(crate = "::concordem_contact::bytemuck")]
+            #[bytemuck(crate = $path)]
             #[repr(C)]
             $vis struct ItemArrays { $($vis $field: <$ty as $crate::columns::Item>::Arrays,)* }
 
@@ -245,6 +245,7 @@ macro_rules! column_arrays {
             }
         };
     };
+    ($($item:tt)*) => { $crate::column_arrays! { in "::concordem_contact::bytemuck" $($item)* } };
 }
 
 /// Arrays of a vector: x, y, z.

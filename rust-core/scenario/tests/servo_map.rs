@@ -53,7 +53,7 @@ fn run(text: &str, error: impl Fn(&Simulation) -> f64) -> Run {
         }
     };
     let (error, unmet) = (error(&run), run.unmet());
-    let off = !(error <= TOLERANCE);
+    let off = error.is_nan() || error > TOLERANCE;
     let (end, fault) = match (reason, off) {
         (None, _) => (End::Wrong, fault),
         (Some(StopReason::Equilibrium), true) => (End::Wrong, "in equilibrium off the target".into()),

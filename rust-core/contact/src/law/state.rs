@@ -95,10 +95,11 @@ impl FieldType for crate::math::Vec3 {
 /// ```
 #[macro_export]
 macro_rules! law_state {
-    ($(#[$meta:meta])* pub struct $name:ident { $($(#[doc = $doc:literal])+ $field:ident : $ty:ty, $unit:literal, $parity:ident;)* }) => {
+    // The derive macro of bytemuck wants the path of bytemuck as text, which cannot hold `$crate`.
+    (in $path:tt $(#[$meta:meta])* pub struct $name:ident { $($(#[doc = $doc:literal])+ $field:ident : $ty:ty, $unit:literal, $parity:ident;)* }) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Default, $crate::bytemuck::Pod, $crate::bytemuck::Zeroable)]
-        #[bytemuck(crate = "::concordem_contact::bytemuck")]
+        #[bytemuck(crate = $path)]
         #[repr(C)]
         pub struct $name { $($(#[doc = $doc])+ pub $field: $ty,)* }
         impl $crate::law::LawState for $name {
@@ -110,6 +111,7 @@ macro_rules! law_state {
                 description: concat!($($doc),+),
             }),*];
         }
-        $crate::column_arrays! { pub $name { $($field: $ty),* } }
+        $crate::column_arrays! { in $path pub $name { $($field: $ty),* } }
     };
+    ($($law:tt)*) => { $crate::law_state! { in "::concordem_contact::bytemuck" $($law)* } };
 }

@@ -82,7 +82,7 @@ pub fn scheduled(
     // Messages begin with the call.
     let mut call = format!("sample({operator:?}");
     for (key, value) in options.into_iter().flatten() {
-        call += &format!(", {key}={}", shown(&value)?);
+        call.extend([", ".into(), key.to_string(), "=".into(), shown(&value)?]);
     }
     call += ")";
     let mut own = options.map_or_else(|| Ok(toml::Table::new()), |options| table_of(options.as_any(), ""))?;
