@@ -143,7 +143,7 @@ def test_bonds_are_shown():
                 for call in (O.step, lambda: O.run(3, True)):
                     with raises(YadeError, "shown as interactions"):
                         call()
-            assert pull > 0 and len(O.interactions) == 0
+            assert pull > 0 and len(O.interactions.own) == 0
         steps(100)
         straight = motion() if straight is None else straight
     assert (motion() == straight).all()
