@@ -236,6 +236,10 @@ LONG = {
 }
 
 
+# The same path takes another time, so one series ends before the other, which is a verdict without a difference.
+ENDS_EARLY = {"time step twice as long"}
+
+
 def is_measured(verdict):
     """Whether a check found a difference beyond its tolerance. A check that could not compare did not."""
     low, high = verdict.check.known or (0.0, verdict.check.tolerance)
@@ -261,7 +265,7 @@ def test_planted_defect_is_caught(defect):
     round_ = made.run([planted], plant=plant)
     assert all(o.status == "done" for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
     failed = [v for v in round_.verdicts if v.status == "fail"]
-    caught = [v for v in failed if is_measured(v)]
+    caught = [v for v in failed if is_measured(v) or (defect in ENDS_EARLY and "ends early" in v.message)]
     assert caught, f"{name} · {variant} · {peer} does not detect it" + "".join(f"; {v.check.name}: {v.message}" for v in failed)
     print(f"{defect}: caught by {name} · {variant} · {peer}: " + "; ".join(
         f"{v.check.name} {v.difference:.1e}" for v in caught))
