@@ -139,7 +139,7 @@ def lent(engines: Sequence[Owner]) -> Iterator[None]:
     layout = yade.layout
     vector = known_pointer(known_address_of(yade.omega._sceneObj) + layout["Scene.interactions"]) + layout["interactions.vector"]
     place = (ctypes.c_uint64 * 3).from_address(vector)
-    before = tuple(place)
+    before = list(place)
     own = (before[1] - before[0]) // 16
     # Shared pointers: the target, and no counter of owners. The owners are the objects of Python, which outlive the call.
     both = np.zeros((own + len(pointers), 2), np.uint64)
