@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator test-crates test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -18,9 +18,10 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, test-crates, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make new-operator   a new operator, in a copy of the sources: scenario, result, report, book, Python (minutes)"
+	@echo "make new-wall       a new kind of wall, in a copy of the sources: scenario, servo, restart, report, book, Python (minutes)"
 	@echo "make test-crates    the crates as packages, each built alone, and a crate of somebody else on top of them (minutes)"
 	@echo "make test-bigbig    the tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, with ids of 64 bits (minutes); as root"
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
@@ -88,7 +89,7 @@ clean-demo:
 	rm -rf $(DEMO)
 
 # Here and in the long studies a missing peer is an error, and so is a lack of root rights, which Debian 13 for YADE needs.
-test test-build test-lint $(TEST_STEPS) new-law new-operator test-bigbig validate-full: export CI := 1
+test test-build test-lint $(TEST_STEPS) new-law new-operator new-wall test-bigbig validate-full: export CI := 1
 
 # One build, then independent steps, two at a time. Each step prints how long it took; target/test-times.txt has the table.
 JOBS ?= 2
@@ -169,7 +170,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law new-operator test-crates test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
@@ -240,10 +241,10 @@ new-law:
 	.ci/setup test
 	@.ci/timed $@ tests/new_law/run.sh
 
-# One operator is one file and one line: what needs no other change are scenario, result, report, table of the book, and Python.
-new-operator:
+# One operator, and one kind of wall, is one file and one line: what needs no other change are scenario, result, report, book, and Python.
+new-operator new-wall: new-%:
 	.ci/setup test
-	@.ci/timed $@ tests/new_operator/run.sh
+	@.ci/timed $@ tests/new_kind/run.sh $*
 
 # The crates as they would be published.
 test-crates:

@@ -308,6 +308,11 @@ fn beam(random: &mut Random) -> String {
     if random.happens(0.6) {
         text += &format!(", tensile_strength = {:?}", young * random.one_of(&[2e-4, 1e-3, 3e-3]));
     }
+    if random.happens(0.4) {
+        text += &format!(", cohesion = {:?}", young * random.one_of(&[2e-4, 1e-3, 3e-3]));
+        text += random.one_of(&["", ", friction_coefficient = 0.7", ", friction_angle = \"35 deg\""]);
+        text += random.one_of(&["", ", moment_share = 0.2"]);
+    }
     if random.happens(0.2) {
         text += &format!(", hydrostatic_strength = {:?}", young * 1e-4);
     }

@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 use concordem::assembly::assemble;
 use concordem::law::cpm::{CpmParameters, CpmState, friction_of_yade};
 use concordem::output::{checkpoint, hash};
+use concordem::solver::own_thread::{self, Workers};
 use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
 use concordem_yade::assembly::{
     Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, cell_of, motion_measure,
 };
-use concordem_yade::own_thread::{self, Workers};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

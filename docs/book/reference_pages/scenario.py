@@ -54,6 +54,7 @@ OWN_EXAMPLES = {
     ("Loading", "bending", "layer_thickness"): "4 mm",
     ("Loading", "torsion", "initial_velocity_field"): False,
     ("Loading", "torsion", "layer_thickness"): "4 mm",
+    ("CohesiveBeam", None, "friction_coefficient"): 0.7,
     ("CohesiveBeam", None, "hydrostatic_strength"): "64 MPa",
     ("CohesiveBeam", None, "model"): "timoshenko",
     ("CohesiveBeam", None, "radius"): "0.7 mm",

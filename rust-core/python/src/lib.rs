@@ -79,7 +79,7 @@ fn _panic(py: Python<'_>, place: PanicAt, simulation: Option<&Bound<'_, simulati
 /// Prepare a process that a fork has just made. Python calls it in the child.
 #[pyfunction]
 fn _after_fork() {
-    concordem_yade::own_thread::after_fork();
+    concordem::solver::own_thread::after_fork();
 }
 
 /// Add all classes and functions to the module.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use concordem_yade::own_thread::{Workers, alone, beside, beside_all_processors, with_all_processors};
+use concordem::solver::own_thread::{Workers, alone, beside, beside_all_processors, with_all_processors};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 

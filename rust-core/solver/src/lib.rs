@@ -27,7 +27,8 @@
 //! * [`integrate`]: kick and drift; [`time_step`]: its stability limit, [`collision`]: the limit for possible contacts;
 //!   [`energy`]: the ledger;
 //! * [`heat`]: heat conduction, and thermal expansion of bonds;
-//! * [`fracture`]: event log, fragments, and failure of whole particles.
+//! * [`fracture`]: event log, fragments, and failure of whole particles;
+//! * [`own_thread`]: pools of threads inside a program with threads and forks that are not ours.
 
 pub mod collision;
 pub mod coupling;
@@ -44,6 +45,7 @@ mod lanes;
 pub mod laws;
 mod model;
 pub mod neighbor;
+pub mod own_thread;
 mod pair_coefficients;
 mod peculiar;
 mod report;

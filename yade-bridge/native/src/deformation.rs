@@ -15,7 +15,7 @@ use concordem_solver::state::{Constraint, Deformation, Particles};
 
 use crate::body_motion::{symmetric, vector};
 use crate::linear_bond::viscous_force;
-use crate::own_thread;
+use concordem_solver::own_thread;
 
 /// Elastic constants of a particle: Young's modulus (Pa; infinite for a rigid particle) and Poisson's ratio.
 #[repr(C)]

@@ -14,4 +14,3 @@ pub mod functors;
 mod law_contact;
 mod linear_bond;
 pub mod newton;
-pub mod own_thread;

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use concordem::math::Vec3;
 use concordem::prefetch::{AHEAD, prefetch};
+use concordem::solver::own_thread::Workers;
 use concordem_yade::assembly::{Assembly, BodyState};
 use concordem_yade::newton::{Acting, Moving, Newton};
-use concordem_yade::own_thread::Workers;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 

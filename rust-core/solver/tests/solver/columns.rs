@@ -5,7 +5,7 @@ use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
 use concordem_contact::law::cpm::CpmFormulation;
 use concordem_contact::law::{
     BeamModel, BendingTerm, CohesiveBeam, ContactLaw as _, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
-    HertzMindlin, LinearBond, Section,
+    HertzMindlin, LinearBond, Section, ShearStrength,
 };
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector};
 use concordem_solver::forces::LawLoops;
@@ -90,6 +90,7 @@ fn columns_give_the_bits_of_the_scalar_path() {
     let beam = CohesiveBeam { strength: 0.09, ..CohesiveBeam::new(2.0, 0.2, Section::Radius(0.5)).unwrap() };
     let larger_end = CohesiveBeam { bending_term: BendingTerm::LargerEnd, strength: 0.2, ..beam };
     let model = BeamModel::Timoshenko { shear_coefficient: 0.9 };
+    let shear = ShearStrength { cohesion: 0.05, friction_coefficient: 0.6, moment_share: 0.3 };
     let spring = CohesiveBeam { model: BeamModel::Spring, strength: 0.03, ..beam };
     for periodic in [false, true] {
         for mode in every {
@@ -118,6 +119,7 @@ fn columns_give_the_bits_of_the_scalar_path() {
                 ("Timoshenko beams", vec![CohesiveBeam { model, ..beam }]),
                 ("beams of two rows", vec![beam, CohesiveBeam { young: 1.5, ..beam }]),
                 ("beams by their larger end", vec![larger_end]),
+                ("beams of rock", vec![CohesiveBeam { shear, ..beam }]),
                 ("springs", vec![spring]),
             ] {
                 columns_match_the_scalar_path(name, &rows, MotionMeasure::Finite, periodic, turned);

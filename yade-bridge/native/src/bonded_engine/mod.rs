@@ -15,11 +15,11 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_contact::prefetch::{AHEAD, prefetch};
 
 use crate::assembly::{Assembly, BodyState, PAUSE_SOFT};
-use crate::own_thread;
 pub use arrays::{BodyArrays, BondedStep, ConcreteScene, Facts};
 #[cfg(test)]
 pub use arrays::{CellArrays, ContactArrays, PairCoefficients};
 use arrays::{cell, text};
+use concordem_solver::own_thread;
 
 /// Bonds of a scene, and the threads that compute their forces.
 pub struct Bonds {

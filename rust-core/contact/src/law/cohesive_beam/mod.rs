@@ -31,9 +31,10 @@
 //! strength, if its twist or an end rotation exceeds 3 rad: orientations are unique up to half a turn, π, beyond which
 //! the moment would change its sign. The stored energy is released as damage.
 //!
-//! # Files
-//!
-//! `columns` (batches), `table` (scenarios).
+//! **Failure of rock** (a [`ShearStrength`] with a finite cohesion; Potyondy and Cundall 2004, "A bonded-particle model for rock"): the
+//! beam breaks in tension at `N/S + β M r/I ≥ σ_f`, or in shear at `Q/S + β |T| r/I_O ≥ c − (N/S) tan φ`, with the normal force `N`
+//! (tension positive), the shear force `Q`, the bending moment `M`, the twisting moment `T`, and the share β of the moments (Potyondy
+//! 2011).
 
 #[cfg(feature = "std")]
 mod table;
@@ -104,6 +105,38 @@ pub enum Section {
     Radius(f64),
 }
 
+/// Strength in shear by Mohr and Coulomb.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct ShearStrength {
+    /// Cohesion `c`, Pa; infinite: the beam has none, and breaks at its largest principal stress.
+    pub cohesion: f64,
+    /// Tangent of the angle of friction φ, 1.
+    pub friction_coefficient: f64,
+    /// Share β of bending and twisting moments in the stresses, from 0 (mean over the section) to 1 (extreme fiber).
+    pub moment_share: f64,
+}
+
+impl Default for ShearStrength {
+    fn default() -> Self {
+        Self { cohesion: f64::INFINITY, friction_coefficient: 0.0, moment_share: 1.0 }
+    }
+}
+
+impl ShearStrength {
+    /// Whether it decides when a beam breaks.
+    #[inline(always)]
+    pub fn is_given(&self) -> bool {
+        self.cohesion.is_finite()
+    }
+
+    /// Largest shear stress under the mean normal stress `normal` (Pa, tension positive), Pa.
+    #[inline(always)]
+    pub fn limit(&self, normal: f64) -> f64 {
+        self.cohesion - self.friction_coefficient * normal
+    }
+}
+
 /// Parameters of a beam.
 ///
 /// ```
@@ -132,6 +165,8 @@ pub struct CohesiveBeam {
     pub strength: f64,
     /// Bending moment in the criterion.
     pub bending_term: BendingTerm,
+    /// Strength in shear.
+    pub shear: ShearStrength,
 }
 
 crate::law_state! {
@@ -168,6 +203,7 @@ impl CohesiveBeam {
             model: BeamModel::EulerBernoulli,
             strength: f64::INFINITY,
             bending_term: BendingTerm::default(),
+            shear: ShearStrength::default(),
         };
         beam.validate()?;
         Ok(beam)
@@ -196,6 +232,17 @@ impl CohesiveBeam {
             }
             BeamModel::EulerBernoulli | BeamModel::Spring => {}
         }
+        let ShearStrength { cohesion, friction_coefficient, moment_share } = self.shear;
+        require(cohesion > 0.0, Self::NAME, "cohesion", cohesion, "positive (Pa; inf for none)")?;
+        let friction = friction_coefficient;
+        require(
+            friction >= 0.0 && friction.is_finite(),
+            Self::NAME,
+            "friction_coefficient",
+            friction,
+            "finite, not negative",
+        )?;
+        require((0.0..=1.0).contains(&moment_share), Self::NAME, "moment_share", moment_share, "from 0 to 1")?;
         require(
             self.strength > 0.0,
             Self::NAME,
@@ -249,25 +296,61 @@ impl CohesiveBeam {
     /// is the normal force, N, `branch` the unit branch vector.
     #[inline(always)]
     pub fn rankine_stress(&self, area: f64, axial: f64, branch: &Vec3, forces: &EndLoads) -> f64 {
-        let bending = match self.bending_term {
+        let bending = self.bending(branch, forces);
+        SectionStresses::of(area, axial, branch, forces, bending).principal()
+    }
+
+    /// The bending moment of the criterion, N·m.
+    #[inline(always)]
+    fn bending(&self, branch: &Vec3, forces: &EndLoads) -> f64 {
+        match self.bending_term {
             BendingTerm::MidSection => forces.bending(branch),
             BendingTerm::HalfSum => 0.5 * norm(&(forces.moment_a + forces.moment_b)),
             BendingTerm::LargerEnd => {
                 norm(&across(branch, forces.moment_a)).max(norm(&across(branch, forces.moment_b)))
             }
-        };
-        Self::principal_stress(area, axial, branch, forces, bending)
+        }
     }
 
+    /// Whether these stresses and this force (N) break the beam.
     #[inline(always)]
-    fn principal_stress(area: f64, axial: f64, branch: &Vec3, forces: &EndLoads, bending: f64) -> f64 {
+    fn breaks(&self, area: f64, stresses: &SectionStresses, branch: &Vec3, force: &Vec3) -> bool {
+        if self.shear.is_given() {
+            let share = self.shear.moment_share;
+            let tension = stresses.normal + share * stresses.bending;
+            let shear = norm(&across(branch, *force)) / area + share * stresses.torsion.abs();
+            (tension >= self.strength) | (shear >= self.shear.limit(stresses.normal))
+        } else {
+            stresses.principal() >= self.strength
+        }
+    }
+}
+
+/// Stresses in the section of a beam, Pa.
+struct SectionStresses {
+    /// Mean normal stress, tension positive.
+    normal: f64,
+    /// Of bending, in the extreme fiber.
+    bending: f64,
+    /// Of twist, in the extreme fiber.
+    torsion: f64,
+}
+
+impl SectionStresses {
+    #[inline(always)]
+    fn of(area: f64, axial: f64, branch: &Vec3, forces: &EndLoads, bending: f64) -> Self {
         let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(branch);
         let inverse = 1.0 / area;
         // r/I = 4πr/S² = 4√π S^(−3/2), and half of it for I_O.
         let by_section = (8.0 / FRAC_2_SQRT_PI) * (inverse * inverse.sqrt());
-        let normal = axial * inverse + bending * by_section;
-        let shear = 0.5 * by_section * torsion;
-        0.5 * (normal + (normal * normal + 4.0 * shear * shear).sqrt())
+        Self { normal: axial * inverse, bending: bending * by_section, torsion: 0.5 * by_section * torsion }
+    }
+
+    /// The largest principal stress.
+    #[inline(always)]
+    fn principal(&self) -> f64 {
+        let normal = self.normal + self.bending;
+        0.5 * (normal + (normal * normal + 4.0 * self.torsion * self.torsion).sqrt())
     }
 }
 
@@ -312,7 +395,8 @@ impl ContactLaw for CohesiveBeam {
     const VARIES: bool = true;
 
     fn at_temperature(&self, factors: &TemperatureFactors) -> Self {
-        Self { young: self.young * factors.stiffness, strength: self.strength * factors.strength, ..*self }
+        let shear = ShearStrength { cohesion: self.shear.cohesion * factors.strength, ..self.shear };
+        Self { young: self.young * factors.stiffness, strength: self.strength * factors.strength, shear, ..*self }
     }
 
     #[inline(always)]
@@ -332,8 +416,12 @@ impl ContactLaw for CohesiveBeam {
         let mut energy =
             EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, ..EnergySplit::default() };
         let state = CohesiveBeamState { rest_direction: rest.direction, rest_rotation: rest.rotation };
-        let fails = self.strength.is_finite()
-            && self.rankine_stress(geometry.area, axial, &point.normal, &forces) >= self.strength;
+        let can_fail = self.strength.is_finite() || self.shear.is_given();
+        let fails = can_fail && {
+            let bending = self.bending(&point.normal, &forces);
+            let stresses = SectionStresses::of(geometry.area, axial, &point.normal, &forces, bending);
+            self.breaks(geometry.area, &stresses, &point.normal, &force)
+        };
         if fails || rotations.turned_too_far() || !point.bonded {
             // The forces of this step are void, and the stored energy is released. It contains the half of this step's
             // work that the void forces would have done. That work was not done; it is booked as integration.
@@ -367,10 +455,12 @@ impl ContactLaw for CohesiveBeam {
         let BeamResponse { forces, axial, .. } =
             beam_response(&k, point.geometry.reference_length, &branch, &rotations);
         let bending = forces.bending(&branch.normal);
-        let stress = Self::principal_stress(point.geometry.area, axial, &branch.normal, &forces, bending);
+        let area = point.geometry.area;
+        let stresses = SectionStresses::of(area, axial, &branch.normal, &forces, bending);
+        let breaks = self.breaks(area, &stresses, &branch.normal, &forces.force);
         let known = rest.direction.norm_squared() > 0.0;
         let response = Response { moment: forces.moment(), ..Response::of_force(forces.force, *old) };
-        (response, (stress < self.strength) & small & known & point.bonded)
+        (response, !breaks & small & known & point.bonded)
     }
 
     /// Slender and Timoshenko beams with the default criterion.

@@ -1,16 +1,16 @@
 //! The cohesive beam in scenarios: its parameter table and the pair coefficients computed from two tables.
 
-use super::{BeamModel, BendingTerm, CohesiveBeam, Section};
+use super::{BeamModel, BendingTerm, CohesiveBeam, Section, ShearStrength};
 use crate::law::common::mean_strength;
 use crate::law::factors::times;
 use crate::law::table::{Fault, LawTable, RegisteredLaw};
 use crate::law::{Factors, ParameterError};
-use crate::quantity::{Length, Number, Stress};
+use crate::quantity::{Angle, Length, Number, Stress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
-/// principal stress or at the mean stress of a particle.
+/// principal stress, in tension or shear, or at the mean stress of a particle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "CohesiveBeam", deny_unknown_fields)]
 pub struct CohesiveBeamTable {
@@ -36,13 +36,26 @@ pub struct CohesiveBeamTable {
     /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
     #[schemars(extend("minimum" = 0))]
     pub shear_ratio: Option<Number>,
-    /// Largest principal stress on the surface of a beam at which it breaks, Pa; unbreakable if left out. Between two
-    /// materials: the mean, or the only one given.
+    /// Largest principal stress on the surface of a beam at which it breaks, Pa, with `cohesion` the largest normal stress; unbreakable
+    /// if left out. Between two materials: the mean, or the only one given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tensile_strength: Option<Stress>,
     /// Bending moment in the stress that `tensile_strength` limits.
     #[serde(default)]
     pub bending_term: BendingTerm,
+    /// Shear stress at which a beam without normal force breaks, Pa (Potyondy and Cundall 2004). With this key a beam breaks in tension
+    /// or in shear; without it, at its largest principal stress.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub cohesion: Option<Stress>,
+    /// Tangent of the angle of friction in the shear strength; or give `friction_angle`; only with `cohesion`. Default: 0.
+    #[schemars(extend("minimum" = 0))]
+    pub friction_coefficient: Option<Number>,
+    /// Angle of friction in the shear strength, rad; only with `cohesion`.
+    #[schemars(extend("minimum" = 0))]
+    pub friction_angle: Option<Angle>,
+    /// Share of bending and twisting moments in the stresses of a beam, from 0 to 1; only with `cohesion`. Default: 1.
+    #[schemars(extend("minimum" = 0, "maximum" = 1))]
+    pub moment_share: Option<Number>,
     /// Mean stress of a particle at which all its beams break, Pa; no such failure if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub hydrostatic_strength: Option<Stress>,
@@ -67,6 +80,43 @@ fn beam_poisson() -> Number {
     Number::new(0.3)
 }
 
+impl CohesiveBeamTable {
+    fn shear_strength(&self) -> ShearStrength {
+        let friction = match (self.friction_coefficient, self.friction_angle) {
+            (Some(coefficient), _) => coefficient.si(),
+            (None, angle) => libm::tan(angle.map_or(0.0, Angle::si)),
+        };
+        ShearStrength {
+            cohesion: self.cohesion.map_or(f64::INFINITY, Stress::si),
+            friction_coefficient: friction,
+            moment_share: self.moment_share.map_or(1.0, Number::si),
+        }
+    }
+
+    fn faults_of_shear(&self) -> Vec<Fault> {
+        let given = [
+            ("friction_coefficient", self.friction_coefficient.is_some()),
+            ("friction_angle", self.friction_angle.is_some()),
+            ("moment_share", self.moment_share.is_some()),
+        ];
+        let mut faults = Vec::new();
+        if self.cohesion.is_none() {
+            let help = "add `cohesion`, the shear strength without normal force, or remove this key";
+            let alone = given.into_iter().filter(|(_, given)| *given);
+            faults.extend(alone.map(|(key, _)| Fault::conflict(key, "has no effect without `cohesion`", help)));
+        }
+        if self.friction_coefficient.is_some() && self.friction_angle.is_some() {
+            let help = "keep one: `friction_coefficient` is the tangent of `friction_angle`";
+            faults.push(Fault::conflict("friction_angle", "both `friction_angle` and `friction_coefficient`", help));
+        }
+        if let Some(angle) = self.friction_angle.filter(|angle| angle.si() >= std::f64::consts::FRAC_PI_2) {
+            let help = format!("plain numbers are radians; did you mean \"{} deg\"?", angle.si());
+            faults.push(Fault::range("friction_angle", "must be less than a right angle", help));
+        }
+        faults
+    }
+}
+
 impl LawTable for CohesiveBeamTable {
     fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
@@ -88,6 +138,7 @@ impl LawTable for CohesiveBeamTable {
             let message = "missing key, required by model \"dual-spring\"";
             faults.push(Fault::missing("shear_ratio", message, "add `shear_ratio = 0.4`"));
         }
+        faults.extend(self.faults_of_shear());
         faults
     }
 
@@ -141,6 +192,16 @@ impl RegisteredLaw for CohesiveBeam {
             BeamKind::DualSpring => BeamModel::DualSpring { ratio: mean(|t| t.shear_ratio.map_or(0.0, Number::si)) },
             BeamKind::Spring => BeamModel::Spring,
         };
+        if a.cohesion.is_some() != b.cohesion.is_some() {
+            return Err(ParameterError::Unlike(
+                "one material has a `cohesion`, the other has none; add an [[interface]]",
+            ));
+        }
+        let shear = ShearStrength {
+            cohesion: mean(|t| t.shear_strength().cohesion),
+            friction_coefficient: mean(|t| t.shear_strength().friction_coefficient),
+            moment_share: mean(|t| t.shear_strength().moment_share),
+        };
         let beam = Self {
             young: mean(|t| t.young.si()),
             poisson: mean(|t| t.poisson.si()),
@@ -148,6 +209,7 @@ impl RegisteredLaw for CohesiveBeam {
             model,
             strength: mean_strength(a.tensile_strength.map(Stress::si), b.tensile_strength.map(Stress::si)),
             bending_term: a.bending_term,
+            shear,
         };
         beam.validate()?;
         Ok(beam)
@@ -160,10 +222,12 @@ impl RegisteredLaw for CohesiveBeam {
 
     fn scaled(table: &CohesiveBeamTable, factors: &Factors) -> Result<CohesiveBeamTable, Fault> {
         factors.refuse_ductility()?;
-        factors.refuse_strength(table.tensile_strength.is_some(), "`tensile_strength`")?;
+        let breaks = table.tensile_strength.is_some() || table.cohesion.is_some();
+        factors.refuse_strength(breaks, "`tensile_strength` or `cohesion`")?;
         Ok(CohesiveBeamTable {
             young: times(table.young, factors.stiffness),
             tensile_strength: table.tensile_strength.map(|strength| times(strength, factors.strength)),
+            cohesion: table.cohesion.map(|cohesion| times(cohesion, factors.strength)),
             ..table.clone()
         })
     }

@@ -308,6 +308,90 @@ fn which_deformation_breaks() {
     assert!(!broke(mid, twisted(1.819)) && broke(mid, twisted(1.821)));
 }
 
+const ROCK: ShearStrength = ShearStrength { cohesion: 4.0e7, friction_coefficient: 0.7, moment_share: 0.3 };
+
+/// Fifty random loads, each scaled until the closed form of Potyondy and Cundall is reached: just below it the beam holds, just above it
+/// breaks. 1e-12: some tens of roundings.
+#[test]
+fn rock_breaks_on_the_envelope_of_tension_and_shear() {
+    let g = subject("", beam()).geometry;
+    let r: f64 = 0.3;
+    let (inertia, polar) = (PI * r.powi(4) / 4.0, PI * r.powi(4) / 2.0);
+    let rock = CohesiveBeam { strength: 2.0e7, shear: ROCK, ..beam() };
+    let mut random = Random::new(7);
+    let mut in_shear = 0;
+    for _ in 0..50 {
+        let mut any = || random.uniform(-1.0, 1.0);
+        let (axial, across, bending, twist) = (any(), any(), any(), any());
+        let loads = |scale: f64| EndLoads {
+            force: Vec3::new(axial, across, 0.0) * scale,
+            moment_a: Vec3::new(twist, 0.0, bending) * scale,
+            moment_b: Vec3::new(-twist, 0.0, -bending) * scale,
+        };
+        let normal = axial / g.area;
+        let tension = normal + 0.3 * bending.abs() * r / inertia;
+        let shear = across.abs() / g.area + 0.3 * twist.abs() * r / polar;
+        let slope = shear + 0.7 * normal;
+        let of_tension = if tension > 0.0 { 2.0e7 / tension } else { f64::INFINITY };
+        let of_shear = if slope > 0.0 { 4.0e7 / slope } else { f64::INFINITY };
+        in_shear += usize::from(of_shear < of_tension);
+        let limit = of_tension.min(of_shear);
+        let breaks = |scale: f64| {
+            let loads = loads(scale);
+            let moment = rock.bending(&Vec3::x(), &loads);
+            let stresses = SectionStresses::of(g.area, axial * scale, &Vec3::x(), &loads, moment);
+            rock.breaks(g.area, &stresses, &Vec3::x(), &loads.force)
+        };
+        if limit.is_finite() {
+            assert!(
+                !breaks(limit * (1.0 - 1e-12)) && breaks(limit * (1.0 + 1e-12)),
+                "{axial} {across} {bending} {twist}"
+            );
+        } else {
+            assert!(!breaks(1e30));
+        }
+    }
+    // Both modes are met often.
+    assert!((10..40).contains(&in_shear), "{in_shear}");
+}
+
+/// Deformations of one bond that break rock: pulled at `Δl/l₀ = σ_f/E`; pressed never; twisted at `β G τ r/l₀ = c + |σ| tan φ`, later
+/// the more it is pressed.
+#[test]
+fn pressure_makes_rock_stronger_in_shear() {
+    let rock = CohesiveBeam { strength: 0.02 * YOUNG, shear: ShearStrength { moment_share: 1.0, ..ROCK }, ..beam() };
+    let broke = |elongation: f64, twist: f64| {
+        at(rock, FrameStation { elongation, twist, ..FrameStation::default() }).0.response.status == Status::Broke
+    };
+    // 2.1 · 0.02
+    assert!(!broke(0.0419, 0.0) && broke(0.0421, 0.0) && !broke(-1.0, 0.0));
+    for pressed in [0.0, 0.1, 0.3] {
+        let limit = 4.0e7 + 0.7 * YOUNG * pressed / 2.1;
+        let twist = limit / (YOUNG / (2.0 * (1.0 + POISSON))) * 2.1 / 0.3;
+        assert!(!broke(-pressed, 0.999 * twist) && broke(-pressed, 1.001 * twist), "{pressed}");
+    }
+}
+
+/// With a cohesion alone the beam breaks in shear, and in tension only where the shear strength ends, at `c / tan φ`.
+#[test]
+fn cohesion_alone_bounds_the_tension() {
+    let rock = CohesiveBeam { shear: ShearStrength { friction_coefficient: 0.5, ..ROCK }, ..beam() };
+    let broke = |elongation: f64| {
+        at(rock, FrameStation { elongation, ..FrameStation::default() }).0.response.status == Status::Broke
+    };
+    // 4e7/0.5 = 0.04 E
+    assert!(!broke(2.1 * 0.0399) && broke(2.1 * 0.0401));
+}
+
+#[test]
+fn rock_conforms() {
+    let rock =
+        CohesiveBeam { strength: 0.1 * YOUNG, shear: ShearStrength { cohesion: 0.08 * YOUNG, ..ROCK }, ..beam() };
+    let mut subject = subject("beam with a shear strength", rock);
+    (subject.elongation, subject.rotation, subject.twist, subject.failure) = (0.05, 0.05, 0.05, Some(0.4));
+    conforms(&subject);
+}
+
 #[test]
 fn bad_parameters_are_named() {
     let message = CohesiveBeam::new(-1.0, 0.3, Section::Ratio(0.5)).unwrap_err().to_string();
@@ -315,6 +399,13 @@ fn bad_parameters_are_named() {
     assert!(CohesiveBeam::new(1.0, 0.6, Section::Ratio(0.5)).is_err());
     assert!(CohesiveBeam::new(1.0, 0.3, Section::Radius(0.0)).is_err());
     assert!(CohesiveBeam { strength: f64::NAN, ..beam() }.validate().is_err());
+    for shear in [
+        ShearStrength { cohesion: 0.0, ..ROCK },
+        ShearStrength { friction_coefficient: -0.1, ..ROCK },
+        ShearStrength { moment_share: 1.1, ..ROCK },
+    ] {
+        assert!(CohesiveBeam { shear, ..beam() }.validate().is_err(), "{shear:?}");
+    }
     assert!(CohesiveBeam { model: BeamModel::Timoshenko { shear_coefficient: 0.0 }, ..beam() }.validate().is_err());
     assert!(CohesiveBeam { model: BeamModel::DualSpring { ratio: -0.1 }, ..beam() }.validate().is_err());
 }

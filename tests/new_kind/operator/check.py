@@ -25,7 +25,7 @@ def near(found, expected):
 
 # The scenario has ±1 m/s along x: mean 0, T = 1/3 m²/s².
 scenario = out / "scenario.toml"
-shutil.copy(tree / "tests/new_operator/scenario.toml", scenario)
+shutil.copy(tree / "tests/new_kind/operator/scenario.toml", scenario)
 result, report = out / "scenario.h5", out / "report.html"
 run("run", "--force", "--quiet", scenario)
 table = concordem.Result(result).table(f"samples/{NAME}")
