@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::kind::{IN_TWO_DIMENSIONS, Unfit, WallKind};
-use crate::schema::quantity::{Length, Number, Quantity, vector};
+use crate::schema::quantity::{Length, Number, vector};
 
 /// A solid ball, which a servo pushes along `normal`; particles are outside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
