@@ -27,11 +27,11 @@ help:
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
-	@echo "make fuzz-readers   1,000,000 mutated inputs for each reader of packings and surfaces (hours), counts in target/fuzz"
+	@echo "make fuzz-readers   1,000,000 mutated inputs for each reader of packings and surfaces (hours)"
 	@echo "make host-decks     500 random scripts in LIGGGHTS and LAMMPS, and bodies that migrate on up to 16 processes (hours); DECKS=N, SEED=N"
-	@echo "make faults         each call of the system that writes fails once, in every command (an hour)"
+	@echo "make faults         each call of the system that writes fails once, in every command (hours; resumable; EVERY=N tries each N-th)"
 	@echo "make asan           the fuzz tests of all readers under AddressSanitizer (an hour). make miri: laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
-	@echo "make servos         servos of cells and walls over many rates, stiffnesses, targets, and sizes (minutes)"
+	@echo "make servos         servos of cells and walls over many rates, stiffnesses, targets, and sizes (hours; resumable)"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
 	@echo "make check          formatting and lints; make format formats"
@@ -181,17 +181,16 @@ SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
 
-# A million inputs for each reader of packings and surfaces (half an hour each); counts in target/fuzz/READER.json.
+# A million inputs for each reader of packings and surfaces (half an hour each); counts in tests/fuzz/result.json.
 fuzz-readers:
-	mkdir -p target/fuzz
-	for reader in table text data dump surface binary-surface; do \
-	  CONCORDEM_FUZZ_READER=$$reader CONCORDEM_FUZZ_RECORD=$(abspath target/fuzz)/$$reader.json CONCORDEM_FUZZ_INPUTS=1000000 \
-	  CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture || exit 1; \
-	done
+	CONCORDEM_FUZZ_READER="table text data dump surface binary-surface" CONCORDEM_FUZZ_RECORD=tests/fuzz/result.json \
+	  CONCORDEM_FUZZ_INPUTS=6000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
 
-# Each call that writes fails once: thousands of short runs. The tests try a few.
+# Each call that writes fails once: thousands of short runs. The tests try a few. It goes on where it was interrupted; the record is
+# tests/faults/result.json.
+EVERY ?= 1
 faults:
-	CONCORDEM_ALL_CALLS=1 $(CARGO) test $(TESTED) --test faults calls -- --nocapture
+	CONCORDEM_ALL_CALLS=$(EVERY) $(CARGO) test $(TESTED) --test faults calls -- --nocapture
 
 # Mutated inputs for the readers, with every access to memory checked, those of the HDF5 library excepted. RUSTC_BOOTSTRAP lets the stable
 # compiler do it. Leaks are no errors: a worker that stops leaves what it holds.
@@ -213,7 +212,8 @@ miri:
 	MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-disable-isolation" \
 	  cargo +nightly miri test -p concordem-gpu --lib emulated
 
-# Servos of cells and walls over many rates, stiffnesses, targets, and sizes; the tests run a small map.
+# Servos of cells and walls over many rates, stiffnesses, targets, and sizes; the tests run a small map. It goes on where it was
+# interrupted; the records are tests/servos/cells.json and walls.json.
 servos:
 	CONCORDEM_SERVOS=1 $(CARGO) test $(TESTED) --test servo_map -- --nocapture
 

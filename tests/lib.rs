@@ -9,6 +9,7 @@ pub mod deformable;
 pub mod gold;
 pub mod random;
 pub mod runs;
+pub mod study;
 
 use concordem::law::cpm::{Cpm, CpmParameters};
 use concordem::math::Vec3;

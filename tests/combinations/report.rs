@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{Display, Formatter, Result};
 
+use concordem_tests::study::{commit, record};
+
 use crate::case::Case;
 use crate::features::{self, FEATURES};
 use crate::oracles::{Finding, Judgement, ORACLES, Verdict};
@@ -59,21 +61,7 @@ impl Report {
     pub fn json(&self, seed: u64, minutes: f64) -> String {
         let refused: u64 = self.refused.values().sum();
         let ended: usize = self.ended.values().map(Vec::len).sum();
-        let output = |program: &str, arguments: &[&str]| {
-            let output = std::process::Command::new(program).args(arguments).output().ok();
-            output.map_or_else(String::new, |o| String::from_utf8_lossy(&o.stdout).trim().to_owned())
-        };
-        let processors = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let processor = processors.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
-        let result = serde_json::json!({
-            "commit": output("git", &["rev-parse", "--short", "HEAD"]),
-            "date": output("date", &["+%F"]),
-            "machine": {
-                "processor": processor,
-                "cores": std::thread::available_parallelism().map_or(1, usize::from),
-                "system": std::env::consts::OS,
-            },
-            "minutes": (minutes * 10.0).round() / 10.0,
+        let figures = serde_json::json!({
             "seed": seed,
             "scenarios": self.ran + refused + ended as u64,
             "ran": self.ran,
@@ -89,7 +77,7 @@ impl Report {
             "oracles": ORACLES.iter().map(|name| (*name, self.oracles.get(name).copied().unwrap_or(0))).collect::<BTreeMap<_, _>>(),
             "failed_by_oracle": self.findings.iter().map(|(k, all)| (k, all.len())).collect::<BTreeMap<_, _>>(),
         });
-        format!("{result:#}\n")
+        record(&commit(), minutes, figures)
     }
 
     /// How many pairs of features ran, and those that did not, by the first one.

@@ -3,6 +3,9 @@
 //! `inject.c`, loaded into the process of a command, lets a chosen call fail. Every command writes a short result first without a fault,
 //! which counts its calls, and then once for each chosen call and error. After a failure, the command that the program names is given,
 //! without a fault; then the files must be those of the first time.
+//!
+//! The tests try a few calls. With `CONCORDEM_ALL_CALLS=N` every N-th call of every command fails (`make faults`: N = 1, each one). That study
+//! goes on where it was interrupted, and writes `result.json`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,14 +14,18 @@ use std::time::{Duration, Instant};
 
 use concordem_tests::commands::{concordem, text, write};
 use concordem_tests::datasets::datasets;
+use concordem_tests::study::{Journal, path_of};
+use serde_json::json;
 use tempfile::TempDir;
 
 use crate::BLOCK;
 
 /// Tells the child process what to run.
 const CHILD: &str = "CONCORDEM_TEST_ARGUMENTS";
-/// Set for all calls instead of a few: hours become minutes with the few.
+/// Every how many calls one fails: 1 for each call. If it is not set, a few calls fail: minutes instead of hours.
 const ALL: &str = "CONCORDEM_ALL_CALLS";
+/// The last long study.
+const RECORD: &str = "tests/faults/result.json";
 /// Longer than any of the commands takes.
 const LONGEST: Duration = Duration::from_secs(120);
 
@@ -45,6 +52,13 @@ struct Case {
     again: Option<&'static [&'static str]>,
     /// Files that it writes.
     written: &'static [&'static str],
+}
+
+impl Case {
+    /// Whether the command takes less than a second.
+    fn short(&self) -> bool {
+        !matches!(self.name, "characterise" | "calibrate concrete")
+    }
 }
 
 /// What fails, and how.
@@ -412,9 +426,14 @@ fn suffer(case: &Case, prepared: &Prepared, library: &Path, fault: Fault) -> Res
     if left.is_empty() { Ok(()) } else { Err(format!("{left:?} stay")) }
 }
 
+/// Every how many calls one fails; `None`: a few.
+fn every() -> Option<usize> {
+    let every = std::env::var(ALL).ok()?;
+    Some(every.parse().ok().filter(|every| *every > 0).unwrap_or_else(|| panic!("{ALL} is no number: {every}")))
+}
+
 /// The faults of a case: all, or a few of each kind, which differ from case to case.
 fn faults(case: usize, counts: &BTreeMap<String, usize>) -> Vec<Fault> {
-    let all = std::env::var_os(ALL).is_some();
     let mut faults = Vec::new();
     let kinds = ["write", "sync", "rename", "close", "truncate", "open", "unlink", "folder"];
     for (kind, call) in kinds.into_iter().enumerate() {
@@ -426,20 +445,20 @@ fn faults(case: usize, counts: &BTreeMap<String, usize>) -> Vec<Fault> {
         for (e, &error) in errors.iter().enumerate() {
             // Numbers that have no common measure with the structure of the files.
             let few = |k: usize| (1 + (case * 7 + e * 13 + kind * 5 + k * 61) % count.max(1), 1);
-            let numbers: Vec<usize> = match (all, call, error) {
-                (true, ..) => (1..=count).collect(),
-                (false, "write", NO_SPACE) if case == 0 => (0..6).map(|k| few(k).0).collect(),
-                (false, "write", INPUT_OUTPUT) => (0..2).map(|k| few(k).0).collect(),
-                (false, "write", KILL) | (false, "sync" | "rename", NO_SPACE) => vec![few(0).0],
-                (false, "write", _) if case == 0 => vec![few(0).0],
-                (false, "close" | "truncate" | "open" | "unlink" | "folder", INPUT_OUTPUT) => vec![few(1).0],
+            let numbers: Vec<usize> = match (every(), call, error) {
+                (Some(every), ..) => (1 + e % every..=count).step_by(every).collect(),
+                (None, "write", NO_SPACE) if case == 0 => (0..6).map(|k| few(k).0).collect(),
+                (None, "write", INPUT_OUTPUT) => (0..2).map(|k| few(k).0).collect(),
+                (None, "write", KILL) | (None, "sync" | "rename", NO_SPACE) => vec![few(0).0],
+                (None, "write", _) if case == 0 => vec![few(0).0],
+                (None, "close" | "truncate" | "open" | "unlink" | "folder", INPUT_OUTPUT) => vec![few(1).0],
                 _ => Vec::new(),
             };
             let numbers = numbers.into_iter().filter(|number| *number <= count);
             faults.extend(numbers.map(|number| Fault { call, number, error, lasting: false }));
             if matches!((call, error), ("write" | "sync", NO_SPACE)) {
-                let every = if all { 4 } else { (count / 2).max(1) };
-                let lasting = (1..=count).step_by(every).skip(usize::from(!all));
+                let step = every().map_or((count / 2).max(1), |every| 4 * every);
+                let lasting = (1..=count).step_by(step).skip(usize::from(every().is_none()));
                 faults.extend(lasting.map(|number| Fault { call, number, error, lasting: true }));
             }
         }
@@ -447,49 +466,70 @@ fn faults(case: usize, counts: &BTreeMap<String, usize>) -> Vec<Fault> {
     faults
 }
 
+/// A command that needs seconds, and is only in the long study.
+const LONG: Case = Case {
+    name: "calibrate concrete",
+    arguments: &[
+        "calibrate",
+        "concrete",
+        "-q",
+        "-j",
+        "1",
+        "concrete.toml",
+        "--young",
+        "30 GPa",
+        "--poisson",
+        "0.2",
+        "--tensile-strength",
+        "3 MPa",
+        "-o",
+        "found.toml",
+    ],
+    given: &[("concrete.toml", CONCRETE)],
+    before: &[],
+    again: None,
+    written: &["found.toml", "concrete.strengths.json"],
+};
+
 #[test]
 fn a_call_that_fails_loses_nothing() {
     let tools = TempDir::new().expect("a folder");
     let library = injector(tools.path());
-    let mut wrong = Vec::new();
-    let mut tried = 0;
-    let concrete = Case {
-        name: "calibrate concrete",
-        arguments: &[
-            "calibrate",
-            "concrete",
-            "-q",
-            "-j",
-            "1",
-            "concrete.toml",
-            "--young",
-            "30 GPa",
-            "--poisson",
-            "0.2",
-            "--tensile-strength",
-            "3 MPa",
-            "-o",
-            "found.toml",
-        ],
-        given: &[("concrete.toml", CONCRETE)],
-        before: &[],
-        again: None,
-        written: &["found.toml", "concrete.strengths.json"],
-    };
-    let all = std::env::var_os(ALL).is_some();
+    let mut journal = every().map(|_| Journal::open("faults"));
+    let (mut wrong, mut cases, mut tried) = (Vec::new(), BTreeMap::new(), 0);
     // Measuring structures and strengths takes seconds each time.
-    let short = |case: &&Case| all || case.name != "characterise";
-    for (k, case) in CASES.iter().filter(short).chain(all.then_some(&concrete)).enumerate() {
+    let chosen = CASES.iter().chain([&LONG]).filter(|case| every().is_some() || case.short());
+    for (k, case) in chosen.enumerate() {
         let prepared = prepare(case, &library);
         let begun = Instant::now();
         let faults = faults(k, &prepared.counts);
-        for &fault in &faults {
-            tried += 1;
-            if let Err(problem) = suffer(case, &prepared, &library, fault) {
+        let before = wrong.len();
+        for (n, &fault) in faults.iter().enumerate() {
+            let suffer = || suffer(case, &prepared, &library, fault).err();
+            let problem = match &mut journal {
+                Some(journal) => {
+                    let found = journal.part(&format!("{}, {fault:?}", case.name), || json!(suffer()));
+                    found.as_str().map(str::to_owned)
+                }
+                None => suffer(),
+            };
+            if let Some(problem) = problem {
+                println!("{}, {fault:?}: {problem}", case.name);
                 wrong.push(format!("{}, {fault:?}: {problem}", case.name));
             }
+            if every().is_some() && n % 100 == 99 {
+                println!("{}: {} of {} faults in {:.0?}", case.name, n + 1, faults.len(), begun.elapsed());
+            }
         }
+        tried += faults.len();
         println!("{}: {} faults in {:.1?}, of {:?}", case.name, faults.len(), begun.elapsed(), prepared.counts);
+        let figures = json!({ "calls": prepared.counts, "faults": faults.len(), "failed": wrong.len() - before });
+        cases.insert(case.name, figures);
+        // After each command, so that a study that is not finished has a record, too.
+        if let (Some(journal), Some(every)) = (&journal, every()) {
+            let figures = json!({ "every_call_of": every, "faults": tried, "failed": wrong.len(), "commands": cases });
+            std::fs::write(path_of(RECORD), journal.record(figures)).expect("a record");
+        }
     }
     assert!(wrong.is_empty(), "{} of {tried}:\n{}", wrong.len(), wrong.join("\n"));
     // Without the library in the processes, or with other cases, the test would show nothing.

@@ -101,6 +101,52 @@ fn impossible_grids_walls_and_time_steps_are_refused() {
     }
 }
 
+/// A region of meters for millimeters, in a periodic cell, is refused at once, with the key and a remedy: every image of the cell takes as long
+/// as the cell. A grid is not, if its cells are as small as the periodic one.
+#[test]
+fn a_region_over_very_many_images_is_refused_at_once() {
+    let cell = "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\nrepeats = [2, 2, 2]\n\
+                shape = { kind = \"periodic\" }\n[output]\nsample_interval = 10\n";
+    let regions = [
+        ("kind = \"sphere\", center = [0, 0, 0], radius = 5", ""),
+        ("kind = \"box\", minimum = [0, 0, 0], maximum = [5, 5, 5]", ""),
+        ("kind = \"box\", minimum = [0, 0, 0], maximum = [5, 5, 5]", "grid = [2, 2, 2]"),
+        ("kind = \"cylinder\", center = [0, 0, 0], axis = [0, 0, 1], radius = 5, height = 5", ""),
+        ("kind = \"ellipsoid\", center = [0, 0, 0], half_axes = [5, 5, 5]", ""),
+    ];
+    for (region, grid) in regions {
+        for operator in ["region-stress", "porosity", "affine-rate", "fabric"] {
+            if !grid.is_empty() && operator == "affine-rate" {
+                continue;
+            }
+            let folder = TempDir::new().expect("a folder");
+            let sample = format!("[[sample]]\noperator = \"{operator}\"\nregion = {{ {region} }}\n{grid}\n");
+            let scenario = write(folder.path(), "run.toml", &format!("{cell}{REST}{sample}"));
+            for command in ["check", "run"] {
+                let start = Instant::now();
+                let given = concordem([command, "-q", text(&scenario)]);
+                assert!(start.elapsed() < Duration::from_secs(5), "{region} takes {:?}", start.elapsed());
+                assert_eq!(given.code, exit::USAGE, "{command} {operator} {region}: {}", given.err);
+                for words in ["sample[0].region", "images of the periodic cell", "check its unit"] {
+                    assert!(given.err.contains(words), "{command} {operator} {region}: {}", given.err);
+                }
+            }
+        }
+    }
+    // 12 cells along each edge, 1,728 in all; each cell of the grid reaches over a few.
+    let edge = 12.0 * 2.0 * 2e-3 * std::f64::consts::SQRT_2;
+    let folder = TempDir::new().expect("a folder");
+    let sample = format!(
+        "[[sample]]\noperator = \"porosity\"\ngrid = [12, 12, 12]\nregion = {{ kind = \"box\", minimum = [0, 0, 0], \
+         maximum = [{edge}, {edge}, {edge}] }}\n"
+    );
+    let scenario = write(folder.path(), "run.toml", &format!("{cell}{REST}{sample}"));
+    for command in ["check", "run"] {
+        let given = concordem([command, "-q", text(&scenario)]);
+        assert_eq!(given.code, exit::DONE, "{command}: {}", given.err);
+    }
+}
+
 /// Environment variable with which the test below tells a child process what to run.
 const CHILD: &str = "CONCORDEM_TEST_RUN_FOR_MEMORY";
 

@@ -4,7 +4,8 @@
 //!
 //! `CONCORDEM_FUZZ_INPUTS` is the number of inputs (default 2,000; overnight: 1,000,000), `CONCORDEM_FUZZ_SEED` the seed of
 //! the random numbers (default 1). The same seed gives the same inputs. Failing inputs are kept in `target/fuzz`.
-//! `CONCORDEM_FUZZ_READER` chooses one reader, which gets all inputs. `CONCORDEM_FUZZ_RECORD` names a JSON file for the counts.
+//! `CONCORDEM_FUZZ_READER` names readers, between spaces, which share all inputs. `CONCORDEM_FUZZ_RECORD` is a file for the counts;
+//! `result.json` here is the last long run.
 
 mod mutate;
 mod readers;
@@ -12,6 +13,9 @@ mod readers;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+
+use concordem_tests::study::{commit, path_of, record};
+use serde_json::{Map, json};
 
 use readers::{READERS, Samples};
 
@@ -107,10 +111,10 @@ fn readers_survive_mutated_inputs() {
     let kept = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target/fuzz");
     let mut failures = Vec::new();
     let only = std::env::var("CONCORDEM_FUZZ_READER").ok();
-    let chosen =
-        || READERS.iter().enumerate().filter(|(_, reader)| only.as_ref().is_none_or(|only| only == reader.name));
+    let is_chosen = |name: &str| only.as_ref().is_none_or(|only| only.split_whitespace().any(|only| only == name));
+    let chosen = || READERS.iter().enumerate().filter(|(_, reader)| is_chosen(reader.name));
     let each = count.div_ceil(chosen().count().max(1) as u64);
-    let mut record = Vec::new();
+    let (begun, at, mut figures) = (Instant::now(), commit(), Map::new());
     for (k, reader) in chosen() {
         let before = failures.len();
         let (start, mut first) = (Instant::now(), 0);
@@ -126,14 +130,14 @@ fn readers_survive_mutated_inputs() {
             first = input + 1;
         }
         println!("{}: {each} inputs in {:.1} s", reader.name, start.elapsed().as_secs_f64());
-        record.push(format!(
-            "\"{}\": {{\"inputs\": {each}, \"seed\": {seed}, \"failures\": {}}}",
-            reader.name,
-            failures.len() - before
-        ));
+        let seconds = start.elapsed().as_secs_f64().round();
+        let found = json!({ "inputs": each, "failures": failures.len() - before, "seconds": seconds });
+        figures.insert(reader.name.to_owned(), found);
     }
-    if let Some(file) = std::env::var_os("CONCORDEM_FUZZ_RECORD") {
-        std::fs::write(file, format!("{{\n  {}\n}}\n", record.join(",\n  "))).expect("a file");
+    if let Ok(file) = std::env::var("CONCORDEM_FUZZ_RECORD") {
+        let minutes = begun.elapsed().as_secs_f64() / 60.0;
+        std::fs::write(path_of(&file), record(&at, minutes, json!({ "seed": seed, "readers": figures })))
+            .expect("a file");
     }
     assert!(failures.is_empty(), "{} of {count} inputs:\n{}", failures.len(), failures.join("\n"));
 }

@@ -4,11 +4,11 @@ use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use concordem::program::exit;
-use concordem_tests::commands::{concordem, text};
+use concordem_tests::commands::{concordem, text, write};
 use tempfile::TempDir;
 
 use crate::contents::{contents, same};
-use crate::{large_prism, prism, spawn};
+use crate::{CELL, large_prism, prism, spawn};
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
@@ -67,6 +67,67 @@ fn sigterm_writes_a_checkpoint_from_which_resume_continues() {
     let given = concordem(["resume", "-j", "3", text(&broken)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     same(&contents(&broken), &contents(&whole), "the resumed run");
+}
+
+/// Commands that take long end at once with Ctrl-C and with SIGTERM, in every phase: while spheres are placed and compacted, constants are
+/// computed, or numbers are written. What they have not finished, they do not leave behind.
+#[test]
+#[cfg(unix)]
+fn signals_end_every_command() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let cell = |count: &str| CELL.replace("count = 60", &format!("count = {count}"));
+    let cell = write(folder.path(), "cell.toml", &cell("30000"));
+    let sweep = "version = 1\nscenario = \"cell.toml\"\n[[axis]]\nkey = \"packing.seed\"\nvalues = [1, 2]\n";
+    let sweep = write(folder.path(), "sweep.toml", sweep);
+    let runs = "version = 1\nscenario = \"cell.toml\"\nstudy = \"run\"\nresults = [\"max stress\"]\n[[axis]]\nkey = \"packing.seed\"\nvalues = [1]\n";
+    let runs = write(folder.path(), "runs.toml", runs);
+    // A quarter of a million spheres.
+    let lattice = cell_of_a_lattice(folder.path(), 40);
+    let result = folder.path().join("lattice.h5");
+    assert_eq!(concordem(["run", "-q", "-o", text(&result), text(&lattice)]).code, exit::DONE);
+    let (structure, exported, tables) =
+        (folder.path().join("made.html"), folder.path().join("exported"), folder.path().join("found.toml"));
+    let commands: [&[&str]; 9] = [
+        &["check", "-j", "1", text(&cell)],
+        &["pack", "-j", "1", text(&cell)],
+        &["elastic", "-j", "1", text(&cell)],
+        &["calibrate", "elastic", "-j", "1", text(&cell), "--young", "30 GPa", "--poisson", "0.2", "-o", text(&tables)],
+        &["characterise", "-j", "1", text(&lattice), "-o", text(&structure)],
+        &["measure", text(&result), "--operator", "cell-strain"],
+        &["export", "-o", text(&exported), text(&result)],
+        &["sweep", "-j", "2", text(&sweep)],
+        &["sweep", "-j", "2", text(&runs)],
+    ];
+    for command in commands {
+        for signal in ["-INT", "-TERM"] {
+            let mut process = spawn(command);
+            // Only sweeps have a handler, which must be there.
+            std::thread::sleep(Duration::from_millis(if command[0] == "sweep" { 2000 } else { 500 }));
+            assert!(process.try_wait().expect("a child process").is_none(), "{command:?} is too short for this test");
+            let killed = Command::new("kill").args([signal, &process.id().to_string()]).status().expect("kill");
+            assert!(killed.success());
+            let start = Instant::now();
+            let status = wait(process);
+            // Some of that is the load of the machine.
+            assert!(start.elapsed() < Duration::from_secs(2), "{command:?} {signal}: {:?}", start.elapsed());
+            let code = if command[0] == "sweep" { Some(i32::from(exit::INTERRUPTED)) } else { None };
+            assert_eq!(status.code(), code, "{command:?} {signal}");
+        }
+    }
+    let left = [structure, tables, folder.path().join("cell.h5"), folder.path().join("sweep.h5")];
+    assert!(left.iter().all(|path| !path.exists()));
+}
+
+/// A periodic lattice of `4 count³` spheres.
+fn cell_of_a_lattice(folder: &std::path::Path, count: usize) -> std::path::PathBuf {
+    let random = "kind = \"random-dense\"\ncount = 60\nradius = \"1 mm\"\nseed = 1";
+    assert!(CELL.contains(random));
+    let lattice = format!("kind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\nrepeats = {:?}", [count; 3]);
+    write(
+        folder,
+        "lattice.toml",
+        &CELL.replace(random, &lattice).replace("coordination = 8", "interaction_ratio = 1.01"),
+    )
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod characterise;
 mod charts;
+mod charts_of_studies;
 mod command_line;
 mod contents;
 mod cracks;

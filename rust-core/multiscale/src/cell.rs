@@ -4,6 +4,7 @@ use concordem_contact::Cell;
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_continuum::LinkDamage;
 use concordem_operator::couple_stress::conjugate;
+use concordem_operator::interruption::{Watch, look, stoppable};
 use concordem_operator::{Period, Region};
 use concordem_scenario::assembly::Assembly;
 use concordem_scenario::sampling::Bonds;
@@ -112,6 +113,7 @@ impl RepresentativeCell {
         }
         let begin = self.deformation_gradient();
         for step in 1..=steps {
+            look();
             let run = &mut self.run;
             let Some(cell) = run.state.cell else { return Err(CellError::NoCell) };
             let now = cell.deformation_gradient;
@@ -122,7 +124,8 @@ impl RepresentativeCell {
             let rate = (target * inverse - Mat3::identity()) / run.state.clock.dt;
             let virial = run.last_report().virial;
             run.solver.set_velocity_gradient(&cell, rate);
-            let stopped = run.advance()?.stopped;
+            // Whole steps: a cell that stops between two of them is sound.
+            let stopped = stoppable(None, || run.advance())?.stopped;
             self.book_work(&cell, &virial);
             if let Some(reason) = stopped {
                 return Err(CellError::Ended { step: self.run.state.clock.step, reason });
@@ -228,5 +231,7 @@ fn work_of_step(cell: &Cell, dt: f64, virials: [&Mat3; 2]) -> f64 {
 
 /// Deform all cells, each to its gradient, on all processors. Cells whose deformation failed have an error; the others are deformed.
 pub fn deform(cells: &mut [RepresentativeCell], gradients: &[Mat3], steps: u32) -> Vec<Result<(), CellError>> {
-    cells.par_iter_mut().zip(gradients).map(|(cell, gradient)| cell.deform(gradient, steps)).collect()
+    let watch = Watch::here();
+    let deform = |(cell, gradient): (&mut RepresentativeCell, _)| watch.part(|| cell.deform(gradient, steps));
+    cells.par_iter_mut().zip(gradients).map(deform).collect()
 }

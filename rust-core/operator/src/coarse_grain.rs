@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::contact_set::ContactSet;
 use super::error::{OperatorError, check_finite, check_length};
+use super::interruption::Watch;
 use super::region::Period;
 use super::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3};
@@ -67,6 +68,9 @@ pub struct CoarseField {
     pub kinetic_stress: Mat3,
 }
 
+/// Particles or contacts between two looks whether the work shall stop: each may have a thousand images.
+const PART: usize = 1024;
+
 /// Fields at `points` (m) by coarse-graining (Goldhirsch 2010): `ρ = Σ m φ(r−x)`, `p = Σ m v φ`,
 /// `σ = Σ_c l⊗f^A ∫₀¹ φ(r − x_A − s l) ds`. Continuous in space, and the integral of the stress over all space is exactly
 /// the branch sum.
@@ -108,10 +112,14 @@ pub fn coarse_grain(
     let none = Vec3::zeros();
     let shifted = |image: Vec3| period.map_or(none, |period| period.edges * image);
     let carried = |image: Vec3| period.map_or(none, |period| period.change * image);
+    let watch = Watch::here();
     let field = |r: &Vec3| {
         let ball = super::Region::Sphere { center: *r, radius: kernel.support };
         let (mut field, images) = (CoarseField::default(), ball.images(period));
         for p in 0..position.len() {
+            if p.is_multiple_of(PART) {
+                watch.look();
+            }
             for image in images.of(&position[p], &none) {
                 let weight = mass[p] * kernel.at(&(position[p] + shifted(image) - r));
                 if weight > 0.0 {
@@ -126,6 +134,9 @@ pub fn coarse_grain(
             field.kinetic_stress += field.momentum * field.momentum.transpose() / field.density;
         }
         for k in 0..contacts.len() {
+            if k.is_multiple_of(PART) {
+                watch.look();
+            }
             let (x, l) = (position[contacts.pair()[k][0] as usize], contacts.branch()[k]);
             for image in images.of(&x, &l) {
                 let weight = kernel.along(&(x + shifted(image) - r), &l);

@@ -21,6 +21,7 @@ pub mod couple_stress;
 pub mod damage;
 mod error;
 pub mod fabric;
+pub mod interruption;
 pub mod power;
 mod region;
 pub mod strain;

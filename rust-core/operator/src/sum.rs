@@ -1,5 +1,6 @@
 //! Sums over tiles of fixed size: parallel, and the same bits for any number of threads.
 
+use crate::interruption::Watch;
 use rayon::prelude::*;
 use std::ops::{AddAssign, Range};
 
@@ -18,8 +19,12 @@ where
         total += tile(0..count);
         return total;
     }
-    let parts: Vec<T> =
-        (0..count.div_ceil(TILE)).into_par_iter().map(|k| tile(k * TILE..((k + 1) * TILE).min(count))).collect();
+    let watch = Watch::here();
+    let part = |k: usize| {
+        watch.look();
+        tile(k * TILE..((k + 1) * TILE).min(count))
+    };
+    let parts: Vec<T> = (0..count.div_ceil(TILE)).into_par_iter().map(part).collect();
     for part in parts {
         total += part;
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{PackingError, Random};
 use concordem_contact::math::Vec3;
+use concordem_operator::interruption::look;
 use concordem_solver::state::particles::Sphere;
 
 /// Largest number of positions tried for one sphere.
@@ -44,6 +45,7 @@ pub(super) fn random_cloud(
         }
         spheres.push(Sphere { position, radius });
         if spheres.len().is_multiple_of(REPORTED) {
+            look();
             placed(spheres.len());
         }
     }

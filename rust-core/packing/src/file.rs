@@ -10,6 +10,7 @@ use std::io::{BufRead, ErrorKind, Write};
 use super::import::loose;
 use super::{Packing, PackingError};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::interruption::look;
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
 use rayon::prelude::*;
@@ -27,6 +28,7 @@ pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
     // Kept from part to part: packings have millions of lines.
     let (mut text, mut ends) = (String::new(), Vec::new());
     loop {
+        look();
         text.clear();
         ends.clear();
         while ends.len() < LINES_AT_A_TIME {

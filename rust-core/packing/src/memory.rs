@@ -8,18 +8,24 @@ pub(crate) const SPHERE: f64 = 1.5 * size_of::<Sphere>() as f64;
 /// Bytes per sphere of a compaction: particles, contacts, and the neighbor search. Measured: 3 kB at 10,000 spheres.
 pub(crate) const COMPACTED: f64 = 3e3;
 
-/// Memory of this machine, bytes: the physical memory, or the limit of the control group or of the process (`ulimit -v`) if that is less.
-/// `None` if the system does not report it.
+/// Memory for this process, bytes: the physical memory, or the limit of the control group, or what the limit of the address space (`ulimit -v`)
+/// leaves beside what the process has already, if that is less. `None` if the system does not report it.
 pub fn total() -> Option<f64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
-    let physical = read("/proc/meminfo").and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
-        Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? * 1024.0)
-    });
+    let physical = read("/proc/meminfo").and_then(|text| kilobytes(&text, "MemTotal:"));
     // Without a limit the file contains the word "max".
     let group = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse::<f64>().ok());
-    let process = read("/proc/self/limits").and_then(|text| address_space(&text));
+    let process = read("/proc/self/limits").and_then(|text| {
+        let taken = read("/proc/self/status").and_then(|text| kilobytes(&text, "VmSize:")).unwrap_or(0.0);
+        Some((address_space(&text)? - taken).max(0.0))
+    });
     [physical, group, process].into_iter().flatten().reduce(f64::min)
+}
+
+/// The entry `name` of a text in which the system reports memory, bytes.
+fn kilobytes(text: &str, name: &str) -> Option<f64> {
+    let entry = text.lines().find_map(|line| line.strip_prefix(name))?;
+    Some(entry.split_whitespace().next()?.parse::<f64>().ok()? * 1024.0)
 }
 
 /// Limit of the address space in the text of `/proc/self/limits`, bytes; `None` without a limit.
@@ -52,5 +58,8 @@ mod tests {
         assert_eq!(address_space(&limits("307200000")), Some(307_200_000.0));
         assert_eq!(address_space(&limits("unlimited")), None);
         assert!(address_space(&std::fs::read_to_string("/proc/self/limits").unwrap()).is_none_or(|bytes| bytes > 0.0));
+        let status = std::fs::read_to_string("/proc/self/status").unwrap();
+        let [size, peak] = ["VmSize:", "VmPeak:"].map(|name| kilobytes(&status, name).unwrap());
+        assert!(1e6 < size && size <= peak, "{size} {peak}");
     }
 }

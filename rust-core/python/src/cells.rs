@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, assemble};
 use concordem::output::checkpoint;
+use concordem::packing::memory::affordable_bytes;
 use concordem_continuum::HandOver;
 use concordem_multiscale::{CellError, RepresentativeCell, Response, Snapshot, deform};
 use numpy::{PyArray1, PyArrayMethods};
@@ -35,6 +36,9 @@ pub struct RepresentativeCells {
     /// The cells as they were built: the frame of states from files.
     assembly: Mutex<Assembly>,
 }
+
+/// Steps of particles from which on signals must be answered meanwhile: a tenth of a second.
+const LONG: usize = 200_000;
 
 /// States of all cells at one moment.
 #[pyclass(frozen, module = "concordem.coupling")]
@@ -67,6 +71,8 @@ impl RepresentativeCells {
         let assembly = guarded(py, threads, progress.as_ref(), |progress| assemble(inner, folder, progress))?;
         let assembly = assembly.map_err(|error| of_assembly(inner, error))?;
         warn(py, inner, &assembly.summary.warnings)?;
+        let each = bytes_of_cell(&assembly);
+        affordable_bytes(&format!("{count} cells"), count as f64 * each).or_raise()?;
         let pool = Pool::new(threads)?;
         let cells: Vec<_> = detach_here(py, || {
             pool.inside(|| (0..count).into_par_iter().map(|_| RepresentativeCell::new(&assembly)).collect())
@@ -83,7 +89,7 @@ impl RepresentativeCells {
     /// Deform each cell to its deformation gradient F = ∂x/∂X since the start, linearly in `steps` of its own steps.
     ///
     /// Args: `gradient` (n, 3, 3). Raises ContinuumError with the index of the cell: inverted gradient, failed step, last bond lost. The
-    /// other cells are deformed then.
+    /// other cells are deformed then. After Ctrl-C each cell has taken a part of the steps: restore a state.
     #[pyo3(signature = (gradient, steps=1))]
     fn deform(&self, py: Python<'_>, gradient: Tensors<'_>, steps: u32) -> PyResult<()> {
         let gradient = gradient.get()?;
@@ -93,8 +99,13 @@ impl RepresentativeCells {
         }
         let mut cells = self.cells.lock()?;
         let pool = &self.pool;
-        let found = cells.change(py, |cells| pool.inside(|| deform(cells, &gradient, steps)))?;
-        all(found).map(drop)
+        let particles: usize = cells.iter().map(|cell| cell.state().particles.len()).sum();
+        let found = if particles.saturating_mul(steps as usize) < LONG {
+            cells.change(py, |cells| pool.inside(|| deform(cells, &gradient, steps)))
+        } else {
+            cells.change_answering(py, pool, |cells| deform(cells, &gradient, steps))
+        };
+        all(found?).map(drop)
     }
 
     /// Stress, couple stress, damage, and intact bonds of all cells at their present positions. Does not change their states.
@@ -274,6 +285,16 @@ impl RepresentativeCells {
         self.count
     }
 }
+
+/// Memory of a cell, bytes: its state, and as much again for its solver.
+fn bytes_of_cell(assembly: &Assembly) -> f64 {
+    let Assembly { state, .. } = assembly;
+    let bonds: usize = state.bonds.iter().map(|bonds| bonds.len() * bonds.bytes_per_contact()).sum();
+    2.0 * (size_of_val(&state.particles.position[..]) * VECTORS + bonds) as f64
+}
+
+/// Vectors per particle in a state: place, motion, orientation, mass.
+const VECTORS: usize = 8;
 
 /// File of a cell's state.
 fn file(folder: &Path, cell: usize) -> PathBuf {

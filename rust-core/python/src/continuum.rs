@@ -1,6 +1,8 @@
 //! Continuum laws, and the hand-over of a packing to them.
 
 use concordem::math::Mat3;
+use concordem::operator::interruption::Watch;
+use concordem::packing::memory::affordable_bytes;
 use concordem_continuum::{ContinuumError, DamagePlastic as Law, HandOver, LinkDamage, Parameters, State, Update};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -9,7 +11,8 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 
 use crate::arrays::{Rows, Scalars, Tensors, Vectors, result, scalars, tensor, tensors};
-use crate::errors::{OrRaise, detach};
+use crate::errors::OrRaise;
+use crate::work::answering;
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
@@ -129,8 +132,16 @@ impl DamagePlastic {
         let state = read_states(&state, strain.len())?;
         let size = size.of(strain.len())?;
         let law = &self.0;
-        let found: Vec<_> = detach(py, || {
-            (0..strain.len()).into_par_iter().map(|k| law.update(&strain[k], &state[k], size[k])).collect()
+        // The updates, and the arrays made of them.
+        let bytes = 2.0 * (strain.len() * size_of::<Update>()) as f64;
+        affordable_bytes(&format!("the update of {} points", strain.len()), bytes).or_raise()?;
+        let found: Vec<_> = answering(py, strain.len(), || {
+            let watch = Watch::here();
+            let update = |k: usize| {
+                watch.look();
+                law.update(&strain[k], &state[k], size[k])
+            };
+            (0..strain.len()).into_par_iter().map(update).collect()
         })?;
         let found: Vec<Update> = all(found)?;
         let next: Vec<State> = found.iter().map(|update| update.state).collect();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use concordem::characterise::{Body, Characteristics, Choice, characterise};
 use concordem::math::Vec3;
+use concordem::packing::memory::affordable_bytes;
 use concordem::packing::random_dense::{RandomDense, Stage, random_dense};
 use concordem::packing::size::SizeDistribution;
 use concordem::packing::summary::PackingSummary;
@@ -15,12 +16,15 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Scalars, Tensor, Vectors, result, scalars, tensor, vectors};
 use crate::errors::{OrRaise, detach};
-use crate::work::guarded;
+use crate::work::{answering, guarded};
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
 /// The packing as a Python `Packing`.
 pub fn packing_of<'py>(py: Python<'py>, packing: &Packing) -> Any<'py> {
+    // Lists, and the arrays made of them.
+    let bytes = 2.0 * (packing.spheres.len() * size_of::<Sphere>()) as f64;
+    affordable_bytes(&format!("the arrays of {} spheres", packing.spheres.len()), bytes).or_raise()?;
     let radii: Vec<f64> = packing.spheres.iter().map(|sphere| sphere.radius).collect();
     let cell = packing.cell.map(|cell| tensor(py, &cell.matrix)).transpose()?;
     result(py, "Packing", (vectors(py, &packing.positions())?, scalars(py, &radii), cell))
@@ -108,7 +112,7 @@ fn lattice<'py>(py: Python<'py>, kind: &str, radius: f64, repeats: [u32; 3]) -> 
 #[pyo3(signature = (path, unit=None))]
 fn read_packing(py: Python<'_>, path: PathBuf, unit: Option<f64>) -> Any<'_> {
     let reader = BufReader::new(std::fs::File::open(&path)?);
-    packing_of(py, &detach(py, || concordem::packing::import(reader, unit))?.or_raise()?)
+    packing_of(py, &guarded(py, None, None, |_| concordem::packing::import(reader, unit))?.or_raise()?)
 }
 
 /// Write a packing to a text file: positions (n, 3) and radii (n,) in m, edges of the periodic cell (3, 3) as columns.
@@ -136,7 +140,7 @@ fn packing_summary<'py>(
     if packing.spheres.iter().any(|s| s.position.iter().any(|x: &f64| !x.is_finite())) {
         return Err(PyValueError::new_err("some positions are not finite"));
     }
-    let s = detach(py, || PackingSummary::new(&packing, interaction_ratio))?.or_raise()?;
+    let s = answering(py, packing.spheres.len(), || PackingSummary::new(&packing, interaction_ratio))?.or_raise()?;
     let fields = (
         s.count,
         s.packing_fraction,
@@ -188,7 +192,7 @@ fn characterise_packing(
 ) -> PyResult<String> {
     let packing = of_arrays(&positions, &radii, cell)?;
     let choice = Choice { interaction_ratio, coordination, ..Choice::default() };
-    let found = detach(py, || {
+    let found = answering(py, packing.spheres.len(), || {
         let body = Body::of_packing("packing".to_owned(), packing, &choice)?;
         characterise(&body, boundary)
     })?;

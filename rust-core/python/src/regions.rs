@@ -4,6 +4,7 @@ use concordem::math::{Mat3, Vec3};
 use concordem::operator::strain::Dimension;
 use concordem::operator::stress::Partition;
 use concordem::operator::{HalfSpace, Period, Region, Truncation};
+use concordem::packing::memory::affordable_bytes;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -62,10 +63,13 @@ impl PyRegion {
     fn particles(member: Flags<'_>, volume: f64) -> PyResult<Self> {
         Ok(Self(Region::Particles { member: member.get()?.to_vec(), volume }))
     }
-    /// The boxes of a regular grid that fills a box; x varies fastest.
+    /// The boxes of a regular grid that fills a box; x varies fastest. Raises PackingError if they need more memory than there is.
     #[staticmethod]
-    fn grid(low: Vector, high: Vector, count: [usize; 3]) -> Vec<Self> {
-        Region::grid(low.0, high.0, count).into_iter().map(Self).collect()
+    fn grid(low: Vector, high: Vector, count: [usize; 3]) -> PyResult<Vec<Self>> {
+        let regions = count.iter().map(|count| *count as f64).product::<f64>();
+        // As regions, and as objects of Python.
+        affordable_bytes(&format!("{regions:.4e} regions"), regions * 3.0 * size_of::<Region>() as f64).or_raise()?;
+        Ok(Region::grid(low.0, high.0, count).into_iter().map(Self).collect())
     }
     /// Volume, m³.
     #[getter]

@@ -6,10 +6,12 @@
 use std::ops::Deref;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
+use concordem::operator::interruption::Stopped;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::errors::detach_here;
+use crate::errors::{detach_here, internal};
+use crate::work::{Pool, watched};
 
 /// Data behind a lock.
 pub struct Shared<T> {
@@ -76,5 +78,24 @@ impl<T: Send> Access<'_, T> {
         let outcome = detach_here(py, || work(data));
         *fault = outcome.is_err();
         outcome
+    }
+
+    /// As [`Self::change`], for long work on the threads of `pool`, which signals may stop with an exception. The work may stop only where the
+    /// data are sound.
+    pub fn change_answering<R: Send>(
+        &mut self,
+        py: Python<'_>,
+        pool: &Pool,
+        work: impl FnOnce(&mut T) -> R + Send,
+    ) -> PyResult<R> {
+        let Content { data, fault } = &mut *self.0;
+        *fault = true;
+        let (outcome, failure) = watched(py, pool, None, |_| work(data))?;
+        *fault = outcome.as_ref().is_err_and(|payload| !payload.is::<Stopped>());
+        match (outcome, failure) {
+            (_, Some(error)) => Err(error),
+            (Ok(found), None) => Ok(found),
+            (Err(payload), None) => Err(internal(&*payload)),
+        }
     }
 }

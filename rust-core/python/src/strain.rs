@@ -9,8 +9,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Scalars, Tensor, Vector, Vectors, result, scalars, tensor, tensors, vector, vectors};
-use crate::errors::{OrRaise, detach};
+use crate::errors::OrRaise;
 use crate::regions::{PyPeriod, PyRegion, dimension, period};
+use crate::work::answering;
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
@@ -115,7 +116,7 @@ fn fit<'py>(
     let (x, u) = (position.get()?, displacement.get()?);
     let phi = rotation.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
     let (period, dimension, region) = (self::period(period.as_ref()), self::dimension(dimension)?, &region.get().0);
-    detach(py, || affine_fit(x, u, phi, region, period.as_ref(), dimension))?.or_raise().map(PyAffineFit)
+    answering(py, x.len(), || affine_fit(x, u, phi, region, period.as_ref(), dimension))?.or_raise().map(PyAffineFit)
 }
 
 /// A triangulation.
@@ -149,7 +150,7 @@ impl PyMesh {
 fn triangulate(py: Python<'_>, position: Vectors<'_>, dimension: u8, edges: Option<Tensor>) -> PyResult<PyMesh> {
     let (x, dimension) = (position.get()?, self::dimension(dimension)?);
     let edges = edges.map(|edges| edges.0);
-    detach(py, || delaunay(x, dimension, edges.as_ref()))?.or_raise().map(PyMesh)
+    answering(py, x.len(), || delaunay(x, dimension, edges.as_ref()))?.or_raise().map(PyMesh)
 }
 
 /// Displacement gradient of a triangulated body from the linear field in each cell. Returns MeshStrain.
@@ -165,7 +166,7 @@ fn strain_of_cells<'py>(
     period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
     let (x, u, period, mesh) = (position.get()?, displacement.get()?, self::period(period.as_ref()), &mesh.get().0);
-    let found = detach(py, || cell_strain(mesh, x, u, period.as_ref()))?.or_raise()?;
+    let found = answering(py, mesh.len(), || cell_strain(mesh, x, u, period.as_ref()))?.or_raise()?;
     let volumes: Vec<f64> = found.cells.iter().map(|cell| cell.volume).collect();
     let moments = found.cells.iter().map(|cell| cell.moment).collect();
     let fields = (tensor(py, &found.gradient)?, found.volume, scalars(py, &volumes), tensors(py, moments)?);
@@ -185,7 +186,7 @@ fn strain_of_edges<'py>(
     period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
     let (x, u, period, mesh) = (position.get()?, displacement.get()?, self::period(period.as_ref()), &mesh.get().0);
-    let found = detach(py, || bagi_strain(mesh, x, u, period.as_ref()))?.or_raise()?;
+    let found = answering(py, mesh.len(), || bagi_strain(mesh, x, u, period.as_ref()))?.or_raise()?;
     result(py, "DualStrain", (tensor(py, &found.gradient)?, found.volume, tensor(py, &found.unity)?))
 }
 
@@ -252,7 +253,7 @@ impl PyPowerDiagram {
         let phi = rotation.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
         let border = border_displacement.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
         let period = self::period(period.as_ref());
-        let found = detach(py, || satake_strain(&self.0, u, phi, border, period.as_ref()))?.or_raise()?;
+        let found = answering(py, u.len(), || satake_strain(&self.0, u, phi, border, period.as_ref()))?.or_raise()?;
         result(py, "DualStrain", (tensor(py, &found.gradient)?, found.volume, tensor(py, &found.unity)?))
     }
 }
@@ -279,7 +280,7 @@ fn divide(
         }
     };
     let (x, r, dimension) = (position.get()?, radius.get()?, self::dimension(dimension)?);
-    detach(py, || power_diagram(x, r, &domain, dimension))?.or_raise().map(PyPowerDiagram)
+    answering(py, x.len(), || power_diagram(x, r, &domain, dimension))?.or_raise().map(PyPowerDiagram)
 }
 
 /// Cosserat strain `γ_ij = G_ji − e_ijk φ_k` from a displacement gradient G (3, 3) and a rotation φ (3,).

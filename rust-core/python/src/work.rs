@@ -1,24 +1,22 @@
 //! Long work without the interpreter's lock: thread pools, progress, and signals.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::Mutex;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use concordem::operator::interruption::{look, stoppable};
 use concordem::solver::own_thread::{Workers, alone, beside, beside_all_processors, with_all_processors};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::errors::internal;
+use crate::errors::{detach, internal};
 
 /// Interval between checks for signals.
 pub const SLICE: Duration = Duration::from_millis(50);
 /// Interval between calls of the progress function.
 pub const REPORT: Duration = Duration::from_millis(200);
-
-/// Payload that unwinds work which a signal handler or a progress function has stopped.
-struct Stopped;
 
 /// The threads on which work is done. Results do not depend on them.
 pub enum Pool {
@@ -46,6 +44,7 @@ impl Pool {
 
     /// Run `work` on these threads, so that parallel loops do not enter them individually.
     pub fn inside<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        let work = || stoppable(None, work);
         match self {
             Self::All => with_all_processors(|| rayon::scope(|_| work())),
             Self::One => alone(work),
@@ -91,16 +90,30 @@ pub fn reporter<'py>(py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> P
 
 /// Run long work without the interpreter's lock, in other threads. Meanwhile this thread checks for signals, which Python handles in its
 /// main thread alone, and calls `progress` with the last stage and fraction that the work has reported. Both may stop the work with an
-/// exception; it ends when it reports again.
+/// exception; it ends when it reports again, or when one of its loops looks.
 pub fn guarded<T: Send>(
     py: Python<'_>,
     threads: Option<usize>,
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&mut dyn FnMut(&str, f64)) -> T + Send,
 ) -> PyResult<T> {
-    let pool = Pool::new(threads)?;
+    let (outcome, failure) = watched(py, &Pool::new(threads)?, progress, work)?;
+    match (outcome, failure) {
+        (_, Some(error)) => Err(error),
+        (Ok(found), None) => Ok(found),
+        (Err(payload), None) => Err(internal(&*payload)),
+    }
+}
+
+/// As [`guarded`], on the threads of `pool`. Returns what became of the work, and the exception that should have stopped it.
+pub fn watched<T: Send>(
+    py: Python<'_>,
+    pool: &Pool,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&mut dyn FnMut(&str, f64)) -> T + Send,
+) -> PyResult<(std::thread::Result<T>, Option<PyErr>)> {
     let report = reporter(py, progress)?;
-    let (stop, last) = (AtomicBool::new(false), Mutex::new(None::<(String, f64)>));
+    let (stop, last) = (Arc::new(AtomicBool::new(false)), Mutex::new(None::<(String, f64)>));
     // Whether there was something to tell.
     let tell = |py: Python<'_>| {
         let latest = last.lock().map_or(None, |mut last| last.take());
@@ -116,14 +129,14 @@ pub fn guarded<T: Send>(
         let guarded = || {
             let _running = running;
             catch_unwind(AssertUnwindSafe(|| {
-                work(&mut |stage, share| {
-                    if stop.load(Ordering::Relaxed) {
-                        // The work has no other way to stop; none of its data is kept.
-                        resume_unwind(Box::new(Stopped));
-                    }
-                    if let Ok(mut last) = last.lock() {
-                        *last = Some((stage.to_owned(), share));
-                    }
+                // The work has no other way to stop than to unwind.
+                stoppable(Some(Arc::clone(&stop)), || {
+                    work(&mut |stage, share| {
+                        look();
+                        if let Ok(mut last) = last.lock() {
+                            *last = Some((stage.to_owned(), share));
+                        }
+                    })
                 })
             }))
         };
@@ -151,11 +164,17 @@ pub fn guarded<T: Send>(
     let ended = if failure.is_none() && outcome.is_ok() { tell(py).map(|_| ()) } else { Ok(()) };
     close(py, report.as_ref())?;
     ended?;
-    match (outcome, failure) {
-        (_, Some(error)) => Err(error),
-        (Ok(found), None) => Ok(found),
-        (Err(payload), None) => Err(internal(&*payload)),
-    }
+    Ok((outcome, failure))
+}
+
+/// Particles, contacts, and points from which on an operator may take so long that signals must be answered meanwhile. Below, starting
+/// a thread would take as long as the work.
+const LONG: usize = 20_000;
+
+/// As [`detach`](crate::errors::detach), for work on `size` particles, contacts, or points: where that is long, signals may stop it with an
+/// exception.
+pub fn answering<T: Send>(py: Python<'_>, size: usize, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    if size < LONG { detach(py, work) } else { guarded(py, None, None, |_| work()) }
 }
 
 /// End the line of a progress bar.

@@ -312,6 +312,44 @@ fn cyclic() -> String {
     ) + CYCLE
 }
 
+/// A pair whose bond breaks at 1 N, the force at a strain of 5e-5: its run ends by `stop.drop_to` when that happens, and not before, while a
+/// stage unloads or loads again. A stage that unloads may end at a fraction of the peak.
+#[test]
+fn an_unloaded_specimen_has_not_failed() {
+    let strong = SPRING.replace(" }", ", normal_strength = 1, shear_strength = 100 }");
+    let text = bonded(&spheres(&[[0.0, 0.0, 0.0, 0.01], [0.02, 0.0, 0.0, 0.01]]), "linear_bond", &strong)
+        + "[loading]\nkind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = 0.1\nlayer_thickness = 0.015\narea = 1e-4
+        [integration]\ntime_step = 1e-6
+        [output]\nsample_interval = 10
+        [stop]\ndrop_to = 0.6
+        [[stage]]\nname = \"load\"\nstop = { strain = 3e-5 }
+        [[stage]]\nname = \"unload\"\nrate = -1\nstop = { drop_to = 0.2 }
+        [[stage]]\nname = \"load again\"\nstop = { strain = 1e-3 }";
+    for stop in [usize::MAX, 500] {
+        let mut run = simulation(&text);
+        let mut strain = Vec::new();
+        let reason = loop {
+            if strain.len() == stop {
+                let fresh = simulation(&text);
+                let (model, schedule) = (fresh.solver.model().clone(), fresh.schedule.clone());
+                run = Simulation::new(run.state.clone(), model, schedule).unwrap();
+            }
+            let advance = run.advance().unwrap();
+            strain.push(advance.sample.map_or(f64::NAN, |record| record.strain));
+            if let Some(reason) = advance.stopped {
+                break reason;
+            }
+        };
+        assert_eq!(reason, StopReason::Drop);
+        assert_eq!(run.ended_stages().map(|(name, ..)| name.to_owned()).collect::<Vec<_>>(), ["load", "unload"]);
+        // Records are due every 10 steps, in which the strain grows by 1e-6.
+        let last = strain.iter().rev().find(|strain| !strain.is_nan()).unwrap();
+        assert!((5e-5..5.3e-5).contains(last), "{last:e}");
+        let lowest = strain[400..].iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((4e-6..7e-6).contains(&lowest), "{lowest:e}");
+    }
+}
+
 /// A run that stops anywhere and continues from its state goes through the same states as one that does not stop.
 #[test]
 fn a_restart_continues_within_a_stage() {

@@ -4,6 +4,7 @@
 mod shared;
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_scenario::schedule::StopReason;
@@ -20,6 +21,7 @@ fn block(at: Vec3, action: &str) -> String {
     }
     let tables =
         if action.contains("[[clump]]") { "" } else { "[bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.5\n" };
+    let steps = if action.contains("[[slave]]") { RECORDED } else { 60_000 };
     let samples = ["region-stress", "particle-stress", "boundary-stress"].map(|operator| {
         format!("[[sample]]\noperator = \"{operator}\"\nregion = {{ kind = \"all\", volume = {VOLUME} }}\n")
     });
@@ -27,7 +29,7 @@ fn block(at: Vec3, action: &str) -> String {
         "version = 1\n[packing]\nkind = \"spheres\"\nspheres = [{spheres}]\n[[material]]\nname = \"m\"\ndensity = 2500\n\
          linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 3e5, damping_ratio = 0.2 }}\n\
          frictional = {{ normal_stiffness = 1e6, shear_stiffness = 3e5, friction_coefficient = 0.4, damping_ratio = 0.2 }}\n\
-         {tables}[contacts]\nlaw = \"frictional\"\n[stop]\nunbalanced = 1e-6\nsteps = 60000\n{}{}{}{action}\n{}",
+         {tables}[contacts]\nlaw = \"frictional\"\n[stop]\nunbalanced = 1e-6\nsteps = {steps}\n{}{}{}{action}\n{}",
         set("bottom", &(0..9).collect::<Vec<_>>()),
         set("top", &(18..27).collect::<Vec<_>>()),
         set("all", &(0..27).collect::<Vec<_>>()),
@@ -42,8 +44,43 @@ fn wall(shape: &str, more: &str) -> String {
 
 const DAMPED: &str = "damping = { kind = \"local\", coefficient = 0.5 }";
 
-/// Every kind of action on the block at a place, by name; whether the block rests in the end.
-fn actions(at: Vec3) -> Vec<(&'static str, String)> {
+/// A surface of one triangle for a file.
+fn stl(corners: &[Vec3; 3]) -> String {
+    let vertex = |x: &Vec3| format!("vertex {:e} {:e} {:e}\n", x.x, x.y, x.z);
+    let loops: String = corners.iter().map(vertex).collect();
+    format!("solid s\nfacet normal 0 0 1\nouter loop\n{loops}endloop\nendfacet\nendsolid s\n")
+}
+
+/// Steps of recorded motions, and of the runs that follow them.
+const RECORDED: usize = 20_000;
+
+/// A recorded motion of `count` particles (`width` 6) or vertices (3): upwards with 1 mm/s for 200 steps, then at rest.
+fn recorded(count: usize, width: usize) -> Vec<u8> {
+    let shape = format!("({}, {count}, {width})", RECORDED + 1);
+    let head = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+    let length = (10 + head.len() + 1).next_multiple_of(64) - 10;
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{head:<width$}\n", width = length - 1).bytes());
+    for step in 0..=RECORDED {
+        for k in 0..count * width {
+            let speed: f64 = if step <= 200 && k % width == 2 { 1e-3 } else { 0.0 };
+            bytes.extend(speed.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// What moves the bottom from outside, as a coupling with finite elements does: the name of its action.
+const COUPLED: &str = "motion from outside";
+
+/// Every kind of action on the block at a place, by name. Files go to `folder`.
+fn actions(at: Vec3, folder: &Path) -> Vec<(&'static str, String)> {
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.join(format!("{:.0}-{name}", 1e3 * at.z));
+        std::fs::write(&path, bytes).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
     let point = |x: f64, y: f64, z: f64| format!("[{:?}, {:?}, {:?}]", at.x + x, at.y + y, at.z + z);
     let still = format!("[integration]\n{DAMPED}\n");
     let weight = format!("[integration]\ngravity = [0, 0, -98.1]\n{DAMPED}\n");
@@ -63,6 +100,13 @@ fn actions(at: Vec3) -> Vec<(&'static str, String)> {
     let mesh = format!("kind = \"mesh\", vertices = [{}], triangles = [[0, 1, 2]]", corners.join(", "));
     let sides = |d: f64| format!("kind = \"box\", minimum = {}, maximum = {}", point(-d, -d, -d), point(d, d, d));
     let pull = "[[force]]\nset = \"top\"\nforce = [0.3, 0, 2]\n";
+    let corners_at = |z: f64| [[-8e-3, -8e-3], [8e-3, -8e-3], [0.0, 12e-3]].map(|[x, y]| at + Vec3::new(x, y, z));
+    let facets =
+        |name: &str, z: f64| format!("kind = \"facets\", path = \"{}\"", file(name, stl(&corners_at(z)).as_bytes()));
+    let slave = |of: &str, count, width| {
+        let path = file(&format!("{}.npy", of.len()), &recorded(count, width));
+        format!("[[slave]]\n{of}\npath = \"{path}\"\n")
+    };
     vec![
         ("weight on a held set", weight.clone() + held),
         ("weight on a floor", weight.clone() + &floor),
@@ -90,6 +134,15 @@ fn actions(at: Vec3) -> Vec<(&'static str, String)> {
                     "",
                 ),
         ),
+        ("membrane", still.clone() + "[[membrane]]\npressure = 1e5\n"),
+        ("weight on facets", weight.clone() + &wall(&facets("floor.stl", -3e-3), "")),
+        ("servo of facets", piston(&facets("piston.stl", 3.001e-3), along)),
+        ("weight on a recorded set", weight.clone() + held + &slave("set = \"bottom\"", 9, 6)),
+        (
+            "weight on a recorded mesh",
+            weight.clone() + &wall(&mesh, "name = \"mesh\"") + &slave("wall = \"mesh\"", 3, 3),
+        ),
+        (COUPLED, weight.clone() + held),
         ("clump on a floor", weight + &floor + "[[clump]]\nset = \"all\"\n"),
     ]
 }
@@ -98,6 +151,11 @@ fn actions(at: Vec3) -> Vec<(&'static str, String)> {
 fn stresses(text: &str, name: &str) -> [Mat3; 3] {
     let mut run = simulation(text);
     let last = loop {
+        if name == COUPLED && run.state.clock.step <= 201 {
+            let speed = if run.state.clock.step < 201 { 1e-3 } else { 0.0 };
+            let moves = |p: usize| if p < 9 { Vec3::z() * speed } else { Vec3::zeros() };
+            run.state.motion = Some((0..27).map(|p| (moves(p), Vec3::zeros())).collect());
+        }
         let advance = run.advance().unwrap();
         if advance.stopped.is_some() {
             assert_eq!(advance.stopped, Some(StopReason::Equilibrium), "{name}");
@@ -116,7 +174,8 @@ fn stresses(text: &str, name: &str) -> [Mat3; 3] {
 /// block is as wide as three of them; the servo is within 1 % of its force, but the forces are those of one instant.
 #[test]
 fn stresses_agree_under_every_action_wherever_the_origin_lies() {
-    let [here, there] = [Vec3::zeros(), Vec3::new(0.05, -0.1, 0.2)].map(actions);
+    let folder = tempfile::tempdir().unwrap();
+    let [here, there] = [Vec3::zeros(), Vec3::new(0.05, -0.1, 0.2)].map(|at| actions(at, folder.path()));
     for ((name, here), (_, there)) in here.into_iter().zip(there) {
         let shifted = Vec3::new(0.05, -0.1, 0.2);
         let all = [stresses(&block(Vec3::zeros(), &here), name), stresses(&block(shifted, &there), name)];

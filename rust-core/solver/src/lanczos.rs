@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
 use concordem_contact::math::{Vec3, any_perpendicular};
+use concordem_operator::interruption::look;
 
 /// Interval of the largest eigenvalue.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,6 +65,7 @@ pub(super) fn largest_eigenvalue(
     let (mut alpha, mut beta) = (Vec::new(), Vec::<f64>::new());
     let mut best = Interval { upper: ceiling, width: ceiling, iterations: 0 };
     for step in 1..=STEPS.min(6 * n) {
+        look();
         apply(&v, &mut w);
         let a = dot(&v, &w);
         let b_old = beta.last().copied().unwrap_or(0.0);

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::StaticsError;
 use super::krylov::{Failure, biconjugate_gradients, conjugate_gradients};
 use super::stiffness_product::StiffnessProduct;
+use concordem_operator::interruption::Watch;
 
 /// When the iteration stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +33,7 @@ pub(super) fn solve(
     names: &[&str],
     accuracy: Accuracy,
 ) -> Result<(Vec<Vec<f64>>, usize), StaticsError> {
+    let watch = Watch::here();
     let solved: Result<Vec<(Vec<f64>, usize)>, StaticsError> = loads
         .par_iter()
         .zip(names)
@@ -46,7 +48,10 @@ pub(super) fn solve(
                 wanted: accuracy.residual,
                 iterations: accuracy.iterations,
             };
-            let multiply = |y: &mut [f64], x: &[f64]| product.multiply(y, x);
+            let multiply = |y: &mut [f64], x: &[f64]| {
+                watch.look();
+                product.multiply(y, x);
+            };
             let precondition = |y: &mut [f64], x: &[f64]| {
                 for ((y, x), inverse) in y.chunks_exact_mut(6).zip(x.chunks_exact(6)).zip(inverses) {
                     y.copy_from_slice((inverse * Vector6::from_column_slice(x)).as_slice());

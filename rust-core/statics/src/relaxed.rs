@@ -4,6 +4,7 @@ use nalgebra::Matrix6;
 
 use super::{COMPONENTS, StaticsError};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::interruption::look;
 use concordem_solver::integrate::Damping;
 use concordem_solver::state::State;
 use concordem_solver::{Model, Solver};
@@ -77,6 +78,7 @@ pub fn relaxed_stiffness(
             if !sample {
                 continue;
             }
+            look();
             let unbalanced = report.unbalanced(radius);
             if unbalanced <= relaxation.unbalanced && steps as f64 > settled {
                 break report;

@@ -17,6 +17,7 @@
 use std::collections::BTreeMap;
 
 use concordem_contact::law::cpm::{Cpm, CpmError, CpmParameters};
+use concordem_operator::interruption::look;
 use concordem_scenario::schedule::simulation::RunError;
 use concordem_scenario::schedule::{Record, Schedule, Simulation};
 use concordem_solver::state::State;
@@ -157,6 +158,7 @@ impl ConcreteSpecimen {
         let mut simulation = Simulation::new(state, self.model.clone(), schedule)?;
         let mut samples: Vec<Record> = Vec::new();
         while simulation.stopped().is_none() {
+            look();
             samples.extend(simulation.advance()?.sample);
         }
         if simulation.stopped() != Some(concordem_scenario::schedule::StopReason::Drop) {

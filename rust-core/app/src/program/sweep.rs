@@ -1,9 +1,10 @@
 //! `concordem sweep`: elastic constants, structures, or results of runs, for all combinations of given values of a scenario's keys.
 
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, OnceLock};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
 
@@ -20,6 +21,7 @@ use crate::sweep::journal::{Journal, path_of};
 use crate::sweep::outcome::Outcome;
 use crate::sweep::point::{Study, evaluate};
 use crate::sweep::results::run;
+use concordem_operator::interruption::{Stopped, look, stoppable};
 use concordem_scenario::assembly::{PackingCache, Placed, place, place_cached};
 use concordem_scenario::schema::Scenario;
 use concordem_statics::Accuracy;
@@ -42,6 +44,28 @@ pub(super) struct SweepArguments {
     force: bool,
     #[command(flatten)]
     work: Work,
+}
+
+/// Whether the sweep shall stop.
+struct Stop<'a> {
+    /// Set by a signal.
+    requested: Arc<AtomicBool>,
+    progress: &'a Mutex<Progress>,
+}
+
+impl Stop<'_> {
+    fn is_due(&self) -> bool {
+        self.requested.load(Ordering::Relaxed) || locked(self.progress).failure.is_some()
+    }
+
+    /// What `work` finds; `None` if a signal comes first. What it has done until then is lost.
+    fn unless<T>(&self, work: impl FnOnce() -> T) -> Option<T> {
+        match catch_unwind(AssertUnwindSafe(|| stoppable(Some(Arc::clone(&self.requested)), work))) {
+            Ok(found) => Some(found),
+            Err(payload) if payload.is::<Stopped>() => None,
+            Err(payload) => resume_unwind(payload),
+        }
+    }
 }
 
 /// Progress, shared by all threads.
@@ -86,12 +110,12 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     let cache = console.cache();
     let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(display), failure: None });
     let interruption = Interruption::listen();
-    let stopped = || interruption.requested.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
+    let stop = Stop { requested: Arc::clone(&interruption.requested), progress: &progress };
     arguments.work.install(|| {
         if sweep.study == Study::Run {
-            compute_runs(&sweep, &groups, cache.as_ref(), &progress, &stopped);
+            compute_runs(&sweep, &groups, cache.as_ref(), &stop);
         } else {
-            groups.par_iter().for_each(|group| compute(&sweep, group, &progress, &stopped));
+            groups.par_iter().for_each(|group| compute(&sweep, group, &stop));
         }
         Ok(())
     })?;
@@ -128,30 +152,30 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     console.print(&format!("{}\n{}\n", path.display(), page.display()))
 }
 
-/// Computes the points of a group, which share a packing, until `stopped` returns true.
-fn compute(sweep: &Sweep, group: &[usize], progress: &Mutex<Progress>, stopped: &(dyn Fn() -> bool + Sync)) {
-    if stopped() {
+/// Computes the points of a group, which share a packing, until the sweep stops.
+fn compute(sweep: &Sweep, group: &[usize], stop: &Stop<'_>) {
+    if stop.is_due() {
         return;
     }
-    let note = |point: usize, outcome: Outcome| note(progress, sweep.points(), point, outcome);
+    let note = |point: usize, outcome: Outcome| note(stop.progress, sweep.points(), point, outcome);
     // Every scenario was checked when the sweep was read.
     let Ok(first) = sweep.scenario(group[0]) else { return };
     let accuracy = Accuracy { residual: sweep.residual, ..Accuracy::default() };
-    match place(&first, &first.directory(), &mut |_, _| {}) {
-        Err(error) => {
+    match stop.unless(|| place(&first, &first.directory(), &mut |_, _| look())) {
+        None => {}
+        Some(Err(error)) => {
             for &point in group {
                 note(point, Outcome::failed(error.to_string()));
             }
         }
-        Ok(placed) => group.par_iter().for_each(|&point| {
-            if let (false, Ok(scenario)) = (stopped(), sweep.scenario(point)) {
-                note(
-                    point,
-                    match sweep.study {
-                        Study::Elastic => evaluate(&scenario, &placed, accuracy, sweep.dynamics),
-                        Study::Structure | Study::Run => structure(&scenario, &placed),
-                    },
-                );
+        Some(Ok(placed)) => group.par_iter().for_each(|&point| {
+            let (false, Ok(scenario)) = (stop.is_due(), sweep.scenario(point)) else { return };
+            let outcome = stop.unless(|| match sweep.study {
+                Study::Elastic => evaluate(&scenario, &placed, accuracy, sweep.dynamics),
+                Study::Structure | Study::Run => structure(&scenario, &placed),
+            });
+            if let Some(outcome) = outcome {
+                note(point, outcome);
             }
         }),
     }
@@ -159,13 +183,7 @@ fn compute(sweep: &Sweep, group: &[usize], progress: &Mutex<Progress>, stopped: 
 
 /// Runs the scenarios of all points. Each run has its own threads: in a shared pool, a thread that waits within one run would begin
 /// another one.
-fn compute_runs(
-    sweep: &Sweep,
-    groups: &[Vec<usize>],
-    cache: Option<&PackingCache>,
-    progress: &Mutex<Progress>,
-    stopped: &(dyn Fn() -> bool + Sync),
-) {
+fn compute_runs(sweep: &Sweep, groups: &[Vec<usize>], cache: Option<&PackingCache>, stop: &Stop<'_>) {
     let points: Vec<(usize, usize)> =
         groups.iter().enumerate().flat_map(|(g, group)| group.iter().map(move |&point| (g, point))).collect();
     let packings: Vec<OnceLock<Result<Placed, String>>> = groups.iter().map(|_| OnceLock::new()).collect();
@@ -177,20 +195,21 @@ fn compute_runs(
         while let Some(&(group, point)) = points.get(next.fetch_add(1, Ordering::Relaxed)) {
             // Every scenario was checked when the sweep was read.
             let Ok(scenario) = sweep.scenario(point) else { continue };
-            if stopped() {
+            if stop.is_due() {
                 return;
             }
-            let outcome = pool.install(|| {
+            let compute = || {
                 let placed = packings[group].get_or_init(|| {
-                    place_cached(&scenario, &scenario.directory(), cache, &mut |_, _| {}).map_err(|e| e.to_string())
+                    let folder = scenario.directory();
+                    place_cached(&scenario, &folder, cache, &mut |_, _| look()).map_err(|e| e.to_string())
                 });
                 match placed {
                     Err(problem) => Some(Outcome::failed(problem.clone())),
-                    Ok(placed) => run(&scenario, placed, &sweep.results, stopped),
+                    Ok(placed) => run(&scenario, placed, &sweep.results, &|| stop.is_due()),
                 }
-            });
-            if let Some(outcome) = outcome {
-                note(progress, sweep.points(), point, outcome);
+            };
+            if let Some(outcome) = pool.install(|| stop.unless(compute)).flatten() {
+                note(stop.progress, sweep.points(), point, outcome);
             }
         }
     };

@@ -21,6 +21,8 @@ const MOST_ROWS: usize = 400;
 struct Drawn {
     of: Value,
     style: Style,
+    /// What it is, beside the first quantity of the figure, for names of curves: ", affine sum".
+    way: &'static str,
 }
 
 /// A number of a point.
@@ -44,7 +46,8 @@ fn figures(sweep: &Sweep) -> Vec<Figure> {
 fn of_runs(sweep: &Sweep) -> Vec<Figure> {
     let figure = |(k, quantity): (usize, Quantity)| {
         let (unit, scale) = shown(&quantity);
-        let curves = vec![Drawn { of: Box::new(move |o: &Outcome| o.values[k] * scale), style: Style::LineAndDots }];
+        let curves =
+            vec![Drawn { of: Box::new(move |o: &Outcome| o.values[k] * scale), style: Style::LineAndDots, way: "" }];
         Figure { title: quantity.name.to_string(), label: format!("{}{unit}", quantity.name), curves }
     };
     sweep.quantities().into_iter().enumerate().map(figure).collect()
@@ -63,34 +66,52 @@ fn shown(quantity: &Quantity) -> (String, f64) {
 
 fn of_structure() -> Vec<Figure> {
     use Style::{Dashed, Dotted, LineAndDots};
-    let drawn = |of: fn(&Outcome) -> f64, style| Drawn { of: Box::new(of), style };
+    let drawn = |of: fn(&Outcome) -> f64, style, way| Drawn { of: Box::new(of), style, way };
     let figure = |title: &str, label: &str, curves| Figure { title: title.into(), label: label.into(), curves };
     vec![
         figure(
             "Links per sphere",
             "inside; dashed: at the boundary",
-            vec![drawn(|o| o.get("links_per_sphere"), LineAndDots), drawn(|o| o.get("links_at_boundary"), Dashed)],
+            vec![
+                drawn(|o| o.get("links_per_sphere"), LineAndDots, ""),
+                drawn(|o| o.get("links_at_boundary"), Dashed, ", at the boundary"),
+            ],
         ),
         figure(
             "Solid fraction",
             "hull; dashed: effective",
-            vec![drawn(|o| o.get("hull_fraction"), LineAndDots), drawn(|o| o.get("effective_fraction"), Dashed)],
+            vec![
+                drawn(|o| o.get("hull_fraction"), LineAndDots, ""),
+                drawn(|o| o.get("effective_fraction"), Dashed, ", effective"),
+            ],
         ),
         figure(
             "Deviation from isotropy e",
             "percent²; dotted: independent links",
             vec![
-                drawn(|o| o.get("isotropy_percent"), LineAndDots),
-                drawn(|o| o.get("isotropy_floor_percent") + o.get("isotropy_noise_percent"), Dotted),
+                drawn(|o| o.get("isotropy_percent"), LineAndDots, ""),
+                drawn(
+                    |o| o.get("isotropy_floor_percent") + o.get("isotropy_noise_percent"),
+                    Dotted,
+                    ", independent links",
+                ),
             ],
         ),
-        figure("Mean overlap", "over sum of radii", vec![drawn(|o| o.get("overlap"), LineAndDots)]),
+        figure("Mean overlap", "over sum of radii", vec![drawn(|o| o.get("overlap"), LineAndDots, "")]),
     ]
 }
 
 fn of_elasticity() -> Vec<Figure> {
     use Style::{Crosses, Dashed, Dotted, LineAndDots};
-    let drawn = |of: fn(&Outcome) -> f64, style| Drawn { of: Box::new(of), style };
+    let drawn = |of: fn(&Outcome) -> f64, style| {
+        let way = match style {
+            Dotted => ", affine sum",
+            Dashed => ", closed form",
+            Crosses => ", relaxed dynamics",
+            _ => "",
+        };
+        Drawn { of: Box::new(of), style, way }
+    };
     let figure = |title: &str, label: &str, curves| Figure { title: title.into(), label: label.into(), curves };
     let one = |title, label, of| figure(title, label, vec![drawn(of, LineAndDots)]);
     vec![
@@ -277,15 +298,8 @@ impl Family<'_> {
                 })
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let way = match drawn.style {
-                _ if sweep.study != Study::Elastic => "",
-                Style::Dotted => ", affine sum",
-                Style::Dashed => ", closed form",
-                Style::Crosses => ", relaxed dynamics",
-                Style::Line | Style::LineAndDots | Style::Diamonds | Style::StackedArea => "",
-            };
             Series {
-                name: format!("{name}{way}"),
+                name: format!("{name}{}", drawn.way),
                 color: COLORS[c % COLORS.len()],
                 style: drawn.style,
                 points,

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{OperatorError, check_length, check_volume};
+use crate::interruption::Watch;
 use crate::region::{self, Period, Region, Truncation};
 use crate::strain::Dimension;
 use crate::sum::{sum_tiles, sums};
@@ -96,10 +97,12 @@ pub fn cell_strain(
     period: Option<&Period>,
 ) -> Result<MeshStrain, OperatorError> {
     check(mesh, position, displacement, period)?;
+    let watch = Watch::here();
     let cells: Vec<CellStrain> = (0..mesh.len())
         .into_par_iter()
         .with_min_len(256)
         .map(|k| {
+            watch.look();
             let (volume, areas) = mesh.geometry(k, position, period);
             let corners = mesh.cell(k);
             let size = corners.len();

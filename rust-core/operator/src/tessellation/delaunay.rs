@@ -10,6 +10,7 @@ use spade::Triangulation;
 use super::mesh::{Corner, Mesh};
 use super::{check_points, spacing, wrapped};
 use crate::error::OperatorError;
+use crate::interruption::look;
 use crate::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3};
 
@@ -83,6 +84,9 @@ fn first_tetrahedron(position: &[Vec3]) -> Option<[usize; 4]> {
     Some([0, second, third, fourth])
 }
 
+/// Points that are inserted before the next look whether the work shall stop: half a second.
+const INSERTED: usize = 50_000;
+
 fn tetrahedra(position: &[Vec3]) -> Result<Vec<u32>, OperatorError> {
     let failed = |error: &dyn std::fmt::Display| OperatorError::Triangulation { reason: error.to_string() };
     let first = first_tetrahedron(position).ok_or_else(|| flat(position.len(), Dimension::Three))?;
@@ -92,9 +96,11 @@ fn tetrahedra(position: &[Vec3]) -> Result<Vec<u32>, OperatorError> {
     let places: Vec<[f64; 3]> = order.iter().map(|&p| position[p].into()).collect();
     let mut structure = DelaunayStructure3D::new();
     structure.insert_vertices(&places[..4].to_vec(), false).map_err(|error| failed(&error))?;
-    if places.len() > 4 {
-        structure.insert_vertices(&places[4..].to_vec(), true).map_err(|error| failed(&error))?;
+    for places in places[4..].chunks(INSERTED) {
+        look();
+        structure.insert_vertices(&places.to_vec(), true).map_err(|error| failed(&error))?;
     }
+    look();
     let mesh = structure.get_simplicial();
     let mut corners = Vec::with_capacity(4 * mesh.get_nb_tetrahedra());
     for k in 0..mesh.get_nb_tetrahedra() {

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::{check_points, spacing, wrapped};
 use crate::error::{OperatorError, check_length, check_volume};
+use crate::interruption::Watch;
 use crate::region::HalfSpace;
 use crate::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3, any_perpendicular};
@@ -136,8 +137,12 @@ pub fn power_diagram(
         }
     }
     let bins = Bins::new(position, radius, domain, plane)?;
-    let cells: Vec<(Vec<Face>, f64)> =
-        (0..position.len()).into_par_iter().map(|p| bins.cell(p, &planes, None)).collect::<Result<_, _>>()?;
+    let watch = Watch::here();
+    let cell = |p| {
+        watch.look();
+        bins.cell(p, &planes, None)
+    };
+    let cells: Vec<(Vec<Face>, f64)> = (0..position.len()).into_par_iter().map(cell).collect::<Result<_, _>>()?;
     let mut faces = Vec::new();
     let mut volumes = Vec::with_capacity(cells.len());
     for (p, (cell, volume)) in cells.into_iter().enumerate() {
@@ -189,9 +194,11 @@ pub fn power_polygons(
     let bins = Bins::new(position, radius, domain, dimension == Dimension::Two)?;
     let planes = domain.half_spaces(dimension == Dimension::Two);
     let groups: Vec<&[[u32; 2]]> = pairs.chunk_by(|a, b| a[0] == b[0]).collect();
+    let watch = Watch::here();
     let found: Vec<Vec<Polygon>> = groups
         .into_par_iter()
         .map(|group| {
+            watch.look();
             let p = group[0][0];
             let mut outlines = Vec::new();
             let (faces, _) = bins.cell(p as usize, &planes, Some(&mut outlines))?;

@@ -11,6 +11,7 @@ use super::contacts::{Contacts, Loads};
 use crate::arrays::{Vector, Vectors, result, tensor, vector, vectors};
 use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, or_zero, period};
+use crate::work::answering;
 
 /// Couple stress from external loads about a body's centroid x⁰, N/m (Stránský 2018, (4.59)).
 ///
@@ -108,7 +109,10 @@ fn conjugate_stress<'py>(
 ) -> Any<'py> {
     let set = contacts.set(&position)?;
     let (region, reference, period) = (&region.get().0, or_zero(reference), self::period(period.as_ref()));
-    let c = detach(py, || couple_stress::conjugate(&set, region, &reference, period.as_ref()))?.or_raise()?;
+    let c = answering(py, set.len() + set.position().len(), || {
+        couple_stress::conjugate(&set, region, &reference, period.as_ref())
+    })?
+    .or_raise()?;
     let fields = (
         tensor(py, &c.stress)?,
         tensor(py, &c.couple_stress)?,

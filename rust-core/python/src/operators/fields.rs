@@ -11,6 +11,7 @@ use crate::arrays::{Scalars, Vectors, result, scalars, tensor, tensors, vectors}
 use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, dimension, period, truncation};
 use crate::strain::PyAffineFit;
+use crate::work::answering;
 
 /// Fabric tensor, mean of n⊗n over the branch directions n, and coordination number of a region. Returns Fabric.
 ///
@@ -28,7 +29,8 @@ fn fabric_of<'py>(
     let (how, period) = (self::truncation(truncation)?, self::period(period.as_ref()));
     let set = contacts.set(&position)?;
     let region = &region.get().0;
-    let f = detach(py, || fabric::fabric(&set, region, how, period.as_ref()))?.or_raise()?;
+    let f = answering(py, set.len() + set.position().len(), || fabric::fabric(&set, region, how, period.as_ref()))?
+        .or_raise()?;
     result(py, "Fabric", (tensor(py, &f.tensor)?, f.contacts, f.particles, f.coordination, f.branch_length))
 }
 
@@ -87,7 +89,9 @@ fn power_of<'py>(
     let set = contacts.set(&position)?;
     let (velocity, spin, fit) = (velocity.get()?, spin.get()?, &fit.get().0);
     let images = image_velocity.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
-    let p = detach(py, || power::power(&set, velocity, spin, images, fit, volume))?.or_raise()?;
+    let p =
+        answering(py, set.len() + set.position().len(), || power::power(&set, velocity, spin, images, fit, volume))?
+            .or_raise()?;
     let (stress, couple) = (tensor(py, &p.stress_tensor)?, tensor(py, &p.couple_stress)?);
     result(py, "PowerReport", (p.contacts, p.particles, p.stress, p.couple, p.gap, stress, couple))
 }
@@ -114,8 +118,9 @@ fn coarse_fields<'py>(
     let period = self::period(period.as_ref());
     let set = contacts.set(&position)?;
     let (mass, velocity, points) = (mass.get()?, velocity.get()?, points.get()?);
-    let fields = detach(py, || coarse_grain::coarse_grain(&set, mass, velocity, &kernel, points, period.as_ref()))?
-        .or_raise()?;
+    let size = (set.len() + set.position().len()).saturating_mul(points.len());
+    let grain = || coarse_grain::coarse_grain(&set, mass, velocity, &kernel, points, period.as_ref());
+    let fields = answering(py, size, grain)?.or_raise()?;
     let density: Vec<f64> = fields.iter().map(|field| field.density).collect();
     let momentum: Vec<Vec3> = fields.iter().map(|field| field.momentum).collect();
     let contact = fields.iter().map(|field| field.stress).collect();

@@ -10,6 +10,7 @@ use super::contacts::{Contacts, Loads, loads_or_none};
 use crate::arrays::{Scalars, Tensor, Vector, Vectors, result, scalars, tensor, tensors, vector};
 use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, partition, period, truncation};
+use crate::work::answering;
 
 /// Volumes of particles, m³; of discs per unit depth.
 ///
@@ -87,7 +88,9 @@ fn region_stress<'py>(
     let (how, period) = (self::truncation(truncation)?, self::period(period.as_ref()));
     let set = contacts.set(&position)?;
     let region = &region.get().0;
-    let found = detach(py, || stress::region_stress(&set, region, how, period.as_ref()))?.or_raise()?;
+    let found =
+        answering(py, set.len() + set.position().len(), || stress::region_stress(&set, region, how, period.as_ref()))?
+            .or_raise()?;
     result(py, "RegionStress", (tensor(py, &found.stress)?, found.volume, found.full, found.partial))
 }
 
@@ -115,8 +118,8 @@ fn region_stress_from_particles<'py>(
 ) -> Any<'py> {
     let (moments, period) = (matrices(moments)?, self::period(period.as_ref()));
     let (x, region) = (position.get()?, &region.get().0);
-    let found =
-        detach(py, || stress::region_stress_from_particles(x, &moments, region, period.as_ref()))?.or_raise()?;
+    let found = answering(py, x.len(), || stress::region_stress_from_particles(x, &moments, region, period.as_ref()))?
+        .or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 
@@ -150,7 +153,8 @@ fn kinetic_stress<'py>(
 ) -> Any<'py> {
     let (x, mass, velocity, period) = (position.get()?, mass.get()?, velocity.get()?, self::period(period.as_ref()));
     let region = &region.get().0;
-    let found = detach(py, || stress::kinetic_stress(x, mass, velocity, region, period.as_ref()))?.or_raise()?;
+    let found =
+        answering(py, x.len(), || stress::kinetic_stress(x, mass, velocity, region, period.as_ref()))?.or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 
@@ -168,7 +172,7 @@ fn solid_fraction(
 ) -> PyResult<f64> {
     let (x, volumes, region, period) =
         (position.get()?, volumes.get()?, &region.get().0, self::period(period.as_ref()));
-    detach(py, || stress::solid_fraction(x, volumes, region, period.as_ref()))?.or_raise()
+    answering(py, x.len(), || stress::solid_fraction(x, volumes, region, period.as_ref()))?.or_raise()
 }
 
 /// Axial vector `e_kij σ_ij` of a tensor (3, 3). Returns (3,), in the unit of the tensor.

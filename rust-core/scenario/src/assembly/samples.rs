@@ -21,11 +21,20 @@ pub fn of(
         let path = format!("sample[{k}]");
         let operator = one(scenario, particles, cell, &path, sample)?;
         if let (SampledRegion::Moving { region, gradient, .. }, Some(cell)) = (&operator.region, cell) {
-            stays_bounded(scenario, cell, &format!("{path}.region"), region, gradient)?;
+            stays_bounded(scenario, cell, &format!("{path}.region"), &part(region, operator.grid), gradient)?;
         }
         Ok(operator)
     });
     each.collect()
+}
+
+/// The region, or a cell of its grid: what an operator is evaluated in.
+fn part(region: &Region, grid: Option<[usize; 3]>) -> Region {
+    let first = match (region, grid) {
+        (Region::Box { low, high }, Some(count)) => Region::grid(*low, *high, count).into_iter().next(),
+        _ => None,
+    };
+    first.unwrap_or_else(|| region.clone())
 }
 
 /// Strain of the cell at which regions are tried.
@@ -83,7 +92,14 @@ pub fn one(
     sample: &schema::OperatorSample,
 ) -> Result<ScheduledOperator, AssemblyError> {
     let region = if sample.operator.definition().region.has_region() {
-        region(scenario, particles, cell, &format!("{path}.region"), sample.region.as_ref())?
+        let key = format!("{path}.region");
+        let region = region(scenario, particles, cell, &key, sample.region.as_ref())?;
+        if let Some(region) = &region {
+            let period = cell.map(|cell| Period::of(cell.matrix));
+            let checked = part(region, sample.grid).check_period(period.as_ref());
+            checked.map_err(|error| unfit(&key, error.to_string()))?;
+        }
+        region
     } else {
         // The operator reads a wall or sets; the volume is not used.
         Some(Region::All { volume: 1.0 })
@@ -198,11 +214,7 @@ fn region(
     {
         return Err(unfit(key, "the region has no particles".into()));
     }
-    let period = cell.map(|cell| Period::of(cell.matrix));
-    region
-        .volume()
-        .and_then(|_| region.check_period(period.as_ref()))
-        .map_err(|error| unfit(key, error.to_string()))?;
+    region.volume().map_err(|error| unfit(key, error.to_string()))?;
     Ok(Some(region))
 }
 

@@ -437,7 +437,11 @@ impl Simulation {
         let &BeforeStep { time, step, strain, gauge_strain, volume, heat } = before;
         let [mean_temperature, heat_sources, heat_boundary, heat_dissipation, heat_residual] = heat;
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
-        stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
+        let loaded = self.loaded_time();
+        let [mut peak, mut farthest] = [memory::PEAK, memory::FARTHEST].map(|place| self.state.schedule_memory[place]);
+        stop::update_peak(&mut peak, &mut farthest, measure.stress, loaded);
+        self.state.schedule_memory[memory::PEAK] = peak;
+        self.state.schedule_memory[memory::FARTHEST] = farthest;
         let contacts: u64 = report.active.iter().sum();
         let unbalanced = report.unbalanced(self.radius);
         let (loading, contact_force) = (&self.schedule.loading, report.contact_force());
@@ -446,7 +450,8 @@ impl Simulation {
             time,
             strain,
             stress: measure.stress,
-            peak: self.state.schedule_memory[memory::PEAK],
+            peak,
+            is_farthest: loaded == farthest,
             unbalanced: if loading.is_rounding(contact_force, self.radius) { 0.0 } else { unbalanced },
             at_rest: loading.reached(&measure, contact_force, factor, by_stress) && self.servos_stand(),
         };

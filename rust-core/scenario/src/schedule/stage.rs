@@ -109,7 +109,8 @@ impl Stage {
         self.rate * self.history.as_ref().map_or(1.0, |history| history.at(time))
     }
 
-    /// Why the stage ends at a record, if it does. The time in `values` counts from the start of the stage.
+    /// Why the stage ends at a record, if it does. The time in `values` counts from the start of the stage, and a stage that unloads may end at
+    /// a fraction of the peak.
     pub(super) fn reason(&self, progress: &mut StageProgress, values: &StopValues) -> Option<StageReason> {
         if passed(self.strain, values.strain, &mut progress.strain_side) {
             return Some(StageReason::Strain);
@@ -117,7 +118,7 @@ impl Stage {
         if passed(self.stress, values.stress, &mut progress.stress_side) {
             return Some(StageReason::Stress);
         }
-        self.stop.reason(values).map(StageReason::Stop)
+        self.stop.reason(&StopValues { is_farthest: true, ..*values }).map(StageReason::Stop)
     }
 }
 

@@ -3,7 +3,7 @@
 /// Conditions that end a run; the first one that holds ends it. All are checked with each record, `steps` after every step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stop {
-    /// The stress drops to this fraction of its peak (of the same sign).
+    /// The stress drops to this fraction of its peak (of the same sign). That of a run does not count while a stage unloads or loads again.
     pub drop_to: Option<f64>,
     /// Absolute strain.
     pub strain: Option<f64>,
@@ -59,10 +59,13 @@ impl std::fmt::Display for StopReason {
     }
 }
 
-/// Updates the stress of the largest magnitude so far, with its sign.
-pub(super) fn update_peak(peak: &mut f64, stress: f64) {
+/// Updates the stress of the largest magnitude so far, with its sign, and how far the loading (`loaded`: time of a run at constant rate that has
+/// come as far, s) has come since then, in its direction.
+pub(super) fn update_peak(peak: &mut f64, farthest: &mut f64, stress: f64, loaded: f64) {
     if stress.abs() > peak.abs() {
-        *peak = stress;
+        (*peak, *farthest) = (stress, loaded);
+    } else if *farthest == 0.0 || loaded / *farthest > 1.0 {
+        *farthest = loaded;
     }
 }
 
@@ -77,6 +80,8 @@ pub(super) struct StopValues {
     pub(super) stress: f64,
     /// Stress of the largest magnitude so far, Pa.
     pub(super) peak: f64,
+    /// Whether the loading has not come farther since the peak than it is now.
+    pub(super) is_farthest: bool,
     /// Unbalanced force ratio.
     pub(super) unbalanced: f64,
     /// Whether contacts carry forces (if there should be any), and a stress servo, if any, has reached its target.
@@ -86,11 +91,11 @@ pub(super) struct StopValues {
 impl Stop {
     /// The first condition that holds, if any.
     pub(super) fn reason(&self, values: &StopValues) -> Option<StopReason> {
-        let &StopValues { time, strain, stress, peak, unbalanced, at_rest } = values;
+        let &StopValues { time, strain, stress, peak, is_farthest, unbalanced, at_rest } = values;
         if let Some(fraction) = self.drop_to {
             let dropped = if peak > 0.0 { stress < fraction * peak } else { stress > fraction * peak };
             // A peak of zero means that there was no stress yet.
-            if peak != 0.0 && dropped {
+            if peak != 0.0 && dropped && is_farthest {
                 return Some(StopReason::Drop);
             }
         }
@@ -112,18 +117,18 @@ mod tests {
     use super::*;
 
     fn reason(stop: Stop, time: f64, strain: f64, stress: f64, peak: f64) -> Option<StopReason> {
-        stop.reason(&StopValues { time, strain, stress, peak, unbalanced: 0.1, at_rest: true })
+        stop.reason(&StopValues { time, strain, stress, peak, is_farthest: true, unbalanced: 0.1, at_rest: true })
     }
 
     /// A specimen in compression has negative stresses and strains; it stops where its mirror image in tension does.
     #[test]
     fn tension_and_compression_stop_alike() {
         for sign in [1.0, -1.0] {
-            let mut peak = 0.0;
-            for stress in [1.0, 3.0, 2.0, -2.5] {
-                update_peak(&mut peak, sign * stress);
+            let (mut peak, mut farthest) = (0.0, 0.0);
+            for (loaded, stress) in [(1.0, 1.0), (3.0, 3.0), (4.0, 2.0), (-5.0, -2.5), (3.5, 2.5)] {
+                update_peak(&mut peak, &mut farthest, sign * stress, loaded);
             }
-            assert_eq!(peak, sign * 3.0);
+            assert_eq!((peak, farthest), (sign * 3.0, 4.0));
             let drop = Stop { drop_to: Some(0.5), ..Stop::default() };
             for (stress, expected) in
                 [(2.0, None), (1.6, None), (1.4, Some(StopReason::Drop)), (-0.1, Some(StopReason::Drop))]
@@ -148,7 +153,15 @@ mod tests {
             assert_eq!(reason(time, value, 0.0, 0.0, 0.0), expected);
         }
         let rest = |limit: f64, at_rest: bool| {
-            let values = StopValues { time: 0.0, strain: 0.0, stress: 0.0, peak: 0.0, unbalanced: 0.1, at_rest };
+            let values = StopValues {
+                time: 0.0,
+                strain: 0.0,
+                stress: 0.0,
+                peak: 0.0,
+                is_farthest: true,
+                unbalanced: 0.1,
+                at_rest,
+            };
             Stop { unbalanced: Some(limit), ..Stop::default() }.reason(&values)
         };
         assert_eq!(rest(0.11, true), Some(StopReason::Equilibrium));

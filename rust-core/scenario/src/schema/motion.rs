@@ -361,7 +361,8 @@ pub enum Lateral {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stop {
-    /// Stress drops to this fraction of its peak. Example: `drop_to = 0.2`.
+    /// Stress drops to this fraction of its peak. While a stage unloads, or loads again up to where the run had come, it does not count.
+    /// Example: `drop_to = 0.2`.
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 1))]
     pub drop_to: Option<Number>,
     /// Magnitude of the strain along the loading axis (periodic cell: of the largest strain component). Example:

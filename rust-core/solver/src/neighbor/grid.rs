@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::{Lattice, NeighborError, first_position_not_finite, typical_bounds};
 use crate::state::Cell;
 use concordem_contact::math::Vec3;
+use concordem_operator::interruption::Watch;
 
 /// Two particles whose center distance is within their reaches.
 ///
@@ -225,9 +226,11 @@ impl<'a> Search<'a> {
             .enumerate()
             .flat_map(|(level, grid)| (0..grid.entries.len()).step_by(CHUNK).map(move |first| (level, first)))
             .collect();
+        let watch = Watch::here();
         let found: Vec<Result<Vec<CandidatePair>, NeighborError>> = tasks
             .par_iter()
             .map(|&(level, first)| {
+                watch.look();
                 let own = &self.levels[level];
                 let entries = &own.entries[first..(first + CHUNK).min(own.entries.len())];
                 let mut out = Vec::with_capacity(4 * entries.len());
@@ -240,7 +243,7 @@ impl<'a> Search<'a> {
             .collect();
         // In the order of the tasks, so that always the same one of several errors is reported.
         let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
-        Ok(sorted(self.positions.len(), &found))
+        sorted(self.positions.len(), &found)
     }
 
     /// Partners of some particles in a level. `first`: number of the first of them, if the level is their own: then only partners after
@@ -307,7 +310,12 @@ impl<'a> Search<'a> {
                         for (_, other) in row_of_boxes.take_while(|(key, _)| **key <= end) {
                             let limit = entry.reach + other.reach + self.slack;
                             if (other.position + shift - entry.position).norm_squared() <= limit * limit {
-                                out.extend(self.confirm(entry.index, other.index, image)?);
+                                let Some(pair) = self.confirm(entry.index, other.index, image)? else { continue };
+                                // Their number follows from the reach, which a user chooses.
+                                if out.len() == out.capacity() {
+                                    reserve(out, out.len().max(CHUNK))?;
+                                }
+                                out.push(pair);
                             }
                         }
                         x += last - inside[0] + 1;
@@ -362,22 +370,30 @@ impl Level {
     }
 }
 
+/// Room for so many more pairs.
+fn reserve(pairs: &mut Vec<CandidatePair>, more: usize) -> Result<(), NeighborError> {
+    let count = pairs.len() + more;
+    pairs.try_reserve(more).map_err(|_| NeighborError::Memory { count, bytes: count * size_of::<CandidatePair>() })
+}
+
 /// The pairs found, of `count` particles, in ascending order.
-fn sorted(count: usize, found: &[Vec<CandidatePair>]) -> Vec<CandidatePair> {
+fn sorted(count: usize, found: &[Vec<CandidatePair>]) -> Result<Vec<CandidatePair>, NeighborError> {
     // By the first particle, and then those of each.
     let mut end = vec![0_usize; count + 1];
     found.iter().flatten().for_each(|pair| end[pair.a as usize + 1] += 1);
     for a in 0..count {
         end[a + 1] += end[a];
     }
-    let mut pairs = vec![CandidatePair { a: 0, b: 0, image: [0; 3] }; end[count]];
+    let mut pairs = Vec::new();
+    reserve(&mut pairs, end[count])?;
+    pairs.resize(end[count], CandidatePair { a: 0, b: 0, image: [0; 3] });
     for pair in found.iter().flatten() {
         let place = &mut end[pair.a as usize];
         pairs[*place] = *pair;
         *place += 1;
     }
     pairs.par_chunk_by_mut(|p, q| p.a == q.a).for_each(<[CandidatePair]>::sort_unstable);
-    pairs
+    Ok(pairs)
 }
 
 /// First index in ascending `keys` whose key is at least `target`, searched outwards from `hint` in growing strides.

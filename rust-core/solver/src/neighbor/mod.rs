@@ -53,6 +53,14 @@ pub enum NeighborError {
         /// Number of particles.
         count: usize,
     },
+    /// More pairs than the memory holds.
+    #[error("the memory does not suffice for {count} pairs of near particles, {:.1} GB; give them a smaller reach", *bytes as f64 * 1e-9)]
+    Memory {
+        /// Number of pairs, at least.
+        count: usize,
+        /// Memory for them, bytes.
+        bytes: usize,
+    },
     /// The cell has no volume, or its matrix is not finite.
     #[error("the periodic cell with the edge vectors {edges:?} m has no volume")]
     FlatCell {

@@ -7,6 +7,7 @@ use super::response::CylinderLoad;
 use super::specimen::CylinderSpecimen;
 use concordem_contact::law::{BendingTerm, CohesiveBeam, Section};
 use concordem_contact::math::Vec3;
+use concordem_operator::interruption::look;
 use concordem_packing::export_text;
 use concordem_scenario::assembly::assemble;
 use concordem_scenario::schedule::Simulation;
@@ -165,6 +166,7 @@ pub fn strength(
     let mut first_break = f64::NAN;
     let mut events = Vec::new();
     loop {
+        look();
         let advance = simulation.advance()?;
         if events.is_empty() && !advance.events.is_empty() {
             first_break = last;

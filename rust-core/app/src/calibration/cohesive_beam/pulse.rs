@@ -7,6 +7,7 @@ use super::response::{STEP_LIMIT, most_frequent};
 use super::specimen::CylinderSpecimen;
 use concordem_contact::law::CohesiveBeam;
 use concordem_contact::math::sin_cos;
+use concordem_operator::interruption::look;
 use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::{Model, Scheme, Solver, time_step};
 
@@ -80,6 +81,7 @@ pub fn impact(
     let mut velocities: [Vec<f64>; 2] = Default::default();
     let end = (1.25 * l - struck) / expected;
     while state.clock.time() < end {
+        look();
         solver.step_with(&mut state, false)?;
         let particles = &state.particles;
         for (k, section) in sections.iter().enumerate() {

@@ -7,6 +7,7 @@ use super::specimen::CylinderSpecimen;
 use crate::calibration::deformation::{cylinder_size, fit};
 use concordem_contact::law::CohesiveBeam;
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_operator::interruption::look;
 use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::fracture::virial::mean_stress;
 use concordem_solver::integrate::Damping;
@@ -208,6 +209,7 @@ fn equilibrium(
         regions.ends.each_ref().map(|end| end.iter().map(|&p| start[p]).sum::<Vec3>() / end.len().max(1) as f64);
     let mut last = [0.0; 2];
     loop {
+        look();
         for _ in 0..INTERVAL {
             solver.step_with(state, false)?;
         }

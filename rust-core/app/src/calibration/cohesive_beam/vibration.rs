@@ -7,6 +7,7 @@ use super::response::{CylinderLoad, STEP_LIMIT, most_frequent};
 use super::specimen::CylinderSpecimen;
 use concordem_contact::law::CohesiveBeam;
 use concordem_contact::math::{Vec3, sin_cos};
+use concordem_operator::interruption::look;
 use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::state::{Constraint, State};
 use concordem_solver::{Model, Scheme, Solver, time_step};
@@ -65,6 +66,7 @@ pub fn vibration(
     let mut solver = Solver::new(Model { scheme: Scheme::VelocityVerlet, ..Model::default() }, &mut state)?;
     let (mut before, mut times) = (0.0, Vec::new());
     while times.len() < CROSSINGS {
+        look();
         solver.step_with(&mut state, false)?;
         let now = signal(&state);
         if before * now < 0.0 {

@@ -27,8 +27,10 @@ pub(super) const OPENING: usize = LASTING;
 pub const STRESS_WORK: usize = LASTING;
 /// Which bonds have been made during the run: one bit for each [`Bonding`](crate::schedule::Bonding).
 pub(super) const BONDED: usize = LASTING + CellServoMemory::LENGTH;
+/// How far the loading has come since the peak, in its direction: [`StageProgress::loaded_time`], s.
+pub(super) const FARTHEST: usize = BONDED + 1;
 /// First value of [`StageProgress`]. After it come time (s) and step of the end of each stage.
-pub(super) const STAGE: usize = BONDED + 1;
+pub(super) const STAGE: usize = FARTHEST + 1;
 pub(super) const COUNT: usize = STAGE + StageProgress::LENGTH;
 
 /// Prepares the memory of an earlier run for its continuation: clears the reason for stopping, and the peak stress if
@@ -45,6 +47,7 @@ pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stag
     }
     if let (true, Some(peak)) = (new_loading, memory.get_mut(PEAK)) {
         *peak = 0.0;
+        memory[FARTHEST] = 0.0;
         memory[LASTING..BONDED].fill(0.0);
     }
 }

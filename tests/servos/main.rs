@@ -1,14 +1,16 @@
-//! Servos of cells and walls over rates, stiffnesses, targets, and sizes: they reach the target, or say that they cannot. `make servos` runs the
-//! large map.
-
-mod shared;
+//! Servos of cells and walls over rates, stiffnesses, targets, and sizes: they reach the target, or say that they cannot.
+//!
+//! The tests run a small map. With `CONCORDEM_SERVOS` they run the large one (`make servos`), which goes on where it was interrupted, and
+//! writes its runs to `cells.json` and `walls.json`.
 
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use concordem_contact::math::Mat3;
-use concordem_scenario::schedule::{Simulation, StopReason};
-use shared::assembled;
+use concordem::math::Mat3;
+use concordem::schedule::{Simulation, StopReason};
+use concordem_tests::runs::{made, started};
+use concordem_tests::study::{Journal, path_of};
+use serde_json::{Value, json};
 
 /// Share of the target by which a servo that stands may be off.
 const TOLERANCE: f64 = 0.01;
@@ -39,9 +41,9 @@ struct Run {
 
 /// Runs a scenario to its end; `error`: largest error of what its servos control, relative to the target.
 fn run(text: &str, error: impl Fn(&Simulation) -> f64) -> Run {
-    let assembly = assembled(text);
+    let assembly = made(text);
     let announced = assembly.summary.warnings.iter().any(|warning| warning.key.contains("maximum"));
-    let mut run = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
+    let mut run = started(assembly);
     let (reason, fault) = loop {
         match run.advance() {
             Ok(advance) => {
@@ -69,19 +71,43 @@ fn run(text: &str, error: impl Fn(&Simulation) -> f64) -> Run {
     Run { end, steps: run.state.clock.step, error, fault }
 }
 
+impl Run {
+    fn to_json(&self) -> Value {
+        json!({ "end": format!("{:?}", self.end), "steps": self.steps, "error": self.error, "fault": self.fault })
+    }
+
+    fn of_json(found: &Value) -> Self {
+        let ends = [End::Reached, End::Near, End::Announced, End::Wrong];
+        Self {
+            end: ends.into_iter().find(|end| found["end"] == format!("{end:?}")).expect("an end"),
+            steps: found["steps"].as_u64().expect("a number"),
+            // JSON has no NaN.
+            error: found["error"].as_f64().unwrap_or(f64::NAN),
+            fault: found["fault"].as_str().expect("a text").to_owned(),
+        }
+    }
+}
+
 /// The runs of a map.
 struct Map {
     name: &'static str,
     started: Instant,
+    /// Of the large map.
+    journal: Option<Journal>,
     runs: Vec<(String, Run)>,
 }
 
 impl Map {
     fn new(name: &'static str) -> Self {
-        Self { name, started: Instant::now(), runs: Vec::new() }
+        let journal = large().then(|| Journal::open(&format!("servos-of-{name}")));
+        Self { name, started: Instant::now(), journal, runs: Vec::new() }
     }
 
-    fn add(&mut self, cell: String, run: Run) {
+    fn add(&mut self, cell: String, run: impl FnOnce() -> Run) {
+        let run = match &mut self.journal {
+            Some(journal) => Run::of_json(&journal.part(&cell, || run().to_json())),
+            None => run(),
+        };
         let Run { end, steps, error, fault } = &run;
         let (count, seconds) = (self.runs.len() + 1, self.started.elapsed().as_secs());
         println!(
@@ -102,6 +128,19 @@ impl Map {
             .collect();
         let counts = [End::Reached, End::Near, End::Announced, End::Wrong].map(|end| self.count(end));
         println!("{}: reached, near, announced, wrong: {counts:?}", self.name);
+        if let Some(journal) = &self.journal {
+            let [reached, near, announced, wrong] = counts;
+            let others: Vec<Value> = (self.runs.iter().filter(|(_, run)| run.end != End::Reached))
+                .map(|(cell, run)| json!({ "run": cell, "found": run.to_json() }))
+                .collect();
+            let largest = self.runs.iter().filter(|(_, run)| run.end == End::Reached).map(|(_, run)| run.error);
+            let figures = json!({
+                "runs": self.runs.len(), "reached": reached, "near": near, "announced": announced, "wrong": wrong,
+                "largest_error_of_reached": largest.fold(0.0, f64::max), "not_reached": others,
+            });
+            let record = path_of("tests/servos").join(self.name).with_extension("json");
+            std::fs::write(record, journal.record(figures)).expect("a record");
+        }
         assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), self.runs.len(), wrong.join("\n"));
     }
 }
@@ -224,8 +263,9 @@ fn cells_reach_their_stress_or_say_so() {
                     for &rate in rates {
                         let sheared = law != "hertz_mindlin";
                         let text = cell(law, soft, random, count, rate, pressure, sheared);
-                        let found = run(&text, |run| error_of_cell(run, pressure, sheared));
-                        map.add(format!("{law} {random} {count} {soft} {pressure:e} {rate:e}"), found);
+                        map.add(format!("{law} {random} {count} {soft} {pressure:e} {rate:e}"), || {
+                            run(&text, |run| error_of_cell(run, pressure, sheared))
+                        });
                     }
                 }
             }
@@ -250,8 +290,9 @@ fn walls_reach_their_pressure() {
             for &soft in softer {
                 for &pressure in pressures {
                     for &speed in speeds {
-                        let found = run(&walls(law, soft, count, speed, pressure), error_of_walls);
-                        map.add(format!("{law} {count} {soft} {pressure:e} {speed:e}"), found);
+                        map.add(format!("{law} {count} {soft} {pressure:e} {speed:e}"), || {
+                            run(&walls(law, soft, count, speed, pressure), error_of_walls)
+                        });
                     }
                 }
             }
