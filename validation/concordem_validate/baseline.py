@@ -49,14 +49,18 @@ def load(folder):
     path = folder / MANIFEST
     if not path.exists():
         raise HarnessError(f"there is no baseline {folder}; store one with `bless {folder.name}`")
-    data = json.loads(path.read_text())
+    try:
+        data = json.loads(path.read_text())
+        named = [(row["case"], row["variant"], row["engine"], row["file"], row["sha256"]) for row in data["results"]]
+    except (ValueError, KeyError, TypeError, OSError) as error:
+        raise HarnessError(f"{path}: {type(error).__name__}: {error}; the list of results is damaged, so restore it") from None
     if data.get("format") != FORMAT:
         raise HarnessError(f"{path} has the format {data.get('format')!r}, this version reads {FORMAT!r}; bless a round again")
-    for row in data["results"]:
-        file = folder / row["file"]
-        if not file.exists() or _digest(file) != row["sha256"]:
+    for *_, name, digest in named:
+        file = folder / name
+        if not file.exists() or _digest(file) != digest:
             raise HarnessError(f"{file} is missing or is not the file that was blessed; restore it")
-    return {(row["case"], row["variant"], row["engine"]): folder / row["file"] for row in data["results"]}
+    return {(case, variant, engine): folder / name for case, variant, engine, name, _ in named}
 
 
 def against(round_, folder, tolerance=0.0):

@@ -225,7 +225,10 @@ def _variants(file, data, name, folder, module, engines):
         if variant["name"] in engines_of:
             raise file.error("name", f"the variant `{variant['name']}` appears twice; rename one", k, "variant")
         document = scenario.load(folder / variant.get("scenario", data.get("scenario", "scenario.toml")))
-        document = scenario.changed(document, variant.get("changes", {}))
+        try:
+            document = scenario.changed(document, variant.get("changes", {}))
+        except HarnessError as error:
+            raise file.error("changes", f"variant {variant['name']}: {error}", k, "variant") from None
         if hasattr(module, "scenario"):
             # scenarios that are too long for a file, such as random clouds of spheres
             try:
@@ -283,7 +286,7 @@ def _checks(file, number, table, engines, reference, known):
     _limits(error, table)
     for key, name in (("from", "first"), ("to", "last")):
         if key in table:
-            table[name] = si(table.pop(key))
+            table[name] = _quantity(error, key, table.pop(key))
     reference = table.pop("reference", reference)
     if reference not in engines and reference != file.data.get("reference", "concordem"):
         raise error("reference", f"`{reference}` is not one of the case's engines: {', '.join(engines)}")
@@ -298,6 +301,13 @@ def _checks(file, number, table, engines, reference, known):
         yield Check(**{"variants": ["*"], **table, "peer": peer, "reference": reference})
 
 
+def _quantity(error, key, value):
+    try:
+        return si(value)
+    except HarnessError as wrong:
+        raise error(key, f"`{key}`: {wrong}") from None
+
+
 def _limits(error, table):
     """Tolerances that are numbers, and that something can exceed."""
     if "tolerance" in table and not table["tolerance"] >= 0:
@@ -307,7 +317,7 @@ def _limits(error, table):
         if len(range_) != 2 or not all(isinstance(v, (int, float)) for v in range_) or not 0 <= range_[0] <= range_[1]:
             raise error("known", f"`known` is {range_}; give [least, most]")
     if "scale" in table and isinstance(table["scale"], str) and table["scale"] not in ("maximum", "displacement", "sum"):
-        si(table["scale"])
+        _quantity(error, "scale", table["scale"])
     for key in ("band", "repeats"):
         if key in table and table["kind"] != "speed":
             raise error(key, f"`{key}` is for `kind = \"speed\"`")

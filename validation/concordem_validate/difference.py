@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from . import meeting, norms
+from . import meeting, norms, rounds
 from .errors import HarnessError, Incomparable
 from .result import Result
 
@@ -81,9 +81,8 @@ def stored(folder):
     """Results in the output of a round, or in a baseline: (case, variant, engine) to path. Hashes in names do not count."""
     folder = Path(folder)
     runs = folder / "runs" if (folder / "runs").is_dir() else folder
-    record = folder / "round.json"
-    if record.is_file():
-        rows = json.loads(record.read_text())["outcomes"]
+    if (folder / rounds.RECORD).is_file():
+        rows = rounds.record(folder)["outcomes"]
         return {(o["case"], o["variant"], o["engine"]): folder / o["path"] for o in rows if o["status"] == "done"}
     out = {}
     for path in sorted(runs.glob("*.h5"), key=lambda p: p.stat().st_mtime):

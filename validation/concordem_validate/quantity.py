@@ -67,7 +67,7 @@ def si(value, wanted=None):
     if not isinstance(value, str):
         raise HarnessError(f"`{value}` is not a quantity; give a number, or a string such as \"30 GPa\"")
     number, unit = _NUMBER.match(value).groups()
-    if not number.strip("+-."):
+    if not any(c.isdigit() for c in number.lower().partition("e")[0]):
         raise HarnessError(f"`{value}` does not begin with a number; give a number and a unit")
     if wanted:
         if not unit.strip():

@@ -34,7 +34,7 @@ def _load(path, modified):
         if not isinstance(quirk, dict):
             raise HarnessError(f"{path}: `{name}` is no table of a quirk; write [{name}]")
         file.check(quirk, {**_KEYS, **_OPTIONAL}, name)
-        missing = _KEYS.keys() - quirk.keys()
+        missing = {key for key in _KEYS if key != "cases" and not quirk.get(key) or key not in quirk}
         if missing:
             raise HarnessError(f"{path}:{file.line('', table=name)}: quirk `{name}` lacks {', '.join(sorted(missing))}; add them")
     return file.data

@@ -8,8 +8,11 @@ scheme has at that time (leapfrog: that of step k − ½, see the attribute `vel
 positions of step k; the force of a contact is the one on the particle with the lower id.
 """
 import csv
+import difflib
+import hashlib
 import json
 import math
+import os
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,6 +75,10 @@ class Result:
                 file.create_dataset(f"fields/{name}", data=values).attrs["unit"] = unit
             file.create_group("provenance").attrs.update({k: str(v) for k, v in self.provenance.items()})
             file.attrs["numbers"] = json.dumps(self.numbers)
+        with open(partial, "rb+") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+            file.seek(0, os.SEEK_END)
+            file.write(_SEAL + digest.encode())
         partial.chmod(0o644)
         partial.replace(path)
 
@@ -81,12 +88,43 @@ class Result:
         path = Path(path)
         if path.suffix.lower() == ".csv":
             return _read_csv(cls, path, dt)
+        check_seal(path)
         try:
             return _read_hdf5(cls, path)
         except KeyError as error:
             raise Incomparable("error", f"{path} is no result of the harness: {error.args[0]}; write the format `{FORMAT}`") from None
-        except OSError as error:
+        except HarnessError:
+            raise
+        except Exception as error:  # the library raises many kinds for damaged files
+            error = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise Incomparable("error", f"{path} cannot be read ({error}); it is damaged, or neither HDF5 nor CSV") from None
+
+
+# What we write ends with a hash of all before it, which HDF5 does not read: a damaged file can give other numbers, or hang the library.
+_SEAL = b"sha256:"
+
+
+def check_seal(path):
+    """Refuse a file of ours that is not what was written. Files of other programs have no seal."""
+    size = len(_SEAL) + 64
+    try:
+        with open(path, "rb") as file:
+            file.seek(0, os.SEEK_END)
+            body = file.tell() - size
+            file.seek(max(body, 0))
+            tail = file.read(size)
+            if body < 0 or not tail.startswith(_SEAL):
+                return
+            file.seek(0)
+            one = hashlib.sha256()
+            while body:
+                part = file.read(min(body, 1 << 20))
+                one.update(part)
+                body -= len(part)
+    except OSError:
+        return  # the reader says it better
+    if one.hexdigest().encode() != tail[len(_SEAL):]:
+        raise Incomparable("error", f"{path} is not what was written: it is damaged, or was changed; make it again")
 
 
 def _read_hdf5(cls, path):
@@ -138,6 +176,10 @@ def _read_csv(cls, path, dt):
                 raise Incomparable("error", f"{path}:{line}: `{word}` in column `{names[c]}` is not a number") from None
     columns = {}
     for c, (name, unit) in enumerate(zip(names, units)):
+        # a misspelled axis would be a series, and its steps would be counted
+        meant = difflib.get_close_matches(name, ("step", "time"), 1, 0.75) if name not in ("step", "time") else []
+        if not name or meant:
+            raise Incomparable("error", f"{path}: column {c + 1} is called `{name}`; {f'did you mean {meant[0]}?' if meant else 'give it a name'}")
         if name in columns:
             raise Incomparable("error", f"{path}: column `{name}` appears twice; rename one")
         try:

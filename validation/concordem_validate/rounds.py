@@ -1,4 +1,5 @@
 """A round: what each engine did, the verdicts, and the record `round.json` from which a report needs no engine."""
+import hashlib
 import json
 import math
 import os
@@ -11,7 +12,7 @@ from pathlib import Path
 import h5py
 
 from .errors import HarnessError, Incomparable
-from .result import Result
+from .result import Result, check_seal
 
 RECORD = "round.json"
 FORMAT = "concordem-validate round 1"
@@ -39,10 +40,11 @@ class Outcome:
     def provenance(self):
         """Provenance of the stored result, without its arrays; empty if it cannot be read, or is another's."""
         try:
+            check_seal(self.path)
             with h5py.File(self.path, "r", locking=False) as file:
                 provenance = {k: str(v) for k, v in file["provenance"].attrs.items()}
             _of_this(self, provenance, self.path)
-        except (OSError, KeyError, HarnessError):
+        except (OSError, KeyError, RuntimeError, HarnessError):
             return {}
         return provenance
 
@@ -113,19 +115,31 @@ def write(folder, round_, code):
         verdicts=[describe(v) for v in round_.verdicts], starts=[describe(v) for v in round_.starts],
         changes=[describe(v) for v in round_.changes],
         times=[dict(case=c, variant=v, reference=a, peer=b, seconds=s) for (c, v, a, b), s in round_.times.items()])
+    data["sha256"] = _seal(data)
     partial = path.with_name(f".{RECORD}.{os.getpid()}")
     partial.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
     partial.replace(path)
     return path
 
 
+def _seal(data):
+    """Hash of a record, so that one that was cut off or changed by hand is no record."""
+    return hashlib.sha256(json.dumps({k: v for k, v in data.items() if k != "sha256"}, sort_keys=True).encode()).hexdigest()
+
+
 def record(folder):
     path = Path(folder) / RECORD
     if not path.exists():
         raise HarnessError(f"{path} does not exist; make a round with `run --output {folder}`")
-    data = json.loads(path.read_text())
-    if data.get("format") != FORMAT:
-        raise HarnessError(f"{path} has the format {data.get('format')!r}, this version reads {FORMAT!r}; make the round again")
+    try:
+        data = json.loads(path.read_text())
+    except (ValueError, OSError) as error:
+        raise HarnessError(f"{path}: {error}; the record is damaged, so make the round again") from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        found = data.get("format") if isinstance(data, dict) else data
+        raise HarnessError(f"{path} has the format {found!r}, this version reads {FORMAT!r}; make the round again")
+    if data.get("sha256") != _seal(data):
+        raise HarnessError(f"{path} is not what a round has written; it was changed or damaged, so make the round again")
     return data
 
 

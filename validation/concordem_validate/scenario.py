@@ -1,13 +1,91 @@
 """Reads scenario files, applies the changes of a variant, and writes them."""
 import copy
+import difflib
 import json
+import math
 
 from . import tables
 from .errors import HarnessError
+from .quantity import si
+
+_QUANTITY, _SWITCH = (float, str), bool
+# What the harness reads itself: a misspelled key here would be ignored where ConcorDEM, which checks all tables, does not run. Other codes
+# may have tables of their own.
+_TABLES = {
+    "output": {"file": str, "sample_interval": int, "snapshot_interval": int, "bond_snapshots": _SWITCH, "checkpoint_interval": int,
+               "events_damage": float, "csv": _SWITCH},
+    "stop": {"drop_to": float, "strain": float, "time": _QUANTITY, "steps": int, "unbalanced": float},
+    "integration": {"scheme": str, "time_step": _QUANTITY, "safety": _QUANTITY, "contact_safety": float, "allow_energy_error": _SWITCH,
+                    "allow_unstable": _SWITCH, "damping": dict, "gravity": list},
+    "contacts": {"law": str, "exclude": list},
+    "bonds": {"law": str, "interaction_ratio": _QUANTITY, "coordination": float, "at_start": _SWITCH},
+}
+_ROWS = {"material", "set", "initial", "prescribe", "force", "wall", "sample", "stage", "interface", "history", "cut"}
+
+_NAMES = {*_TABLES, *_ROWS, "version", "title", "packing", "loading", "kinematics", "dimension", "heat", "deformable"}
 
 
 def load(path):
-    return tables.File(path).data
+    """The scenario of a file. Mistakes in what the harness reads itself are told with their line."""
+    file = tables.File(path)
+    for name, table in file.data.items():
+        meant = difflib.get_close_matches(name, _NAMES, 1, 0.8) if name not in _NAMES else []
+        if meant:
+            raise file.error(name, f"unknown key {name}; did you mean {meant[0]}?", table=name)
+        if name in _TABLES:
+            if not isinstance(table, dict):
+                raise file.error(name, f"`{name}` is {table!r}; write [{name}]")
+            file.check(table, _TABLES[name], name)
+            _numbers(file, name, table)
+        elif name in _ROWS and not (isinstance(table, list) and all(isinstance(row, dict) for row in table)):
+            raise file.error(name, f"`{name}` is no list of tables; write [[{name}]]")
+    if file.data.get("version", 1) != 1:
+        raise file.error("version", f"`version` is {file.data['version']!r}; this harness reads 1")
+    _spheres(file)
+    for number, row in enumerate(file.data.get("material", [])):
+        for key in ("name", "density"):
+            if key not in row:
+                raise file.error(key, f"a material has no `{key}`; add it", number, "material")
+        if not isinstance(row["name"], str):
+            raise file.error("name", f"`name` is {row['name']!r}; give text", number, "material")
+        _quantity(file, "density", row["density"], number, "material")
+    return file.data
+
+
+def _numbers(file, name, table):
+    """Counts from 1, and quantities."""
+    for key, value in table.items():
+        kind = _TABLES[name][key]
+        if kind is int and value < 1:
+            raise file.error(key, f"`{key}` is {value}; give a whole number from 1", table=name)
+        if kind is _QUANTITY and value != "auto":
+            _quantity(file, key, value, table=name)
+            if key in ("time", "time_step") and not si(value) > 0:
+                raise file.error(key, f"`{key}` is {value}; give a time above zero", table=name)
+
+
+def _quantity(file, key, value, number=None, table=None):
+    try:
+        size = si(value)
+    except HarnessError as error:
+        raise file.error(key, f"`{key}`: {error}", number, table) from None
+    if not math.isfinite(size):
+        raise file.error(key, f"`{key}` is {value}; give a finite number", number, table)
+
+
+def _spheres(file):
+    """Spheres that the scenario gives itself."""
+    packing = file.data.get("packing", {})
+    if not isinstance(packing, dict) or "packing" in file.data and not isinstance(packing.get("kind"), str):
+        raise file.error("kind", "the packing has no `kind`; give one, such as kind = \"spheres\"", table="packing")
+    if packing.get("kind") != "spheres":
+        return
+    rows = packing.get("spheres")
+    if not isinstance(rows, list) or any(not isinstance(row, list) or len(row) != 4 for row in rows):
+        raise file.error("spheres", "`spheres` must be a list of [x, y, z, radius]", table="packing")
+    for row in rows:
+        for value in row:
+            _quantity(file, "spheres", value, table="packing")
 
 
 def changed(document, changes):
@@ -18,17 +96,19 @@ def changed(document, changes):
         place = document
         *front, last = [int(key) if key.isdigit() else key for key in path.split(".")]
         for key in front:
-            if isinstance(place, dict):
+            if isinstance(place, dict) and isinstance(key, str):
                 place = place.setdefault(key, {})
-            elif isinstance(key, int) and key < len(place):
+            elif isinstance(key, int) and isinstance(place, list) and key < len(place):
                 place = place[key]
-            elif isinstance(key, int) and key == len(place):
+            elif isinstance(key, int) and isinstance(place, list) and key == len(place):
                 place.append({})
                 place = place[key]
             else:
                 raise HarnessError(f"the scenario has no key `{path}`; check the path")
+        if not isinstance(place, dict if isinstance(last, str) else list) or isinstance(place, list) and last > len(place):
+            raise HarnessError(f"the scenario has no key `{path}`; check the path")
         if value is None or value == "__remove__":
-            place.pop(last, None)
+            place.pop(*([last, None] if isinstance(place, dict) else [last]))
         elif isinstance(place, list) and last == len(place):
             place.append(value)
         else:

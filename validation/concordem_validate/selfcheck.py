@@ -175,9 +175,10 @@ class SelfCheck:
         from . import start as starts
         own = copy.copy(task)
         own.scenario, own.check_threads = self.change(task.scenario), False
-        exported = copy.copy(task.start)
-        exported.dt = task.start.dt * (0.5 if self.kind == "half-step" else 1.0)
-        own.start = starts.state(own.scenario, task.folder, exported)
+        if self.change is not _same:
+            exported = copy.copy(task.start)
+            exported.dt = task.start.dt * (0.5 if self.kind == "half-step" else 1.0)
+            own.start = starts.state(own.scenario, task.folder, exported)
         result = self._run(own, folder, limit)
         if not isinstance(result, Result):
             raise HarnessError(f"{self.engine.NAME} returned no result")

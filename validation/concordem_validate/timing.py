@@ -41,7 +41,10 @@ def _stored(runner, case, task, pair, repeats, runs):
     text = json.dumps([pair, repeats, runs, platform.node(), provenance.processor()])
     path = runner.folder / "runs" / f"times-{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
     if path.exists() and not runner.fresh:
-        return json.loads(path.read_text())
+        try:
+            return json.loads(path.read_text())
+        except ValueError:
+            pass  # damaged: timed again
     seconds = []
     for number in range(repeats):
         # each engine is first as often as the other, as far as the number allows

@@ -255,3 +255,18 @@ def test_a_unit_that_measures_something_else_is_refused(change, said, tmp_path):
     with pytest.raises(HarnessError, match=said):
         start.state(document, tmp_path)
     assert start.state({**chain(), "integration": {"time_step": "0.5 us"}}, tmp_path).dt == si("0.5 us", "s") == 5e-7
+
+
+@pytest.mark.parametrize("name, variant", [("linear-oblique", "finite"), ("ddem-rows", None)])
+def test_our_own_moments_of_inertia_are_read_back(name, variant, tmp_path):
+    """Those that the solver turns particles with, not those that follow from the masses."""
+    need("concordem")
+    task = next(t for t in cases.load(name).tasks if variant in (None, t.variant))
+    task.scenario["stop"], task.check_threads = {"steps": 2}, False
+    one, plane = concordem.export_start(task, tmp_path), task.scenario.get("dimension", 3) == 2
+    result = concordem.run(task, tmp_path, 100)
+    assert "inertia" in start.compare_run(result, one, plane)
+    values, unit = result.fields["inertia"]
+    result.fields["inertia"] = values * (1 + 1e-6), unit
+    with pytest.raises(HarnessError, match="inertia of the run of concordem"):
+        start.compare_run(result, one, plane)

@@ -264,7 +264,7 @@ def test_no_check_of_ours_is_idle():
 def test_bad_cases(tmp_path, text, message):
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "case.toml").write_text(text)
-    (tmp_path / "a" / "scenario.toml").write_text('version = 1\n[packing]\nkind = "spheres"\n')
+    (tmp_path / "a" / "scenario.toml").write_text('version = 1\n[packing]\nkind = "spheres"\nspheres = []\n')
     with pytest.raises(HarnessError, match=message):
         cases.load("a", tmp_path)
 

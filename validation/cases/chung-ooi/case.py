@@ -1,9 +1,13 @@
 """Impacts of spinning spheres. With sliding throughout, friction alone determines what comes off: impulse μ (1+e) m v_n at the contact."""
 import math
+import runpy
+from pathlib import Path
 
 import numpy as np
 from concordem_validate.quantity import si
 from concordem_validate.result import Result
+
+_INTEGRATE = runpy.run_path(str(Path(__file__).with_name("integrate.py")))
 
 
 def scenario(document):
@@ -62,7 +66,7 @@ def _slides(task, speed, slip):
 
 def analytic(task):
     start = task.start
-    speed, slip, _ = _patch(task, start.velocity, start.angular_velocity)
+    speed, slip, turns = _patch(task, start.velocity, start.angular_velocity)
     e, mu, slides = _slides(task, speed, slip)
     result = Result("analytic", start.dt)
     if task.variant == "test-7":
@@ -70,9 +74,12 @@ def analytic(task):
         result.numbers["measures"] = {"spin_ratio": [1.0] * len(speed)}
         return result
     lost = mu * (1 + e) * speed
-    result.numbers["measures"] = {
+    found = result.numbers["measures"] = {
         "sliding_patch": ((slip - 3.5 * lost) / slip)[slides].tolist(),
         "sliding_spin": (2.5 * lost / (mu * speed))[slides].tolist()}
+    for rule in _INTEGRATE["RULES"]:
+        _, patch, turn = _patch(task, *_INTEGRATE["after"](task, rule))
+        found |= {f"patch_{rule}": (patch / slip).tolist(), f"spin_{rule}": ((turn - turns) / (mu * speed)).tolist()}
     return result
 
 
@@ -84,5 +91,7 @@ def measures(task, result):
         return {"spin_ratio": (turn / turns).tolist(), "restitution": restitution}
     _, mu, slides = _slides(task, speed, slip)
     change = (turn - turns) / (mu * speed)
-    return {"restitution": restitution, "patch": (patch / slip).tolist(), "spin": change.tolist(),
+    # what is compared with the integration by each rule
+    same = {f"{name}_{rule}": values.tolist() for rule in _INTEGRATE["RULES"] for name, values in (("patch", patch / slip), ("spin", change))}
+    return {"restitution": restitution, "patch": (patch / slip).tolist(), "spin": change.tolist(), **same,
             "sliding_patch": (patch / slip)[slides].tolist(), "sliding_spin": change[slides].tolist()}

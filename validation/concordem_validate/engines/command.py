@@ -7,6 +7,7 @@ For the self-check `restart`, `command` also writes `{checkpoint}`, from which t
 """
 import copy
 import json
+import re
 import shlex
 import shutil
 import subprocess
@@ -33,18 +34,36 @@ class CommandEngine:
         self.NAME, self.NEEDS_START = name, needs_start
         # several engines run at a time, so each gets one thread unless the user says otherwise
         self.home, self.output, self.environment = Path(home), output, {**process.ONE_THREAD, **(environment or {})}
-        self.words = shlex.split(command) if isinstance(command, str) else [str(w) for w in command]
-        self.ask = shlex.split(version) if isinstance(version, str) else version
-        self.again = shlex.split(restart) if isinstance(restart, str) else restart
-        self.inputs = list(inputs)
-        if not self.words:
-            raise HarnessError(f"engine `{name}`: `command` is empty; give the command")
+        self.words, self.ask, self.again = (self._split(*one) for one in (("command", command), ("version", version), ("restart", restart)))
+        self.inputs = self._texts("inputs", inputs)
+        self._texts("environment", [*self.environment, *self.environment.values()])
         if not any("{output}" in word for word in self.words):
             raise HarnessError(f"engine `{name}`: `command` has no {{output}}; name the file that it writes")
         for key, words in (("command", self.words), ("restart", self.again)) if self.again else ():
             for place in ("{checkpoint}", "{output}"):
                 if not any(place in word for word in words):
                     raise HarnessError(f"engine `{name}`: `{key}` has no {place}, which `restart` needs; name the file")
+
+    def _split(self, key, command):
+        """The words of a command; `None` without."""
+        if command is None:
+            return None
+        try:
+            words = shlex.split(command) if isinstance(command, str) else self._texts(key, command)
+        except ValueError as error:
+            raise HarnessError(f"engine `{self.NAME}`: `{key}` cannot be split into words: {error}; mend its quotation marks") from None
+        if not words:
+            raise HarnessError(f"engine `{self.NAME}`: `{key}` is empty; give the command")
+        unknown = {place for word in words for place in re.findall(r"\{[a-z_]+\}", word)} - set(_PLACES)
+        if unknown:
+            raise HarnessError(f"engine `{self.NAME}`: `{key}` has {', '.join(sorted(unknown))}; use {', '.join(_PLACES)}")
+        return words
+
+    def _texts(self, key, values):
+        wrong = next((v for v in values if not isinstance(v, str) or "\0" in v), None)
+        if wrong is not None:
+            raise HarnessError(f"engine `{self.NAME}`: `{key}` has {wrong!r}; give texts")
+        return list(values)
 
     def _program(self):
         """The file of the first word: beside validate.toml, or in PATH."""
@@ -58,9 +77,12 @@ class CommandEngine:
         """Files that the command names, and those of `inputs`."""
         found = [self.home / word for word in [*self.words[1:], *(self.again or [])] if (self.home / word).is_file()]
         for pattern in self.inputs:
-            matched = sorted(p for p in self.home.glob(pattern) if p.is_file())
+            try:
+                matched = sorted(p for p in self.home.glob(pattern) if p.is_file())
+            except (ValueError, NotImplementedError) as error:
+                raise HarnessError(f"{self.home}/validate.toml: engine `{self.NAME}`: `inputs` has {pattern!r}: {error}; mend it") from None
             if not matched:
-                raise HarnessError(f"engine `{self.NAME}`: no file matches `{pattern}` of `inputs`; mend it")
+                raise HarnessError(f"{self.home}/validate.toml: engine `{self.NAME}`: no file matches `{pattern}` of `inputs`; mend it")
             found += matched
         return found
 
@@ -68,9 +90,13 @@ class CommandEngine:
         """Hash of the program, of the files that the command names, and of `inputs`; and what the program says of itself."""
         text = f"{self.NAME} sha256 {programs.identity(self._program(), self._files())}"
         if self.ask:
-            said = subprocess.run(self._command(self.ask, {}), cwd=self.home, capture_output=True, text=True, timeout=60)
+            try:
+                said = subprocess.run(self._command(self.ask, {}), cwd=self.home, capture_output=True, text=True, errors="replace", timeout=60)
+            except (OSError, subprocess.TimeoutExpired) as error:
+                raise NotInstalled(f"`{' '.join(self.ask)}` of engine `{self.NAME}` cannot be run: {error}; mend `version` in "
+                                   f"{self.home}/validate.toml") from None
             if said.returncode:
-                raise NotInstalled(f"`{' '.join(self.ask)}` of engine `{self.NAME}` ends with {said.returncode}; mend `version`")
+                raise NotInstalled(f"{self.home}/validate.toml: `{' '.join(self.ask)}` of engine `{self.NAME}` ends with {said.returncode}; mend `version`")
             text += f", {said.stdout.strip()[:200]}"
         return text
 

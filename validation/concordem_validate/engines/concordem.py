@@ -178,6 +178,9 @@ def read(path, document):
         order = np.argsort(particles["id"][()])
         for name in ("radius", "mass", "damage", "fragment"):
             result.fields[name] = (particles[name][()][order], str(particles[name].attrs["unit"]))
+        # what the solver turns particles with, not what follows from masses
+        state = file["state/particles"]
+        result.fields["inertia"] = (state["inertia"][()][np.argsort(state["id"][()])], "kg*m^2")
         for law, group in (file["contacts"].items() if "contacts" in file else ()):
             for name, data in group.items():
                 result.fields[f"contacts/{law}/{name}"] = (data[()], str(data.attrs["unit"]))

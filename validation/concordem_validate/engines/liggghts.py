@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import process, programs, scenario
+from .. import process, programs, scenario, selfcheck
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si, vector
 from ..result import Result
@@ -72,13 +72,13 @@ def _hertz_mindlin(document):
         translate.law_keys("liggghts", law, {"young", "poisson", "friction_coefficient", "restitution"})
     lines = ["hard_particles yes"] if max(si(m["young"]) for m in laws) > 1e9 else []
     lines.append("soft_particles yes" if min(si(m["young"]) for m in laws) < 5e6 else "")
-    mean = lambda key, default: lambda a, b: 0.5 * (si(a.get(key, default)) + si(b.get(key, default)))
+    pairs = translate.hertz_pairs(document)
+    of = lambda which: lambda a, b: pairs[min(a, b), max(a, b)][which]
     properties = [
         "youngsModulus peratomtype " + " ".join(_number(si(m["young"])) for m in laws),
         "poissonsRatio peratomtype " + " ".join(_number(si(m["poisson"])) for m in laws),
-        f"coefficientRestitution peratomtypepair {len(laws)} " + _pairs(mean("restitution", 1), laws),
-        f"coefficientFriction peratomtypepair {len(laws)} "
-        + _pairs(_smoother, laws),
+        f"coefficientRestitution peratomtypepair {len(laws)} " + _pairs(of(1), range(len(laws))),
+        f"coefficientFriction peratomtypepair {len(laws)} " + _pairs(of(0), range(len(laws))),
     ]
     # no tangential dashpot in our law
     return lines, properties, "model hertz tangential history"
@@ -200,22 +200,35 @@ def _plates(document, start):
         low, high = start.position.min(axis=0)[others], start.position.max(axis=0)[others]
         half = 0.5 * (high - low) + 10 * start.radius.max()
         corners[:, others] = 0.5 * (low + high) + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        text = "solid plate\n"
-        for triangle in ((0, 1, 2), (0, 2, 3)):
-            text += "facet normal 0 0 0\nouter loop\n"
-            text += "".join("vertex " + " ".join(map(_number, corners[k])) + "\n" for k in triangle) + "endloop\nendfacet\n"
-        files[f"{name}.stl"] = text + "endsolid plate\n"
+        files[f"{name}.stl"] = translate.stl(corners, ((0, 1, 2), (0, 2, 3)))
         lines += [f"fix {name} all mesh/surface/stress file {name}.stl type {material + 1}",
                   f"fix move_{name} all move/mesh mesh {name} linear " + " ".join(map(_number, speed))]
     lines.append(f"fix plates all wall/gran {style} mesh n_meshes 2 meshes lower upper tangential_damping off")
     return lines, properties, files, [f"f_{name}[{plates[0][0] + 1}]" for name in ("lower", "upper")]
 
 
+def _meshes(document, style):
+    """Meshes that stand or turn: lines and STL files."""
+    lines, files, names = [], {}, []
+    for k, (vertices, triangles, material, center, spin) in enumerate(translate.meshes(document)):
+        files[f"mesh{k}.stl"] = translate.stl(vertices, triangles)
+        names.append(f"mesh{k}")
+        lines.append(f"fix mesh{k} all mesh/surface file mesh{k}.stl type {material + 1}")
+        speed = float(np.linalg.norm(spin))
+        if speed:
+            lines.append(f"fix turn{k} all move/mesh mesh mesh{k} rotate origin {' '.join(map(_number, center))} "
+                         f"axis {' '.join(map(_number, spin / speed))} period {_number(2 * math.pi / speed)}")
+    if names:
+        lines.append(f"fix meshes all wall/gran {style} mesh n_meshes {len(names)} meshes {' '.join(names)} tangential_damping off")
+    return lines, files
+
+
 def deck(task, ranks):
     """Files of the run by name, and the number of steps."""
     document, start = task.scenario, task.start
     ours = _ours(task)
-    translate.check_keys({k: v for k, v in document.items() if not (ours and k == "deformable")}, "liggghts", known={"heat"})
+    native = {"history", "interface"} if document["contacts"]["law"] == "hertz_mindlin" and not ours else set()
+    translate.check_keys({k: v for k, v in document.items() if not (ours and k == "deformable")}, "liggghts", known={"heat"} | native)
     if translate.local_damping(document):
         raise Unsupported("liggghts: it has no local damping")
     law = document["contacts"]["law"]
@@ -264,6 +277,13 @@ def deck(task, ranks):
             along = int(np.argmax(np.abs(gravity)))
             away = math.sqrt(2 * size * (np.ptp(start.position[:, along]) + extent)) * duration
             low[axis], high[axis] = low[axis] - away, high[axis] + away
+    for axis, position, *_ in translate.planes(document):
+        low[axis], high[axis] = min(low[axis], position - extent), max(high[axis], position + extent)
+    mesh_lines, mesh_files = _meshes(document, style) if style else ([], {})
+    for vertices, _, _, center, _ in translate.meshes(document) if mesh_files else ():
+        # a turning mesh stays in a ball about its center
+        reach = np.linalg.norm(vertices - center, axis=1).max() + extent
+        low, high = np.minimum(low, center - reach), np.maximum(high, center + reach)
     data = ["LIGGGHTS data file of a start state", "", f"{len(start.radius)} atoms", "",
             f"{len(document['material'])} atom types", ""]
     data += [f"{_number(low[k])} {_number(high[k])} {c}lo {c}hi" for k, c in enumerate("xyz")]
@@ -290,6 +310,7 @@ def deck(task, ranks):
             raise Unsupported("liggghts: no translation of moving walls")
         lines.append(f"fix wall{k} all wall/gran {style} primitive type {material + 1} "
                      f"{'xyz'[axis]}plane {_number(position)} tangential_damping off")
+    lines += mesh_lines
     if size:
         lines.append(f"fix gravity all gravity {_number(size)} vector " + " ".join(map(_number, gravity)))
     if ours:
@@ -335,7 +356,7 @@ def deck(task, ranks):
             "thermo_modify format float %.17g lost error", f"thermo {steps}"]
     lines.append(f"run {steps}")
     files = {"data.txt": "\n".join(data) + "\n", "in.txt": "\n".join(lines) + "\n"}
-    files |= plates[2] if plates else {}
+    files |= mesh_files | (plates[2] if plates else {})
     if ours:
         files["materials.toml"] = _materials(document)
         if "heat" in document:
@@ -412,6 +433,9 @@ def dump_of(path, count, who="LIGGGHTS"):
     return np.array(steps), np.array(frames)
 
 
+_HALF = "half.restart"
+
+
 class Liggghts:
     """LIGGGHTS on a number of ranks."""
 
@@ -423,7 +447,27 @@ class Liggghts:
     also = staticmethod(also)
 
     def run(self, task, folder, limit):
+        return self._once(task, folder, limit, lambda text, steps: (text, steps))
+
+    def run_in_two(self, task, folder, limit):
+        """Half of the run, then the rest by another process from the restart file that the first has written."""
+        if _ours(task) or "heat" in task.scenario or translate.meshes(task.scenario):
+            raise Unsupported("liggghts: only its own contact models without heat and meshes are continued here")
+        half = selfcheck.half_of(task)
+        places = [folder / name for name in ("first", "second")]
+        for place in places:
+            place.mkdir()
+        before = self._once(task, places[0], limit, lambda text, steps: (
+            text.replace(f"run {steps}\n", f"run {half}\nwrite_restart {_HALF}\n"), half))
+        (places[0] / _HALF).rename(places[1] / _HALF)
+        after = self._once(task, places[1], limit, lambda text, steps: (
+            text.replace("read_data data.txt", f"read_restart {_HALF}").replace(f"run {steps}\n", f"run {steps} upto\n"), steps))
+        return selfcheck.joined(before, after, half)
+
+    def _once(self, task, folder, limit, part):
+        """A run; `part` gets its input script and number of steps, and gives those of a part of it."""
         files, steps = deck(task, self.ranks)
+        files["in.txt"], steps = part(files["in.txt"], steps)
         for change in task.plant.get("liggghts", []):
             files["in.txt"] = change(files["in.txt"])
         for name, text in files.items():

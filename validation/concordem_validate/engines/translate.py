@@ -18,6 +18,8 @@ def check_keys(document, engine, periodic=False, known=frozenset()):
     unknown = set(document) - _KNOWN - known
     if unknown:
         raise Unsupported(f"{engine}: no translation of the scenario's {', '.join(sorted(unknown))}")
+    if "law" not in document.get("contacts", {}):
+        raise Unsupported(f"{engine}: the scenario has no contacts.law; add it")
     if document["contacts"].get("exclude"):
         raise Unsupported(f"{engine}: no translation of contacts.exclude")
     if not periodic and (
@@ -25,6 +27,10 @@ def check_keys(document, engine, periodic=False, known=frozenset()):
         raise Unsupported(f"{engine}: no translation of periodic cells")
     if "opening" in document.get("loading", {}):
         raise Unsupported(f"{engine}: no translation of a loading that follows a gauge")
+    for table in ("prescribe", "force", "wall", "stage"):
+        for one in document.get(table, []):
+            if "history" in one:
+                raise Unsupported(f"{engine}: no translation of a history of {table}")
 
 
 def law_keys(engine, law, known):
@@ -171,6 +177,8 @@ def planes(document):
         for key in ("servo", "rotation"):
             if key in wall:
                 raise Unsupported(f"no translation of a wall's {key}")
+        if wall["shape"]["kind"] == "mesh":
+            continue
         shape, velocity, material = wall["shape"], vector(wall.get("velocity", [0, 0, 0])), names.index(wall["material"])
         if shape["kind"] == "box":
             low, high = vector(shape["minimum"]), vector(shape["maximum"])
@@ -183,6 +191,76 @@ def planes(document):
         else:
             raise Unsupported(f"no translation of a wall of kind {shape['kind']}; only planes normal to an axis are supported")
     return out
+
+
+def meshes(document):
+    """Meshes as (vertices, triangles, material, center, angular velocity); those that turn do so about an axis, at one speed."""
+    names, histories = [m["name"] for m in document["material"]], {one["name"]: one["shape"] for one in document.get("history", [])}
+    out = []
+    for wall in document.get("wall", []):
+        shape, motion = wall["shape"], wall.get("motion", {})
+        if shape["kind"] != "mesh":
+            continue
+        unknown = set(wall) - {"name", "material", "shape", "motion"} | set(shape) - {"kind", "vertices", "triangles"} \
+            | set(motion) - {"history", "rotation", "center"}
+        if unknown or "vertices" not in shape:
+            raise Unsupported(f"no translation of a mesh with {', '.join(sorted(unknown)) or 'a path'}; give vertices, triangles, and a rotation")
+        center, spin = np.zeros(3), np.zeros(3)
+        if motion:
+            speed = _slope(histories.pop(motion["history"], {}), motion["history"])
+            center, spin = np.array(vector(motion["center"])), speed * np.array(vector(motion["rotation"]))
+        out.append((np.array([vector(v) for v in shape["vertices"]]), np.array(shape["triangles"], int), names.index(wall["material"]), center, spin))
+    if histories:
+        raise Unsupported(f"no translation of the history {', '.join(sorted(histories))}")
+    return out
+
+
+def _slope(shape, name):
+    """The slope of a history that rises from zero along one straight line."""
+    points = [(si(t), si(factor)) for t, factor in shape.get("points", [])]
+    if set(shape) != {"kind", "points"} or len(points) != 2 or points[0] != (0.0, 0.0):
+        raise Unsupported(f"no translation of the history {name}; give a table of two points, the first [0, 0]")
+    return points[1][1] / points[1][0]
+
+
+def interfaces(document, law, known):
+    """Tables of a law for pairs of materials, by their numbers: those of the scenario's interfaces."""
+    names, found = [m["name"] for m in document["material"]], {}
+    for one in document.get("interface", []):
+        if set(one) != {"between", law}:
+            raise Unsupported(f"no translation of an interface with {', '.join(sorted(set(one) - {'between', law})) or 'no ' + law}")
+        law_keys("interface", one[law], known)
+        found[tuple(sorted(names.index(name) for name in one["between"]))] = one[law]
+    return found
+
+
+def hertz_pairs(document):
+    """Friction coefficient and restitution of Hertzian contacts by pair of materials (a ≤ b): the smoother surface slides first, restitutions
+    have their mean; an interface has its own. Codes that mix moduli need them mixed: those of an interface must be the mixed ones."""
+    laws, known = [m["hertz_mindlin"] for m in document["material"]], {"young", "poisson", "friction_coefficient", "restitution"}
+    given = interfaces(document, "hertz_mindlin", known)
+    out = {}
+    for a, one in enumerate(laws):
+        for b, other in enumerate(laws[a:], a):
+            out[a, b] = min(friction(one), friction(other)), 0.5 * (si(one.get("restitution", 1)) + si(other.get("restitution", 1)))
+            if (a, b) in given:
+                own, moduli = given[a, b], [si(law["young"]) for law in (one, other)]
+                mixed = 2 * moduli[0] * moduli[1] / sum(moduli)
+                if len({si(law["poisson"]) for law in (one, other, own)}) > 1 or not math.isclose(si(own["young"]), mixed, rel_tol=1e-12):
+                    raise Unsupported(f"an interface has the Young's modulus {si(own['young']):.17g} Pa; codes that mix moduli need one Poisson's ratio, "
+                                      f"and {mixed:.17g} Pa")
+                out[a, b] = friction(own), si(own.get("restitution", 1))
+    return out
+
+
+def stl(vertices, triangles):
+    """Triangles as the text of an STL file, with all digits."""
+    lines = ["solid mesh"]
+    for triangle in triangles:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += ["vertex " + " ".join(repr(float(x)) for x in vertices[k]) for k in triangle]
+        lines += ["endloop", "endfacet"]
+    return "\n".join([*lines, "endsolid mesh", ""])
 
 
 def end_layers(document, start):

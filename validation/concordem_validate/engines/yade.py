@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import process, programs
+from .. import process, programs, selfcheck
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si, vector
 from ..result import Result
@@ -122,7 +122,8 @@ _LAWS = {"cpm": _cpm, "frictional": _frictional, "hertz_mindlin": _hertz_mindlin
 def translation(task):
     """The task as plain data."""
     document, start = task.scenario, task.start
-    translate.check_keys(document, NAME, periodic=True, known={"dimension", "deformable", "cut", "stage"})
+    translate.check_keys(document, NAME, periodic=True, known={"dimension", "deformable", "cut", "stage", "history"}
+                         | ({"interface"} if document["contacts"]["law"] == "hertz_mindlin" else set()))
     plane = document.get("dimension", 3) == 2
     laws = {document["contacts"]["law"], document.get("bonds", {}).get("law", "none")} - {"none"}
     if laws == {"linear_bond", "frictional"}:
@@ -171,6 +172,9 @@ def translation(task):
         walls = [*walls, *plates]
     elif document.get("loading", {}).get("kind", "none") != "none":
         raise Unsupported(f"yade: no translation of loading {document['loading']['kind']}")
+    meshes = [(v[t].tolist(), material, c.tolist(), w.tolist()) for v, t, material, c, w in translate.meshes(document)]
+    if meshes and law != "hertz_mindlin":
+        raise Unsupported("yade: meshes are translated only under hertz_mindlin")
     if walls and "bonds" in document and law != "cpm":
         raise Unsupported("yade: bonded particles touch walls only under cpm")
     if integration.get("scheme", "leapfrog") == "velocity-verlet":
@@ -195,7 +199,9 @@ def translation(task):
         frozen=task.command == "operators",
         material=start.material.tolist(), velocity=velocity.tolist(), spin=spin.tolist(),
         fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),
-        walls=walls, bonds=start.bonds.tolist(), severed=translate.severed(document, start).tolist(),
+        walls=walls, meshes=meshes,
+        pairs=[(a, b, mu, e) for (a, b), (mu, e) in translate.hertz_pairs(document).items()] if law == "hertz_mindlin" else [],
+        interfaces="interface" in document, bonds=start.bonds.tolist(), severed=translate.severed(document, start).tolist(),
         ratio=si(document.get("bonds", {}).get("interaction_ratio", 1)),
         # Only YADE's kinematics correct the arms; all others use the common contact point.
         ratcheting_correction=document.get("kinematics", "finite") == "yade-ratcheting",
@@ -248,7 +254,28 @@ def _frozen(result, task, data, out):
 
 
 def run(task, folder, limit):
-    data = translation(task)
+    return _once(task, folder, limit)
+
+
+_SCENE = "scene.yade.bin"
+
+
+def run_in_two(task, folder, limit):
+    """Half of the run, then the rest by another process from the scene that the first has saved."""
+    half = selfcheck.half_of(task)
+    places = [folder / name for name in ("first", "second")]
+    for place in places:
+        place.mkdir()
+    before = _once(task, places[0], limit, steps=half, keep=_SCENE)
+    (places[0] / _SCENE).rename(places[1] / _SCENE)
+    return selfcheck.joined(before, _once(task, places[1], limit, **{"continue": _SCENE}), half)
+
+
+def _once(task, folder, limit, **part):
+    """A run, or the part of one that ends at other `steps`, `keep`s its scene in a file, or `continue`s from one."""
+    data = {**translation(task), "keep": None, "continue": None, **part}
+    if part and (data["deformable"] or data["loading"]["kind"] == "cell-stress"):
+        raise Unsupported("yade: strains of particles and servos of cells are not saved with a scene")
     for change in task.plant.get("yade", []):
         change(data)
     (folder / "task.json").write_text(json.dumps(data))

@@ -42,62 +42,81 @@ def make_material(m):
         frictionAngle=0.5, etaRoll=-1, etaTwist=-1)
 
 
-materials = [make_material(m) for m in task["materials"]]
-for m in materials:
-    O.materials.append(m)
-if task["cell"]:
-    O.periodic = True
-    O.cell.setBox(*task["cell"])
-for p, (x, r) in enumerate(zip(task["position"], task["radius"])):
-    # give a color, because otherwise utils draws a random one and reseeds Python's generator
-    b = utils.sphere(x, r, material=materials[task["material"][p]], color=(1, 1, 1))
-    b.state.mass, b.state.inertia = task["mass"][p], Vector3(1, 1, 1) * task["inertia"][p]
-    b.state.vel, b.state.angVel = Vector3(*task["velocity"][p]), Vector3(*task["spin"][p])
-    b.state.blockedDOFs = task["fixed"][p]
-    O.bodies.append(b)
-for axis, position, side, velocity, material in task["walls"]:
-    b = utils.wall(position, axis, sense=side, material=materials[material], color=(1, 1, 1))
-    b.state.vel = Vector3(*velocity)
-    O.bodies.append(b)
-for p, (f, m) in enumerate(zip(task["force"], task["moment"])):
-    if any(f):
-        O.forces.setPermF(p, Vector3(*f))
-    if any(m):
-        O.forces.setPermT(p, Vector3(*m))
+law = task["law"]
 
-law, correction = task["law"], task["ratcheting_correction"]
-ratio = task["ratio"] if task["bonds"] else 1.0
-if law == "cpm":
-    geometry = [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2"),
-                Ig2_Wall_Sphere_ScGeom(noRatch=correction)]
-    physics = [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1 if task["bonds"] else 0)]
-    response = [Law2_ScGeom_CpmPhys_Cpm(**task["materials"][0]["functor"])]
-elif law == "frictional":
-    geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"), Ig2_Wall_Sphere_ScGeom(noRatch=correction)]
-    physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
-    # its shortcut for spheres would also use the arm R - overlap/2 at walls (quirk yade-spherical-bodies)
-    response = [Law2_ScGeom_FrictPhys_CundallStrack(sphericalBodies=task["spherical_bodies"])]
-elif law == "hertz_mindlin":
-    geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"),
-                Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=correction)]
-    # the mean coefficient for each pair of materials; without damping, YADE needs no matchmaker
-    e = [m["restitution"] for m in task["materials"]]
-    pairs = [(i, j, 0.5 * (a + b)) for i, a in enumerate(e) for j, b in enumerate(e) if j >= i]
-    damped = any(x < 1 for x in e)
-    physics = [Ip2_FrictMat_FrictMat_MindlinPhys(**(
-        {"en": MatchMaker(matches=pairs), "es": MatchMaker(matches=[(i, j, 1.0) for i, j, _ in pairs])} if damped else {}))]
-    response = [Law2_ScGeom_MindlinPhys_Mindlin()]
-else:
-    geometry = [Ig2_Sphere_Sphere_ScGeom6D(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2")]
-    physics = [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionNow=True, setCohesionOnNewContacts=False)]
-    response = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(
-        always_use_moment_law=law == "cohesive_beam", useIncrementalForm=False)]
+
+def bodies():
+    """All bodies of the task, and engines that turn some of them."""
+    materials = [make_material(m) for m in task["materials"]]
+    for m in materials:
+        O.materials.append(m)
+    if task["cell"]:
+        O.periodic = True
+        O.cell.setBox(*task["cell"])
+    for p, (x, r) in enumerate(zip(task["position"], task["radius"])):
+        # give a color, because otherwise utils draws a random one and reseeds Python's generator
+        b = utils.sphere(x, r, material=materials[task["material"][p]], color=(1, 1, 1))
+        b.state.mass, b.state.inertia = task["mass"][p], Vector3(1, 1, 1) * task["inertia"][p]
+        b.state.vel, b.state.angVel = Vector3(*task["velocity"][p]), Vector3(*task["spin"][p])
+        b.state.blockedDOFs = task["fixed"][p]
+        O.bodies.append(b)
+    for axis, position, side, velocity, material in task["walls"]:
+        b = utils.wall(position, axis, sense=side, material=materials[material], color=(1, 1, 1))
+        b.state.vel = Vector3(*velocity)
+        O.bodies.append(b)
+    turning = []
+    for triangles, material, center, spin in task["meshes"]:
+        ids = O.bodies.append([utils.facet([Vector3(*v) for v in triangle], material=materials[material], color=(1, 1, 1)) for triangle in triangles])
+        if any(spin):
+            turning.append(RotationEngine(ids=ids, rotateAroundZero=True, zeroPoint=Vector3(*center), rotationAxis=Vector3(*spin).normalized(),
+                                          angularVelocity=Vector3(*spin).norm()))
+    for p, (f, m) in enumerate(zip(task["force"], task["moment"])):
+        if any(f):
+            O.forces.setPermF(p, Vector3(*f))
+        if any(m):
+            O.forces.setPermT(p, Vector3(*m))
+    return turning
+
+
+def interactions():
+    """Functors of geometry, physics, and the law."""
+    correction = task["ratcheting_correction"]
+    ratio = task["ratio"] if task["bonds"] else 1.0
+    if law == "cpm":
+        geometry = [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2"),
+                    Ig2_Wall_Sphere_ScGeom(noRatch=correction)]
+        physics = [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1 if task["bonds"] else 0)]
+        response = [Law2_ScGeom_CpmPhys_Cpm(**task["materials"][0]["functor"])]
+    elif law == "frictional":
+        geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"), Ig2_Wall_Sphere_ScGeom(noRatch=correction)]
+        physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
+        # its shortcut for spheres would also use the arm R - overlap/2 at walls (quirk yade-spherical-bodies)
+        response = [Law2_ScGeom_FrictPhys_CundallStrack(sphericalBodies=task["spherical_bodies"])]
+    elif law == "hertz_mindlin":
+        geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"),
+                    Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=correction), Ig2_Facet_Sphere_ScGeom()]
+        # what each pair of materials has; without damping, YADE needs no matchmaker
+        how = {}
+        if any(e < 1 for *_, e in task["pairs"]):
+            how = {"en": MatchMaker(matches=[(i, j, e) for i, j, _, e in task["pairs"]]),
+                   "es": MatchMaker(matches=[(i, j, 1.0) for i, j, _, _ in task["pairs"]])}
+        if task["interfaces"]:
+            how["frictAngle"] = MatchMaker(matches=[(i, j, math.atan(mu)) for i, j, mu, _ in task["pairs"]])
+        physics = [Ip2_FrictMat_FrictMat_MindlinPhys(**how)]
+        response = [Law2_ScGeom_MindlinPhys_Mindlin()]
+    else:
+        geometry = [Ig2_Sphere_Sphere_ScGeom6D(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2")]
+        physics = [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionNow=True, setCohesionOnNewContacts=False)]
+        response = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(
+            always_use_moment_law=law == "cohesive_beam", useIncrementalForm=False)]
+    return geometry, physics, response
+
 
 samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force", "whole_stress", "whole_volume", "stored_deformation")}
 pictures = {name: [] for name in ("snapshot_steps", "position", "velocity", "angular_velocity", "damage_field")}
 count, loading = len(task["position"]), task["loading"]
 uniaxial = loading["kind"] == "uniaxial"
-only_pair = count == 2 and not task["walls"]
+only_pair = count == 2 and not task["walls"] and not task["meshes"]
 
 
 def mean_position(ids):
@@ -241,42 +260,61 @@ def record():
         deformation.after()
 
 
-roller = height_of_rollers() if loading["kind"] == "flexure" else None
-length = mean_position(loading["high"]) - mean_position(loading["low"]) if uniaxial else None
-O.dt = task["dt"]
-O.engines = [
-    ForceResetter(),
-    InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=ratio, label="bo1"), Bo1_Wall_Aabb()]),
-    *([PyRunner(command="widen()", iterPeriod=1)] if deformation else []),
-    InteractionLoop(geometry, physics, response),
-    PyRunner(command="record()", iterPeriod=1, initRun=True),
-    NewtonIntegrator(damping=task["damping"], gravity=task["gravity"], label="newton"),
-]
-if loading["kind"] == "cell-strain":
-    # the velocities of the start state already include the gradient
-    O.cell.velGrad = Matrix3(*[x for row in loading["velocity_gradient"] for x in row])
-    newton.prevVelGrad = O.cell.velGrad
-elif loading["kind"] == "cell-stress":
-    # An inertia of the cell of the order of that of its spheres, so that its own vibrations are as fast as theirs.
-    servo = PeriTriaxController(dynCell=True, mass=sum(task["mass"]), globUpdate=1, maxUnbalanced=0, relStressTol=0, doneHook="pass")
-    O.engines = [*O.engines[:-1], servo, O.engines[-1]]
+# before the first step, also in a run that continues
+roller = length = None
+if loading["kind"] == "flexure":
+    roller = sum(task["position"][p][loading["across"]] for p in loading["moved"]) / len(loading["moved"])
+elif uniaxial:
+    high, low = (sum(task["position"][p][loading["axis"]] for p in loading[end]) / len(loading[end]) for end in ("high", "low"))
+    length = high - low
 
-    def begin(phase):
-        servo.stressMask, servo.goal, servo.maxStrainRate = phase["mask"], Vector3(*phase["goal"]), Vector3(*phase["fastest"])
 
-    begin(loading["phases"][0])
-O.step()
-for a, b in task["severed"]:
-    # The law of the first step has bonded them, too; they carry nothing yet.
-    O.interactions.erase(a, b)
-if task["bonds"]:
-    made = sorted(tuple(sorted((i.id1, i.id2))) for i in O.interactions if i.isReal and max(i.id1, i.id2) < count)
-    wanted = sorted(tuple(b) for b in task["bonds"])
-    if made != wanted:
-        print("BONDS DIFFER: %d made by YADE, %d in the start state, %d in common" % (
-            len(made), len(wanted), len(set(made) & set(wanted))))
-        sys.exit(5)
-    bo1.aabbEnlargeFactor = ig2.interactionDetectionFactor = 1
+def begin(phase):
+    servo.stressMask, servo.goal, servo.maxStrainRate = phase["mask"], Vector3(*phase["goal"]), Vector3(*phase["fastest"])
+
+
+def build():
+    """The scene after its first step, in which YADE makes bonds."""
+    turning = bodies()
+    ratio = task["ratio"] if task["bonds"] else 1.0
+    geometry, physics, response = interactions()
+    O.dt = task["dt"]
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=ratio, label="bo1"), Bo1_Wall_Aabb(), Bo1_Facet_Aabb()]),
+        *([PyRunner(command="widen()", iterPeriod=1)] if deformation else []),
+        InteractionLoop(geometry, physics, response),
+        PyRunner(command="record()", iterPeriod=1, initRun=True),
+        *turning,
+        NewtonIntegrator(damping=task["damping"], gravity=task["gravity"], label="newton"),
+    ]
+    if loading["kind"] == "cell-strain":
+        # the velocities of the start state already include the gradient
+        O.cell.velGrad = Matrix3(*[x for row in loading["velocity_gradient"] for x in row])
+        newton.prevVelGrad = O.cell.velGrad
+    elif loading["kind"] == "cell-stress":
+        # An inertia of the cell of the order of that of its spheres, so that its own vibrations are as fast as theirs.
+        controller = PeriTriaxController(dynCell=True, mass=sum(task["mass"]), globUpdate=1, maxUnbalanced=0, relStressTol=0, doneHook="pass", label="servo")
+        O.engines = [*O.engines[:-1], controller, O.engines[-1]]
+        begin(loading["phases"][0])
+    O.step()
+    for a, b in task["severed"]:
+        # The law of the first step has bonded them, too; they carry nothing yet.
+        O.interactions.erase(a, b)
+    if task["bonds"]:
+        made = sorted(tuple(sorted((i.id1, i.id2))) for i in O.interactions if i.isReal and max(i.id1, i.id2) < count)
+        wanted = sorted(tuple(b) for b in task["bonds"])
+        if made != wanted:
+            print("BONDS DIFFER: %d made by YADE, %d in the start state, %d in common" % (
+                len(made), len(wanted), len(set(made) & set(wanted))))
+            sys.exit(5)
+        bo1.aabbEnlargeFactor = ig2.interactionDetectionFactor = 1
+
+
+if task["continue"]:
+    O.load(task["continue"])
+else:
+    build()
 start = time.perf_counter()
 # one more step, because forces and velocities of the last step are read between the laws and the integrator
 if loading["kind"] == "cell-stress":
@@ -287,10 +325,12 @@ if loading["kind"] == "cell-stress":
         begin(following)
 O.run(task["steps"] - O.iter + 1, True)
 wall = time.perf_counter() - start
+if task["keep"]:
+    O.save(task["keep"])
 out = {name: np.array(values) for name, values in {**samples, **pictures}.items() if values}
 out.update({f"frozen_{name}": np.array(values) for name, values in frozen.items()})
 # what YADE computed with
-bodies = [O.bodies[p] for p in range(count)]
-out.update(mass=[b.state.mass for b in bodies], radius=[b.shape.radius for b in bodies], inertia=[tuple(b.state.inertia) for b in bodies],
+spheres = [O.bodies[p] for p in range(count)]
+out.update(mass=[b.state.mass for b in spheres], radius=[b.shape.radius for b in spheres], inertia=[tuple(b.state.inertia) for b in spheres],
            time_step=O.dt)
 np.savez(os.environ["CONCORDEM_VALIDATE_OUT"], wall_s=wall, version="yade " + yade.config.version, **out)
