@@ -24,6 +24,7 @@ PER_THOUSAND = 0.3
 PICTURE = re.compile(r"^!\[.+\]\(\.\./images/.+\.png\)$", re.M)
 # Tutorials and how-to pages whose result is no picture, and why.
 WITHOUT_PICTURE = {
+    "how-to/choose-in-yade.md": "it leads to the pages that show results",
     "how-to/use-the-command-line.md": "its results are texts on the terminal",
     "how-to/use-a-graphics-processor.md": "its results are those without it, bit by bit",
     "how-to/use-rust.md": "its results are numbers in the program of the reader",

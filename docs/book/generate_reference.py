@@ -6,6 +6,7 @@
 * commands.md: `concordem COMMAND --help`
 * results.md: datasets of small runs' result files, with their units and descriptions
 * yade-classes.md, yade-CLASS.md: the classes of the native YADE plugin, from their declarations
+* yade-functions.md: what functions and engines of YADE answer beside a bonded engine, from the outcomes of a test
 * templates.md: every template, from `concordem init`; c-interface.md: the functions of the C interfaces, from their headers
 * python.md: the package, from its stub, its docstrings, and the doc comments of its Rust functions; nothing is imported
 
@@ -17,7 +18,7 @@ import argparse
 import subprocess
 from pathlib import Path
 
-from reference_pages import commands, laws, lists, python_package, results, scenario, yade_classes
+from reference_pages import commands, laws, lists, python_package, results, scenario, yade_classes, yade_functions
 from reference_pages.text import ROOT
 
 TARGET = Path(__file__).resolve().parent / "reference/generated"
@@ -44,6 +45,7 @@ def main():
         **results.pages(program, run),
         **python_package.pages(),
         **yade_classes.pages(program, run),
+        **yade_functions.pages(),
         **lists.pages(program, run),
     }
     lists.committed(program, run, options.write)

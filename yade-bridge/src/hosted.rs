@@ -77,17 +77,21 @@ fn pair_parameters(list: &Bound<'_, PyAny>) -> PyResult<Vec<PairParameters>> {
     let mut pairs = Vec::new();
     for item in list.try_iter()? {
         let (a, b, parameters): (u16, u16, Bound<'_, PyDict>) = item?.extract()?;
-        let wrong = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
-        let mut table = table_of(parameters.as_any(), "")?;
-        // YADE's materials have the angle.
-        if let Some(angle) = table.remove("friction_angle").and_then(|angle| angle.as_float()) {
-            let friction = friction_of_yade(angle).map_err(|error| wrong(&error))?;
-            table.insert("friction_coefficient".to_owned(), friction.into());
-        }
-        let parameters = CpmParameters::deserialize(toml::Value::Table(table)).map_err(|error| wrong(&error))?;
-        pairs.push(PairParameters { a, b, parameters });
+        pairs.push(PairParameters { a, b, parameters: cpm_parameters(&parameters)? });
     }
     Ok(pairs)
+}
+
+/// Parameters of the concrete law.
+fn cpm_parameters(parameters: &Bound<'_, PyDict>) -> PyResult<CpmParameters> {
+    let wrong = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
+    let mut table = table_of(parameters.as_any(), "")?;
+    // YADE's materials have the angle, its contacts the tangent.
+    if let Some(angle) = table.remove("friction_angle").and_then(|angle| angle.as_float()) {
+        let friction = friction_of_yade(angle).map_err(|error| wrong(&error))?;
+        table.insert("friction_coefficient".to_owned(), friction.into());
+    }
+    CpmParameters::deserialize(toml::Value::Table(table)).map_err(|error| wrong(&error))
 }
 
 /// The cell from (edges, deformation gradient, velocity gradient).
@@ -146,10 +150,12 @@ impl Hosted {
     /// `bodies`: arrays id, position, velocity, orientation (x, y, z, w), angular_velocity, radius, mass, inertia, material,
     /// constraint, lost (number of bonds and contacts that each body has already lost). `contacts`: pair (rows of bodies), image, bonded,
     /// length (reference), area, normal, distance, history, radii, reference_overlap, stored, see [`Contacts`].
-    /// `laws`: (material, material, parameters). `clumps`: see [`clumps::of_arrays`].
+    /// `laws`: (material, material, parameters). `clumps`: see [`clumps::of_arrays`]. `own`: parameters of contacts that differ from those of
+    /// their materials; `contacts` then also has own, one more than the place of its own, or 0.
     #[staticmethod]
     #[pyo3(signature = (
-        bodies, contacts, laws, materials, dt, kinematics, damping=0.0, gravity=None, cell=None, threads=None, clumps=None
+        bodies, contacts, laws, materials, dt, kinematics, damping=0.0, gravity=None, cell=None, threads=None, clumps=None,
+        own=None
     ))]
     fn concrete(
         bodies: &Bound<'_, PyDict>,
@@ -163,6 +169,7 @@ impl Hosted {
         cell: Option<(Tensor, Tensor, Tensor)>,
         threads: Option<usize>,
         clumps: Option<&Bound<'_, PyDict>>,
+        own: Option<Vec<Bound<'_, PyDict>>>,
     ) -> PyResult<Self> {
         let position: Vectors<'_> = get(bodies, "position")?;
         let (velocity, angular_velocity): (Vectors<'_>, Vectors<'_>) =
@@ -200,6 +207,8 @@ impl Hosted {
         }
         let radii: Scalars<'_> = get(contacts, "radii")?;
         let reference_overlap: Scalars<'_> = get(contacts, "reference_overlap")?;
+        let own = own.unwrap_or_default();
+        let own_of: Option<Indices<'_>> = if own.is_empty() { None } else { Some(get(contacts, "own")?) };
         let given = Contacts {
             pair: pair.get()?,
             image: image.get()?,
@@ -212,6 +221,7 @@ impl Hosted {
             radii: radii.get()?,
             reference_overlap: reference_overlap.get()?,
             stored: stored.get()?,
+            own: own_of.as_ref().map(|own| own.get()).transpose()?.unwrap_or_default(),
         };
         let origin = Origin::Concrete {
             kinematics: motion_measure(kinematics).map_err(PyValueError::new_err)?,
@@ -219,6 +229,7 @@ impl Hosted {
             damping,
             gravity: gravity.unwrap_or_default().0.into(),
             pairs: pair_parameters(laws)?,
+            own: own.iter().map(cpm_parameters).collect::<PyResult<_>>()?,
         };
         let cell = cell.map(|cell| cell_from(cell, dt));
         let clumps = clumps.map(clumps::of_arrays).transpose()?.unwrap_or_default();

@@ -111,8 +111,8 @@ for text in SCENARIOS:
     O.engines[3].takeOver()
     run(60)
     assert O.engines[3].bondCount > 0
-    O.bodies.erase(5)
     try:
+        type(O.bodies).erase.__wrapped__(O.bodies, 5)
         O.step()
         raise SystemExit("a body that is gone was not noticed")
     except RuntimeError:

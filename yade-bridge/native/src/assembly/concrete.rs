@@ -65,6 +65,9 @@ pub struct Contacts<'a> {
     pub reference_overlap: &'a [f64],
     /// Parameters that the contacts store, contiguous: [`STORED`].
     pub stored: &'a [f64],
+    /// For each contact, 0 for the parameters of its materials, or one more than the place of its own in [`Origin::Concrete`]. Empty: none has
+    /// its own.
+    pub own: &'a [u32],
 }
 
 /// Parameters in [`Contacts::stored`], named as in YADE's `CpmPhys`. YADE sets them once, and scripts can change them.
@@ -250,23 +253,37 @@ impl Bodies<'_> {
     }
 }
 
-/// The laws, and the index of the law for each pair of `materials` materials.
-fn laws_of(pairs: &[PairParameters], materials: usize) -> Result<(Vec<Cpm>, PairCoefficients), String> {
-    let mut laws = Vec::new();
+/// The laws, and the index of the law for each pair of `materials` materials; the laws of contacts with parameters of their own come last.
+fn laws_of(
+    pairs: &[PairParameters],
+    own: &[CpmParameters],
+    materials: usize,
+) -> Result<(Vec<Cpm>, PairCoefficients), String> {
+    const MOST: usize = u16::MAX as usize;
+    if pairs.len() + own.len() > MOST {
+        return Err(format!(
+            "the contacts have {} different sets of parameters, but {MOST} is the maximum; round them, or group them by material",
+            pairs.len() + own.len()
+        ));
+    }
+    let made = |parameters: &CpmParameters| Cpm::new(parameters).map_err(|error| error.to_string());
+    let mut laws = Vec::with_capacity(pairs.len() + own.len());
     let mut map = PairCoefficients::new(materials);
     for PairParameters { a, b, parameters } in pairs {
-        let law = Cpm::new(parameters).map_err(|error| error.to_string())?;
         map.set(*a, *b, laws.len() as u16);
         map.set(*b, *a, laws.len() as u16);
-        laws.push(law);
+        laws.push(made(parameters)?);
+    }
+    for parameters in own {
+        laws.push(made(parameters)?);
     }
     Ok((laws, map))
 }
 
-/// The values of [`STORED`] for each row of coefficients. Refuses materials with different damage laws, because YADE's functor takes that
+/// The values of [`STORED`] for each law. Refuses materials with different damage laws, because YADE's functor takes that
 /// of the body that comes first in the contact.
-fn stored_of_pairs(origin: &Origin) -> Result<Vec<[f64; STORED.len()]>, String> {
-    let Origin::Concrete { pairs, .. } = origin else { return Ok(Vec::new()) };
+fn stored_of_laws(origin: &Origin) -> Result<Vec<[f64; STORED.len()]>, String> {
+    let Origin::Concrete { pairs, own, .. } = origin else { return Ok(Vec::new()) };
     let law = |material: u16| {
         pairs.iter().find(|pair| (pair.a, pair.b) == (material, material)).map(|pair| pair.parameters.damage_law)
     };
@@ -276,7 +293,7 @@ fn stored_of_pairs(origin: &Origin) -> Result<Vec<[f64; STORED.len()]>, String> 
              in a contact between them; give both the same"
         ));
     }
-    Ok(pairs.iter().map(|pair| stored_of(&pair.parameters)).collect())
+    Ok(pairs.iter().map(|pair| &pair.parameters).chain(own).map(stored_of).collect())
 }
 
 /// Reals per history.
@@ -296,6 +313,7 @@ impl Contacts<'_> {
             ("radii", self.radii.len(), count),
             ("reference_overlap", self.reference_overlap.len(), count),
             ("stored", self.stored.len(), count * STORED.len()),
+            ("own", self.own.len(), if self.own.is_empty() { 0 } else { count }),
         ] {
             same_length(name, found, wanted)?;
         }
@@ -338,15 +356,15 @@ impl Contacts<'_> {
         Ok(())
     }
 
-    /// Append contact `k` to `block`. `place` maps the host's order of bodies to the order of `particles`; `stored`: what the pair of
-    /// materials gives, for each row of `coefficients`.
+    /// Append contact `k` to `block`. `place` maps the host's order of bodies to the order of `particles`; `stored`: what each law gives, first
+    /// those of the `pairs` of materials.
     fn push(
         &self,
         k: usize,
         place: &[u32],
         particles: &Particles,
         coefficients: &PairCoefficients,
-        stored: &[[f64; STORED.len()]],
+        (pairs, stored): (u16, &[[f64; STORED.len()]]),
         block: &mut ContactBlock<Cpm>,
     ) -> Result<(), String> {
         let [one, two] = self.pair[k];
@@ -357,12 +375,17 @@ impl Contacts<'_> {
                 .ok_or_else(|| format!("contact {k} refers to body index {p}, but there are {} bodies", place.len()))
         };
         let (mut a, mut b) = (at(one)?, at(two)?);
-        let row = coefficients
+        let of_materials = coefficients
             .get(particles.material[a as usize], particles.material[b as usize])
             .ok_or_else(|| format!("there are no parameters for the materials of contact {k}"))?;
+        let row = match self.own.get(k) {
+            None | Some(0) => of_materials,
+            Some(&own) => pairs + (own - 1) as u16,
+        };
         let which = format!("the contact of bodies {} and {}", particles.id[a as usize], particles.id[b as usize]);
         let radii = particles.radius[a as usize] + particles.radius[b as usize];
-        self.check_against_bodies(k, radii, &stored[row as usize], &which)?;
+        let wanted = stored.get(row as usize).ok_or_else(|| format!("{which} has no parameters of its own"))?;
+        self.check_against_bodies(k, radii, wanted, &which)?;
         if particles.clump[a as usize] == particles.clump[b as usize] && particles.clump[a as usize] != u32::MAX {
             return Err(format!(
                 "bodies {} and {} interact, but belong to one clump; erase the interaction",
@@ -398,10 +421,10 @@ impl Contacts<'_> {
 impl Assembly {
     /// Empty contact block and model of an assembly of concrete.
     pub(super) fn empty_concrete(origin: &Origin) -> Result<(ContactBlock<Cpm>, Model), String> {
-        let Origin::Concrete { kinematics, materials, damping, gravity, pairs } = origin else {
+        let Origin::Concrete { kinematics, materials, damping, gravity, pairs, own } = origin else {
             return Err("the assembly was not taken over from concrete".into());
         };
-        let (laws, contact_rows) = laws_of(pairs, *materials)?;
+        let (laws, contact_rows) = laws_of(pairs, own, *materials)?;
         let damping =
             if *damping == 0.0 { Damping::None } else { Damping::Local { translation: *damping, rotation: *damping } };
         let gravity = Vec3::from(*gravity);
@@ -427,7 +450,7 @@ impl Assembly {
             return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
         }
         contacts.check_lengths()?;
-        let stored = stored_of_pairs(&origin)?;
+        let stored = stored_of_laws(&origin)?;
         let unordered = bodies.particles()?;
         let order = spatial_order(&unordered.position, cell.as_ref());
         let mut place = vec![0_u32; order.len()];
@@ -443,9 +466,10 @@ impl Assembly {
         let mut state = State { particles, cell, ..State::default() };
         add_clumps(&mut state, clumps, &place)?;
         let particles = &state.particles;
+        let pairs = if let Origin::Concrete { pairs, .. } = &origin { pairs.len() as u16 } else { 0 };
         for k in 0..contacts.pair.len() {
             let block = if contacts.bonded[k] { &mut bonds } else { &mut unbonded };
-            contacts.push(k, &place, particles, &model.contact_rows, &stored, block)?;
+            contacts.push(k, &place, particles, &model.contact_rows, (pairs, &stored), block)?;
         }
         bonds.sort();
         unbonded.sort();

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::law::EnergySplit;
+use concordem_contact::law::cpm::CpmParameters;
 use concordem_contact::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
 use concordem_scenario::assembly::assemble_without_hdf5;
 use concordem_scenario::schema::Scenario;
@@ -44,6 +45,9 @@ pub enum Origin {
         /// Parameters of all pairs of materials.
         #[serde(rename = "rows")]
         pairs: Vec<PairParameters>,
+        /// Parameters of contacts that differ from those of their materials.
+        #[serde(default)]
+        own: Vec<CpmParameters>,
     },
     /// Bonds of a scenario.
     Scenario {

@@ -63,13 +63,21 @@ fn taken_over(
         radii: &[stored.radii],
         reference_overlap: &[stored.reference_overlap],
         stored: &stored.parameters,
+        own: &[],
     };
     let pairs = [(0, 0), (0, 1), (1, 1)].map(|(a, b)| PairParameters {
         a,
         b,
         parameters: CpmParameters { damage_law: laws[b as usize], ..material() },
     });
-    let origin = Origin::Concrete { kinematics, materials: 2, damping: 0.0, gravity: [0.0; 3], pairs: pairs.into() };
+    let origin = Origin::Concrete {
+        kinematics,
+        materials: 2,
+        damping: 0.0,
+        gravity: [0.0; 3],
+        pairs: pairs.into(),
+        own: vec![],
+    };
     Assembly::concrete(&bodies, &contacts, clumps, origin, None, 1e-7)
 }
 

@@ -213,6 +213,7 @@ impl ContactArrays {
                 radii: slice(self.radii, n),
                 reference_overlap: slice(self.reference_overlap, n),
                 stored: slice(self.stored, STORED.len() * n),
+                own: &[],
             }
         }
     }
@@ -279,6 +280,7 @@ impl ConcreteScene {
                 damping: 0.0,
                 gravity: [0.0; 3],
                 pairs: pairs?,
+                own: Vec::new(),
             };
             take(&(*self.bodies).view(), &contacts.view(&bonded), origin)
         }

@@ -8,6 +8,7 @@ plugin works; all other functions raise YadeError.
 * :func:`advance`: our solver computes steps of a concrete scene and writes the result back.
 * :func:`take_over`, :func:`bond`: the bonded engine stores and computes the bonds; YADE does the rest.
 * :func:`engines`: the bonded engines of the scene.
+* :func:`doctor`: what of a script and its scene is followed and refused; ``python3 -m concordem.yade check script.py`` reads it only.
 * :func:`save`, :func:`load`: `O.save` and `O.load` with the bonds of bonded engines.
 * :func:`load_native`, :func:`use_rust_cpm`: the native plugin, built by ``python3 -m concordem.yade build``.
 """
@@ -15,19 +16,23 @@ plugin works; all other functions raise YadeError.
 from .._errors import YadeError
 
 from . import _pause
-from ._engine import BondedEngine, _run, bond, engines, take_over
+from ._doctor import Finding, doctor
+from ._engine import BondedEngine, _run, engines
 from ._handover import HandedOver, advance
 from ._native import load as load_native
 from ._native import use_rust_cpm
 from ._saved import load, save
 from ._scene import Snapshot, host, snapshot
+from ._take_over import bond, take_over
 
 __all__ = [
     "BondedEngine",
+    "Finding",
     "HandedOver",
     "Snapshot",
     "advance",
     "bond",
+    "doctor",
     "engines",
     "load",
     "load_native",

@@ -1,4 +1,4 @@
-"""``python3 -m concordem.yade build``: the native plugin for the YADE of this machine."""
+"""``python3 -m concordem.yade build``: the native plugin for the YADE of this machine; ``check``: what a script may expect."""
 
 import sys
 

@@ -362,6 +362,25 @@ print("\\nPLUGIN FITS")
 """
 
 
+def check(yade: str, script: str) -> int:
+    """Print what :func:`concordem.yade.doctor` finds in a script; 1 if something is refused or unknown."""
+    if not os.path.isfile(script):
+        print(f"error: there is no file {script}", file=sys.stderr)
+        return 1
+    mark = "concordem found: "
+    asked = f"import concordem.yade\nfor found in concordem.yade.doctor({os.path.abspath(script)!r}, quiet=True):\n    print({mark!r} + str(found))\nprint({mark!r} + 'end')\n"
+    words = inside(yade, asked)
+    found = [line[len(mark) :] for line in words.splitlines() if line.startswith(mark)]
+    if not found:
+        print(f"error: {yade} did not answer:\n{words}", file=sys.stderr)
+        return 1
+    for line in found[:-1]:
+        print(f"{script}: {line}")
+    wrong = [line for line in found if ": refused: " in line or ": unknown: " in line]
+    print(f"{script}: {len(wrong)} of {len(found) - 1} remarks are refused or unknown")
+    return 1 if wrong else 0
+
+
 def main(arguments: list[str]) -> int:
     """Run the command line."""
     import argparse
@@ -371,7 +390,12 @@ def main(arguments: list[str]) -> int:
     one = commands.add_parser("build", help="build the native plugin for the YADE of this machine", description=__doc__)
     one.add_argument("--yade", default=os.environ.get("YADE", "yade"), help="the program (default: yade)")
     one.add_argument("--compiler", default=os.environ.get("CXX", "g++"), help="default: g++")
+    two = commands.add_parser("check", help="say what a bonded engine follows and refuses in a script of YADE, without running it")
+    two.add_argument("script", help="the script")
+    two.add_argument("--yade", default=os.environ.get("YADE", "yade"), help="the program (default: yade)")
     options = parser.parse_args(arguments)
+    if options.command == "check":
+        return check(options.yade, options.script)
     try:
         build(options.yade, options.compiler)
     except YadeError as error:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ._concrete import STORED
 from ._memory import flag_offset
+from ._own import STORED
 from ._scene import Addresses, gather, host
 
 #: Attributes of the physics that YADE's law reads in its next step, with their types and components. All others are either set by the law

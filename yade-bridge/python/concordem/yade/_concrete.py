@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ._clumps import Clumps
 from ._memory import address_of
+from ._own import STORED, Own, damage, defined, own_of, rows_of_pairs
 from ._rules import (
     check_creation,
     check_damage_law,
@@ -22,7 +23,7 @@ from ._rules import (
     refuse_image,
     refuse_sphere,
 )
-from ._scene import Addresses, Bodies, Interactions, Reals, bodies, gather, host, interactions, of_class
+from ._scene import Addresses, Bodies, Interactions, Ints, Reals, bodies, gather, host, interactions, of_class
 
 #: Engines that our solver replaces while it advances a scene.
 REPLACED = {"ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"}
@@ -41,13 +42,6 @@ def engine_of(name: str) -> Any:
     if len(found) != 1:
         raise refuse(f"O.engines has {len(found)} active engines {name}; keep exactly one", "Engines")
     return found[0]
-
-
-#: Parameters of a contact that must be those of its materials, in the order of the solver, with their types in memory.
-STORED = {
-    **dict.fromkeys(("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture"), "f64"),
-    **{"equivStrainShearContrib": "f64", "isoPrestress": "f64", "damLaw": "i32", "neverDamage": "u8"},
-}
 
 
 class Settings:
@@ -86,7 +80,7 @@ class Settings:
             a, b = getattr(one, name), getattr(two, name)
             return float(a if a == b else 0.5 * (a + b))
 
-        return {
+        found = {
             "mode": mode,
             "young": mean("young"),
             "shear_ratio": mean("poisson"),
@@ -102,6 +96,7 @@ class Settings:
             "relative_soft_stiffness": float(self.rel_kn_soft),
             "isotropic_prestress": mean("isoPrestress"),
         }
+        return defined(found)
 
 
 def _of_concrete(everything: Bodies) -> NDArray[np.bool_]:
@@ -113,13 +108,15 @@ def _of_concrete(everything: Bodies) -> NDArray[np.bool_]:
 
 
 class Concrete:
-    """The concrete of a scene: spheres of CpmMat and the contacts between them."""
+    """The concrete of a scene: spheres of CpmMat and the contacts between them. `only`: ids of the spheres; the others are foreign."""
 
-    def __init__(self) -> None:
+    def __init__(self, only: Any = None) -> None:
         omega = host().omega
         self.settings = Settings()
         everything = bodies()
         ball = of_class(everything.shape, "Sphere.vtable")
+        if only is not None:
+            ball &= np.isin(everything.ids, only)
         concrete, stateful = ball & _of_concrete(everything), ball & of_class(everything.state, "CpmState.vtable")
         if (halves := everything.ids[concrete != stateful]).size:
             body = omega.bodies[int(halves[0])]
@@ -143,21 +140,21 @@ class Concrete:
         """Number of interactions with other bodies."""
         self._set_contacts(found.of(inner))
         self.clumps = Clumps(self.bodies.ids)
+        #: Contacts with parameters of their own, once the assembly has been made.
+        self.own: Own | None = None
+        #: Whether a script may have changed parameters since the last step of the law.
+        self._changed = False
 
     def _set_contacts(self, contacts: Interactions) -> None:
         self.contacts = contacts
         self.pair = np.stack([self._row[contacts.id1], self._row[contacts.id2]], axis=1).astype(np.uint32)
 
     def anew(self, contacts: Interactions, kind: dict[str, Any], solver: _core.Hosted, threads: int | None) -> _core.Hosted:
-        """The assembly `solver` of a bonded engine of this `kind` with these contacts instead of its own."""
+        """The assembly `solver` of a bonded engine of this `kind` with these contacts instead of its own, and without the spheres that are
+        not here."""
         ids = solver.bodies()["id"]
-        if not np.array_equal(np.sort(ids), np.sort(self.bodies.ids)):
-            raise refuse(
-                "the scene has other spheres of concrete than at the take-over, so a change of its bonds cannot be followed; change them before "
-                "you add spheres of CpmMat, or call give_back(), change them, and call take_over() again",
-                "Changed",
-            )
         self._set_contacts(contacts)
+        self._changed = True
         lost = np.zeros(int(ids.max()) + 1, np.uint32)
         lost[ids] = solver.particle_results()[1]
         return self.hosted(kind["kinematics"], kind["mode"], False, threads, lost[self.bodies.ids])
@@ -211,10 +208,12 @@ class Concrete:
                 edges, gradient, rate = cell
                 cell = (edges + self.settings.dt * rate @ edges, gradient + self.settings.dt * rate @ gradient, rate)
         settings = self.settings
+        contacts = self._contact_arrays(mode)
+        assert self.own is not None
         try:
             return _core.Hosted.concrete(
                 arrays,
-                self._contact_arrays(mode),
+                contacts,
                 self.laws(mode),
                 len(self.materials),
                 settings.dt,
@@ -224,6 +223,7 @@ class Concrete:
                 cell=cell,
                 threads=threads or omega.numThreads,
                 clumps=self.clumps.arrays(settings.newton, settings.dt),
+                own=self.own.laws,
             )
         except ValueError as error:
             raise refuse(str(error)) from error
@@ -239,17 +239,20 @@ class Concrete:
 
         length = physics("refLength")
         radii = geometry("refR1") + geometry("refR2")
-        prestress = np.zeros(len(length))
-        for i, j, row in self.laws(mode):
-            if row["isotropic_prestress"]:
-                one, two = self.material[self.pair[:, 0]], self.material[self.pair[:, 1]]
-                between = ((one == i) & (two == j)) | ((one == j) & (two == i))
-                prestress[between] = row["isotropic_prestress"] / row["young"]
+        bonded = gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0
+        stored = np.stack([gather(contacts.phys, f"CpmPhys.{name}", kind).astype(float) for name, kind in STORED.items()], axis=1)
+        ids = np.stack([contacts.id1, contacts.id2], axis=1)
+        self.own = own_of(stored, self.laws(mode), self.material[self.pair], bonded, ids)
+        prestress = physics("isoPrestress")
+        prestress = np.where(prestress != 0, prestress / physics("E"), 0.0)
+        kappa = physics("kappaD")
+        anew = (self.own.row > 0) | (bonded & self._changed)
+        omega = np.where(anew, damage(self.own.stored, kappa), physics("omega"))
         history = np.concatenate(
             [
                 (physics("epsN") - prestress)[:, None],
-                physics("kappaD")[:, None],
-                physics("omega")[:, None],
+                kappa[:, None],
+                omega[:, None],
                 physics("epsNPl")[:, None],
                 np.zeros((len(length), 1)),
                 physics("epsT", 3),
@@ -262,7 +265,7 @@ class Concrete:
         return {
             "pair": self.pair,
             "image": contacts.image,
-            "bonded": gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0,
+            "bonded": bonded,
             "length": length,
             "area": physics("crossSection"),
             "normal": geometry("normal", 3),
@@ -270,7 +273,8 @@ class Concrete:
             "history": history,
             "radii": radii,
             "reference_overlap": physics("refPD"),
-            "stored": np.stack([gather(contacts.phys, f"CpmPhys.{name}", kind).astype(float) for name, kind in STORED.items()], axis=1),
+            "stored": self.own.stored,
+            "own": self.own.row,
         }
 
 
@@ -350,17 +354,36 @@ def write_images(addresses: NDArray[np.uint64], images: Any) -> None:
         _core.memory_scatter_i32(np.ascontiguousarray(addresses), host().layout["Interaction.cellDist"] + 4 * k, column)
 
 
-def _create_contacts(table: Any) -> None:
-    """Create interactions of the concrete law with the constants of these contacts; their histories are written later."""
+def _create_contacts(table: Any, kind: dict[str, Any]) -> None:
+    """Create interactions of the concrete law with the constants of these contacts; their histories are written later. `kind`: of the bonded
+    engine, with the parameters that bonds have of their own."""
     made = create_interactions(table["a"], table["b"])
     for contact, bonded in zip(made, table["bonded"].tolist()):
         contact.phys.isCohesive = bonded
     geom, phys = (np.array([address_of(getattr(contact, name)) for contact in made], np.uint64) for name in ("geom", "phys"))
-    write_constants(geom, phys, table["reference_length"], table["area"])
     ductility = np.array([contact.phys.relDuctility for contact in made])
     scatter(phys, "CpmPhys.epsFracture", gather(phys, "CpmPhys.epsCrackOnset") * ductility)
+    write_own(phys, table["bonded"], table["a"], table["b"], kind)
+    write_constants(geom, phys, table["reference_length"], table["area"])
     turned = np.where(table["a"] == [contact.id1 for contact in made], 1, -1)
     write_images(np.array([address_of(contact) for contact in made], np.uint64), table["image"] * turned[:, None])
+
+
+def write_own(phys: Addresses, bonded: Any, one: Any, two: Any, kind: dict[str, Any]) -> None:
+    """Write the parameters that bonds of a bonded engine of this `kind` have of their own."""
+    rows, values = rows_of_pairs(kind, one, two)
+    keep = np.asarray(bonded, bool)[rows]
+    mine = np.ascontiguousarray(phys[rows[keep]])
+    for (name, type_of), column in zip(STORED.items(), values[keep].T):
+        if type_of == "f64":
+            scatter(mine, f"CpmPhys.{name}", column)
+            continue
+        place = host().layout[f"CpmPhys.{name}"]
+        if type_of == "i32":
+            _core.memory_scatter_i32(mine, place, column.astype(np.int32))
+        else:
+            for address, value in zip(mine.tolist(), column.tolist()):
+                ctypes.c_uint8.from_address(address + place).value = int(value)
 
 
 def write_constants(geom: Addresses, phys: Addresses, length: Reals, area: Reals) -> None:
@@ -376,11 +399,13 @@ def write_constants(geom: Addresses, phys: Addresses, length: Reals, area: Reals
         scatter(phys, f"CpmPhys.{name}", values)
 
 
-def write_contacts(solver: _core.Hosted) -> dict[str, int]:
-    """Write contacts back to YADE: update histories, erase opened contacts, create new ones."""
+def write_contacts(solver: _core.Hosted, kind: dict[str, Any]) -> dict[str, int]:
+    """Write contacts back to YADE: update histories, erase opened contacts, create new ones. `kind`: of the bonded engine."""
     yade = host()
     omega = yade.omega
-    concrete = Concrete()
+    # Other spheres of concrete, created since the take-over, have contacts of YADE.
+    mine = solver.bodies()["id"]
+    concrete = Concrete(mine)
     tables = solver.contacts()
     table = np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
     theirs, ours = _keys_of_yade(concrete), keys_of(table["a"], table["b"], table["bonded"])
@@ -393,9 +418,9 @@ def write_contacts(solver: _core.Hosted) -> dict[str, int]:
             omega.bodies[body].state.numBrokenCohesive += 1
     new = ~np.isin(ours, theirs)
     if new.any():
-        _create_contacts(table[new])
+        _create_contacts(table[new], kind)
     if gone.any() or new.any():
-        concrete = Concrete()
+        concrete = Concrete(mine)
         theirs = _keys_of_yade(concrete)
     order = np.argsort(ours, kind="stable")
     place = np.minimum(np.searchsorted(ours[order], theirs), len(ours) - 1)
@@ -428,7 +453,8 @@ def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sig
     omega, kappa = table["omega"], table["kappa"]
     stress = (1.0 - np.where(effective > 0, omega, 0.0)) * modulus * effective
     # While a contact slips, YADE stores a plastic strain with which the elastic traction exceeds the bound; the bound acts.
-    bound = np.maximum(0.0, physics("undamagedCohesion") * (1.0 - omega) - stress * physics("tanFrictionAngle"))
+    # As YADE: a cohesion that is not a number bounds the stress by 0.
+    bound = np.fmax(0.0, physics("undamagedCohesion") * (1.0 - omega) - stress * physics("tanFrictionAngle"))
     traction = shear_modulus[:, None] * (shear - slip)
     size = np.linalg.norm(traction, axis=1)
     traction *= np.where(size > bound, bound / np.where(size > 0, size, 1.0), 1.0)[:, None]
@@ -460,17 +486,22 @@ def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sig
 
 
 def write_states(solver: _core.Hosted) -> None:
-    """Write damage, broken bonds, and stress of the particles to YADE's CpmState, as CpmStateUpdater does."""
+    """Write damage and stress of the particles to YADE's CpmState, as CpmStateUpdater does."""
     everything = bodies()
     row = np.full(int(everything.ids.max()) + 1, -1, np.int64)
     row[everything.ids] = np.arange(len(everything.ids))
     state = everything.state[row[solver.bodies()["id"]]]
     if not of_class(state, "CpmState.vtable").all():
         raise refuse("update_states needs CpmState, which some bodies do not have; do not use it", "NotConcrete")
-    damage, lost, stress = solver.particle_results()
+    damage, _, stress = solver.particle_results()
     scatter(state, "CpmState.normDmg", damage)
-    _core.memory_scatter_i32(state, host().layout["CpmState.numBrokenCohesive"], lost.astype(np.int32))
     scatter(state, "CpmState.stress", stress)
+
+
+def add_to_lost(state: Addresses, count: Ints) -> None:
+    """Add numbers of bonds and contacts that bodies have lost to YADE's CpmState, as YADE's law does."""
+    place = host().layout["CpmState.numBrokenCohesive"]
+    _core.memory_scatter_i32(state, place, _core.memory_gather(state, place, "i32", 1) + count)
 
 
 def add_to_clock(steps: int, dt: float) -> None:

@@ -130,30 +130,48 @@ def _set_count(vector: int, before: int, count: int) -> None:
     raise refuse("the number of interactions was not found in YADE's memory; please report this", "Layout")
 
 
+class Loan:
+    """From now until :meth:`end`, the vector of YADE's container has the bonds of these engines, too."""
+
+    def __init__(self, engines: Sequence[Owner]) -> None:
+        at_rest()
+        pointers = np.concatenate([engine.mirror().pointers() for engine in engines])
+        yade = host()
+        layout = yade.layout
+        self._vector = known_pointer(known_address_of(yade.omega._sceneObj) + layout["Scene.interactions"]) + layout["interactions.vector"]
+        self._place = (ctypes.c_uint64 * 3).from_address(self._vector)
+        self._before: list[int] | None = list(self._place)
+        own = (self._before[1] - self._before[0]) // 16
+        # Shared pointers: the target, and no counter of owners. The owners are the objects of Python, which outlive the loan.
+        self._both = np.zeros((own + len(pointers), 2), np.uint64)
+        if own:
+            self._both[:own] = np.ctypeslib.as_array((ctypes.c_uint64 * (2 * own)).from_address(self._before[0])).reshape(own, 2)
+        self._both[own:, 0] = pointers
+        start = self._both.ctypes.data
+        self._counted = len(yade.interactions)
+        self._place[:] = [start, start + self._both.nbytes, start + self._both.nbytes]
+        try:
+            if len(yade.interactions) == self._counted and len(pointers):
+                _set_count(self._vector, self._counted, self._counted + len(pointers))
+        except BaseException:
+            self.end()
+            raise
+
+    def end(self) -> None:
+        """Give YADE its own vector back."""
+        if self._before is None:
+            return
+        if len(host().interactions) != self._counted and _count_at is not None:
+            ctypes.c_uint64.from_address(self._vector + _count_at).value = self._counted
+        self._place[:] = list(self._before)
+        self._before = None
+
+
 @contextlib.contextmanager
 def lent(engines: Sequence[Owner]) -> Iterator[None]:
     """Within this, the vector of YADE's container has the bonds, too."""
-    at_rest()
-    pointers = np.concatenate([engine.mirror().pointers() for engine in engines])
-    yade = host()
-    layout = yade.layout
-    vector = known_pointer(known_address_of(yade.omega._sceneObj) + layout["Scene.interactions"]) + layout["interactions.vector"]
-    place = (ctypes.c_uint64 * 3).from_address(vector)
-    before = list(place)
-    own = (before[1] - before[0]) // 16
-    # Shared pointers: the target, and no counter of owners. The owners are the objects of Python, which outlive the call.
-    both = np.zeros((own + len(pointers), 2), np.uint64)
-    if own:
-        both[:own] = np.ctypeslib.as_array((ctypes.c_uint64 * (2 * own)).from_address(before[0])).reshape(own, 2)
-    both[own:, 0] = pointers
-    start = both.ctypes.data
-    counted = len(yade.interactions)
-    place[:] = [start, start + both.nbytes, start + both.nbytes]
+    loan = Loan(engines)
     try:
-        if len(yade.interactions) == counted and len(pointers):
-            _set_count(vector, counted, counted + len(pointers))
         yield
     finally:
-        if len(yade.interactions) != counted and _count_at is not None:
-            ctypes.c_uint64.from_address(vector + _count_at).value = counted
-        place[:] = before
+        loan.end()

@@ -20,12 +20,12 @@ from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
 from . import _hooks, _interactions, _rules, _thread_state, _vtk
-from ._concrete import Concrete, add_to_clock, cell_of, class_of, engine_of, sort_anew, write_states
+from ._concrete import Concrete, add_to_clock, add_to_lost, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._mirror import Mirror
 from ._motion import Motion, free_bit
 from ._rules import refuse
-from ._scene import Bodies, Reals, at_rest, bodies, bodies_stand, gather, host, of_class
+from ._scene import Ints, Reals, at_rest, bodies, bodies_stand, gather, host
 
 _registered: dict[str, BondedEngine] = {}
 
@@ -77,18 +77,6 @@ _hooks.sources.append(_here)
 _hooks.calm.append(_calm)
 
 
-def _refuse_bonded(mine: Bodies) -> None:
-    """Raise YadeError if the collider already excludes contacts between some of the bodies."""
-    mask = engine_of("InsertionSortCollider").avoidSelfInteractionMask
-    excluded = gather(mine.address, "Body.groupMask", "i32") & mask != 0
-    if excluded.any():
-        raise refuse(
-            f"body {int(mine.ids[excluded][0])} is excluded from contacts by the collider's avoidSelfInteractionMask, as bodies of a "
-            "bonded engine are; call remove() of that engine first, or unset the mask",
-            "Masks",
-        )
-
-
 class BondedEngine:
     """Bonds of some spheres of the scene. Created by :func:`take_over` or :func:`bond`."""
 
@@ -103,8 +91,14 @@ class BondedEngine:
         self._broken = 0
         #: The bonds as objects of YADE, once a script has asked for them.
         self._mirror: Mirror | None = None
-        #: Ids of the bonded bodies.
+        #: When YADE's states were last told what their bodies have lost.
+        self._lost_at: Any = None
+        #: Ids of the bonded bodies, ascending.
         self.ids = ids
+        #: What YADE's states have been told.
+        self._lost = self._lost_now()
+        #: Bonded bodies that a script has erased since the bonds were built.
+        self._erased: set[int] = set()
         self._kind = kind
         self._threads = threads
         self._scene = 0
@@ -152,37 +146,93 @@ class BondedEngine:
     def mirror(self) -> Mirror:
         """The bonds as objects of YADE."""
         if self._mirror is None:
-            self._mirror = Mirror(lambda: self, lambda: (self._rebuilt, self._solver.steps))
+            self._mirror = Mirror(lambda: self, lambda: (self._rebuilt, self._solver.steps), parameters=True)
         return self._mirror
 
     def has_body(self, number: int) -> bool:
         """Whether a body belongs to this engine."""
-        return bool((self.ids == number).any())
+        place = int(np.searchsorted(self.ids, number))
+        return place < len(self.ids) and int(self.ids[place]) == number and number not in self._erased
 
     @property
     def is_concrete(self) -> bool:
         """Whether the bonds have the law of YADE's concrete, so that YADE's functions can read them."""
         return bool(self._kind["kind"] == "concrete")
 
+    @property
+    def lends(self) -> bool:
+        """Whether the bonds can be lent to engines of YADE that read interactions."""
+        return self.is_concrete
+
+    def update_lost(self) -> None:
+        """Tell YADE's states how many bonds and contacts their bodies have lost."""
+        moment = (self._rebuilt, self._solver.steps)
+        if not self.is_concrete or moment == self._lost_at:
+            return
+        self._lost_at = (self._rebuilt, self.solver.steps)
+        lost = self._lost_now()
+        there = self._bodies_now() == self._bodies
+        state = gather(np.ascontiguousarray(self._bodies[there]), "Body.state", "u64")
+        # YADE itself counts contacts with other bodies.
+        add_to_lost(state, (lost - self._lost)[there])
+        self._lost = lost
+
+    def _lost_now(self) -> Ints:
+        """Numbers of bonds and contacts that the bodies have lost, in the order of `ids`."""
+        bonds, openings = self._solver.losses()
+        lost = np.zeros(len(self.ids), np.int32)
+        lost[np.searchsorted(self.ids, self._solver.bodies()["id"])] = bonds + openings
+        return lost
+
     def refuse_erasing(self) -> None:
         """Raise YadeError if bonds cannot be erased."""
         _rules.refuse_erasing(self._title, self.is_concrete)
 
     def _follow(self, mirror: Mirror) -> None:
-        """Build the bonds anew if a script has changed or erased some of them in O.interactions."""
-        if not mirror.changed():
+        """Build the bonds anew if a script has changed or erased some of them in O.interactions, or erased bodies."""
+        if not mirror.changed() and not self._erased:
             return
-        before = self._solver
-        with self._as_yades():
-            self._solver = Concrete().anew(mirror.interactions(), self._kind, before, self._threads)
+        self.update_lost()
+        before, ids = self._solver, self.ids[~np.isin(self.ids, list(self._erased))]
+        try:
+            with self._as_yades():
+                concrete = Concrete(ids)
+                self._solver = concrete.anew(mirror.interactions(), self._kind, before, self._threads)
+        except BaseException:
+            mirror.out = True  # so that the next step asks again
+            raise
+        assert concrete.own is not None
+        self._kind.update(concrete.own.kind())
         mirror.followed()
         self._rebuilt += 1
         self._broken += before.broken
+        if self._erased:
+            self.ids, self._erased = ids, set()
+            self._watch()
+        self._lost = self._lost_now()
         self._attach_solver()
         if self._motion is not None and self._motion.active:
             self._motion._share()
         # The next check looks at O.engines again, and tells the solver.
         self._suspect = True
+
+    def before_erasing(self, number: int) -> None:
+        """Erase the bonds of a body that a script is about to erase; the engine goes on without it."""
+        at_rest()
+        _rules.refuse_shown(self._shown, self._title)
+        if not self.is_concrete:
+            raise refuse(
+                f"body {number} belongs to {self._title}, whose bonds follow a law that stock YADE does not have, so it cannot be erased; "
+                "call remove() before, or leave the body out by `ids` of bond()",
+                "Bodies",
+            )
+        if len(self.ids) == len(self._erased) + 1:
+            raise refuse(f"body {number} is the last one of {self._title}; call remove() before you erase it", "Bodies")
+        mirror = self.mirror()
+        for contact in mirror.of_body(number):
+            mirror.erase(contact.id1, contact.id2)
+        mirror.out = True
+        self._erased.add(number)
 
     def _bodies_now(self) -> NDArray[np.uint64]:
         """Addresses of the bodies, 0 for one that was deleted."""
@@ -226,7 +276,8 @@ class BondedEngine:
         command = _command(self.name)
         mine = [k for k, engine in enumerate(engines) if getattr(engine, "command", "") == command]
         _rules.refuse_order(engines, mine, self._title)
-        _rules.refuse_blind_engines(engines)
+        _rules.refuse_blind_engines(engines, lends=self.lends)
+        _rules.refuse_collider(engines, self._kind.get("mask", 0), self._title)
         if self._motion is not None and self._motion.active:
             self._motion.check_engines(engines, mine[0])
 
@@ -256,10 +307,16 @@ class BondedEngine:
         omega = host().omega
         if self._settings:
             _rules.refuse_changes(self._settings, _rules.settings(omega.engines, self._watched), self._title)
+        if omega.periodic and getattr(omega.cell, "flipFlippable", False):
+            raise refuse("O.cell.flipFlippable=True exchanges the periodic images of the bonds, which a bonded engine keeps; set it to False", "Periodic")
         if (self._bodies_now() != self._bodies).any():
             return  # the next step reports it
         if self._motion is not None and self._motion.active:
             self._motion.check()
+        _rules.refuse_collider(omega.engines, self._kind.get("mask", 0), self._title)
+        masks = gather(self._bodies, "Body.groupMask", "i32")
+        if (unmasked := np.flatnonzero(masks & self._kind.get("mask", 0) != self._kind.get("mask", 0))).size:
+            _rules.refuse_mask(int(self.ids[unmasked[0]]), int(masks[unmasked[0]]), self._kind["mask"], self._title)
         materials, radii = self._facts_of_bodies()
         if self._settings and (materials != self._materials).any():
             _rules.refuse_material(int(self.ids[materials != self._materials][0]), self._title)
@@ -303,6 +360,8 @@ class BondedEngine:
     def _take_out(self) -> None:
         """Remove the engine from O.engines and from the collider's mask."""
         yade = host()
+        if self._is_here():
+            self.update_lost()
         if self._motion is not None and self._motion.active:
             self._motion.end()
         self._placed = False
@@ -325,6 +384,7 @@ class BondedEngine:
         self._insert()
         self._next = host().omega.iter + 1
         self._placed = True
+        host().omega.engines = host().omega.engines
 
     def _as_yades(self) -> AbstractContextManager[None]:
         """Within this, the scene looks as if YADE moved the bodies."""
@@ -460,154 +520,7 @@ class BondedEngine:
     def update_states(self) -> None:
         """Write damage, broken bonds, and stress of the particles to YADE's CpmState, as CpmStateUpdater does."""
         write_states(self.solver)
-
-
-def take_over(
-    name: str = "bonds",
-    kinematics: str | None = None,
-    mode: str = "yade-public",
-    update_states: int = 0,
-    threads: int | None = None,
-    motion: bool = False,
-) -> BondedEngine:
-    """Take over the bonds of a concrete scene (YADE's CPM) with their histories; our solver computes them from now on.
-
-    `O.run` works as before, but O.interactions no longer contains the contacts between the spheres. The defaults reproduce YADE's law
-    up to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`: write CpmState every `update_states`
-    steps; YADE's CpmStateUpdater is then set to dead=True. Results are bitwise equal for any number of threads, here and in YADE
-    (``-j``).
-
-    `motion`: the engine also moves its bodies, in place of NewtonIntegrator and with the same bits, which is faster; NewtonIntegrator keeps
-    the other bodies and all settings. Raises YadeError if the scene is not supported.
-    """
-    at_rest()
-    everything = bodies()
-    # Before the settings, in which NewtonIntegrator would be missing beside an engine that moves the bodies.
-    _refuse_bonded(everything.of(of_class(everything.state, "CpmState.vtable")))
-    concrete = Concrete()
-    replaced = "CpmStateUpdater" if update_states else ""
-    _rules.refuse_blind_engines(host().omega.engines, replaced)
-    kinematics = kinematics or concrete.settings.kinematics
-    solver = concrete.hosted(kinematics, mode, False, threads)
-    kind = {
-        "kind": "concrete",
-        "kinematics": kinematics,
-        "mode": mode,
-        "update_states": update_states,
-        "laws": concrete.laws(mode),
-        "materials": len(concrete.materials),
-        "motion": motion,
-    }
-    if not solver.bond_count:
-        raise refuse(
-            "there are no bonds to take over; let YADE create them first (an interactionDetectionFactor above 1 in a step before "
-            "cohesiveThresholdIter)",
-            "NoBonds",
-        )
-    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind, threads), replaced)
-
-
-def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
-    omega = host().omega
-    disabled = [other for other in omega.engines if class_of(other) == replaced and not other.dead]
-    engine._attach()
-    try:
-        if engine._motion is not None:
-            engine._motion.begin()
-        engine._mask()
-        engine._insert()
-        for other in disabled:
-            other.dead = True
-        # A PyRunner's new engines act from the next step on.
-        if not omega.running:
-            engine.check_engines(omega.engines)
-        engine._placed = True
-    except Exception:
-        for other in disabled:
-            other.dead = False
-        if engine._motion is not None and engine._motion.active:
-            engine._motion.end()
-        _registered.pop(engine.name, None)
-        engine.attached = False
-        raise
-    return engine
-
-
-def bond(
-    material: dict[str, Any],
-    bonds: dict[str, Any] | None = None,
-    contacts: dict[str, Any] | None = None,
-    ids: Any = None,
-    name: str = "bonds",
-    kinematics: str | None = None,
-    threads: int | None = None,
-    motion: bool = False,
-    **tables: Any,
-) -> BondedEngine:
-    """Bond spheres of the scene with any ConcorDEM law: concrete, cohesive beams, linear bonds, with or without deformable particles.
-
-    `material`, `bonds`, and `contacts` are tables of a scenario; `tables` are its other tables and keys (`deformable`, `dimension`,
-    ...). Without `bonds`, all contacts are unbonded; without `contacts`, unbonded particles pass through each other. `ids`: the
-    spheres; default all. Masses and motion are those of YADE's bodies. `motion`: as in :func:`take_over`. Raises YadeError if the scene is not supported,
-    ScenarioError if the tables are invalid.
-
-    >>> concordem.yade.bond(                                                       # doctest: +SKIP
-    ...     material={"name": "glass", "density": 2500, "cohesive_beam":
-    ...               {"young": "300 GPa", "poisson": 0.3, "radius_ratio": 0.6, "tensile_strength": "60 MPa"}},
-    ...     bonds={"law": "cohesive_beam", "interaction_ratio": 1.1}, contacts={"law": "none"})
-    """
-    at_rest()
-    omega = host().omega
-    if omega.periodic:
-        raise refuse("bond() does not support periodic scenes; use take_over()", "Periodic")
-    _rules.refuse_blind_engines(omega.engines)
-    everything = bodies()
-    ball = of_class(everything.shape, "Sphere.vtable")
-    if ids is not None:
-        wanted = np.isin(everything.ids, np.asarray(ids))
-        if int(wanted.sum()) != len(set(map(int, ids))):
-            raise refuse("`ids` contains ids without a body; give ids of spheres in the scene", "OtherBodies")
-        if not ball[wanted].all():
-            raise refuse(f"body {int(everything.ids[wanted & ~ball][0])} is not a sphere; give ids of spheres", "OtherBodies")
-        ball = wanted
-    mine = everything.of(ball)
-    _refuse_bonded(mine)
-    for number in mine.ids:
-        if not omega.bodies[int(number)].isStandalone:
-            raise refuse(f"body {int(number)} belongs to a clump and cannot be bonded; exclude it by `ids`", "Clumps")
-    radius = gather(mine.shape, "Sphere.radius")
-    spheres = np.concatenate([mine.positions, radius[:, None]], axis=1)
-    description = dict(
-        packing={"kind": "spheres", "spheres": spheres},
-        material=material,
-        contacts=contacts or {"law": "none"},
-        stop={"steps": 1},
-        **({"kinematics": kinematics} if kinematics else {}),
-        **({"bonds": bonds} if bonds else {}),
-        **tables,
-    )
-    scenario = _core.Scenario(**description)
-    solver = _hosted_of(scenario, mine, omega.dt, threads)
-    if bonds and not solver.bond_count:
-        raise refuse("the spheres are too far apart for bonds; increase bonds.interaction_ratio", "NoBonds")
-    kind = {"kind": "scenario", "scenario": scenario.text, "motion": motion}
-    return _begin(BondedEngine(name, solver, mine.ids, kind))
-
-
-def _hosted_of(scenario: _core.Scenario, mine: Bodies, dt: float, threads: int | None) -> _core.Hosted:
-    inertia = gather(mine.state, "State.inertia", components=3)
-    mass = gather(mine.state, "State.mass")
-    try:
-        return _core.Hosted.of_scenario(
-            scenario,
-            mine.ids.astype(np.uint32),
-            mass,
-            np.ascontiguousarray(inertia.min(axis=1)),
-            dt,
-            threads or host().omega.numThreads,
-        )
-    except ValueError as error:
-        raise refuse(f"the bodies cannot be bonded: {error}") from error
+        self.update_lost()
 
 
 def engines() -> list[BondedEngine]:

@@ -77,7 +77,7 @@ def advance(
     if omega.periodic:
         _write_cell(solver)
     add_to_clock(steps, concrete.settings.dt)
-    counts = write_contacts(solver)
+    counts = write_contacts(solver, {})
     return HandedOver(steps, broken, counts["erased"], counts["made"])
 
 

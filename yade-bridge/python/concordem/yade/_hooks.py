@@ -18,9 +18,10 @@ from typing import Any, Callable, Iterator, Protocol, Sequence
 import numpy as np
 
 from .._errors import YadeError
-from . import _pause, _rules
+from . import _lending, _pause, _rules
 from ._container import Contacts, lent
 from ._mirror import Mirror
+from ._scene import is_at_rest
 
 
 class Bonded(Protocol):
@@ -38,11 +39,21 @@ class Bonded(Protocol):
     def stress_sum(self) -> Any:
         """`Σ l⊗f` over all contacts, J, (3, 3)."""
 
+    @property
+    def lends(self) -> bool:
+        """Whether the bonds can be lent to engines of YADE that read interactions."""
+
     def mirror(self) -> Mirror:
         """The bonds as objects of YADE."""
 
+    def update_lost(self) -> None:
+        """Write to YADE's states how many bonds and contacts their bodies have lost."""
+
     def refuse_erasing(self) -> None:
         """Raise YadeError if bonds cannot be erased now."""
+
+    def before_erasing(self, number: int) -> None:
+        """Let a body go that a script is about to erase, or raise YadeError."""
 
     def has_body(self, number: int) -> bool:
         """Whether a body belongs to this engine."""
@@ -70,10 +81,10 @@ _installed = False
 
 #: Functions of YADE in C++ that read interactions: they find the bonds of concrete. Those of bond() have laws that they do not know.
 READING_FUNCTIONS = (
-    *("bodyNumInteractionsHistogram", "bodyStressTensors", "elasticEnergyInVolume", "fabricTensor", "forcesOnCoordPlane"),
-    *("forcesOnPlane", "getBodyIdsContacts", "getCapillaryStress", "getStressAndTangent", "getStressProfile", "getStressProfile_contact"),
+    *("bodyNumInteractionsHistogram", "bodyStressTensors", "fabricTensor", "forcesOnCoordPlane"),
+    *("forcesOnPlane", "getCapillaryStress", "getStressAndTangent", "getStressProfile", "getStressProfile_contact"),
     *("interactionAnglesHistogram", "intrsOfEachBody", "maxOverlapRatio", "normalShearStressTensors", "numIntrsOfEachBody", "sumFacetNormalForces"),
-    "unbalancedForce",
+    *("stressTensorOfPeriodicCell", "totalForceInVolume", "unbalancedForce"),
 )
 
 
@@ -84,6 +95,7 @@ def bonded() -> list[Bonded]:
 
 def _hidden() -> list[Bonded]:
     """The bonded engines whose bonds are not in O.interactions."""
+    _lending.settle()
     return [engine for engine in bonded() if not engine._shown]
 
 
@@ -103,8 +115,12 @@ def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[
 
     @functools.wraps(function)
     def checked(self: Any, *arguments: Any, **named: Any) -> Any:
-        if use is savers and path_of is _file:
-            refuse_missing_folder(path_of(self, *arguments, **named))
+        _lending.settle()
+        if use is savers:
+            if path_of is _file:
+                refuse_missing_folder(path_of(self, *arguments, **named))
+            for engine in _hidden() if is_at_rest() else []:
+                engine.update_lost()
         found = function(self, *arguments, **named)
         if not _plain:
             for one in use:
@@ -215,6 +231,7 @@ def install() -> None:
     @functools.wraps(run)
     def checked_run(self: Any, nSteps: int = -1, wait: bool = False) -> Any:
         if not self.running:
+            _lending.settle()
             _raised(lambda: None)
             check()
         found = _raised(lambda: run(self, nSteps, wait))
@@ -232,6 +249,7 @@ def install() -> None:
             return _raised(lambda: step(self))
         finally:
             _pause.stepping = None
+            _lending.settle()
 
     @functools.wraps(wait)
     def checked_wait(self: Any) -> Any:
@@ -239,11 +257,15 @@ def install() -> None:
         check()
         return found
 
+    def get(self: Any) -> Any:
+        return _lending.without_helpers(engines.fget(self))
+
     def assign(self: Any, new: Any) -> None:
-        engines.fset(self, new)
+        new = list(new)
+        engines.fset(self, _lending.with_helpers(new))
         if self.running and bonded():
             for engine in bonded():
-                engine.check_engines(list(new))
+                engine.check_engines(new)
 
     omega.run, omega.step, omega.wait = checked_run, checked_step, checked_wait
     for name, path_of, use in (
@@ -256,23 +278,37 @@ def install() -> None:
         setattr(omega, name, _with_bonds(getattr(omega, name), path_of, use))
     for name in ("reset", "resetThisScene", "resetCurrentScene", "resetAllScenes"):
         setattr(omega, name, _forgetting(getattr(omega, name)))
-    omega.engines = property(engines.fget, assign, None, engines.__doc__)
+    omega.engines = property(get, assign, None, engines.__doc__)
+    _lending.owners = lambda: [engine for engine in bonded() if not engine._shown]
+    _lending.raw_engines = lambda: engines.fget(yade.wrapper.Omega())
+    call, run_engine = yade.wrapper.Engine.__call__, omega.runEngine
+    yade.wrapper.Engine.__call__ = functools.wraps(call)(lambda self: _called(self, lambda: call(self)))
+    omega.runEngine = functools.wraps(run_engine)(lambda self, engine: _called(engine, lambda: run_engine(self, engine)))
     previous = sys.excepthook
     sys.excepthook = lambda error_type, error, trace: _hook(error_type, error, trace, previous)
     for name in READING_FUNCTIONS:
         function = getattr(yade.utils, name, None)
         if function is not None:
             replace_everywhere(name, function, _reading(f"{name}()", function))
+    why = "lists the bodies whose bounds overlap, which it does not search between bonded bodies; use O.bodies[i].intrs()"
+    replace_everywhere("getBodyIdsContacts", yade.utils.getBodyIdsContacts, _refusing("getBodyIdsContacts()", yade.utils.getBodyIdsContacts, why))
     replace_everywhere("getStress", yade.utils.getStress, _stress(yade.utils.getStress))
     replace_everywhere("createInteraction", yade.utils.createInteraction, _creating(yade.utils.createInteraction))
     for name in dir(yade.wrapper):
-        # Methods of laws: elasticEnergy(), ratioSlidingContacts(), ...
-        law = getattr(yade.wrapper, name)
-        if name.startswith("Law2_") and isinstance(law, type):
-            for method, function in list(vars(law).items()):
-                if not method.startswith("_") and type(function).__name__ == "function":
-                    setattr(law, method, _reading(f"{name}.{method}()", function))
+        kind = getattr(yade.wrapper, name)
+        # Methods of other laws find no contacts of theirs among the bonds; some take all interactions for theirs, which can end the process.
+        reads = name in ("Law2_ScGeom_CpmPhys_Cpm", "TesselationWrapper", "TriaxialStressController")
+        for method, function in list(vars(kind).items()) if reads or name.startswith("Law2_") else ():
+            if reads and not method.startswith("_") and type(function).__name__ == "function":
+                setattr(kind, method, _reading(f"{name}.{method}()", function))
+            elif isinstance(function, staticmethod):
+                setattr(kind, method, staticmethod(_refusing(f"{name}.{method}()", function.__func__)))
     _container_of_bonds(yade.wrapper)
+    _lost_of_states(yade.wrapper.CpmState)
+    _bodies_that_change(yade.wrapper.BodyContainer)
+    replace_everywhere("flipCell", yade.utils.flipCell, _flipping(yade.utils.flipCell))
+    if hasattr(yade.wrapper.Cell, "flipCell"):
+        yade.wrapper.Cell.flipCell = _flipping(yade.wrapper.Cell.flipCell)
 
 
 def _forgetting(function: Any) -> Any:
@@ -306,6 +342,104 @@ def _container_of_bonds(wrapper: Any) -> None:
     wrapper.Body.intrs = with_bonds
 
 
+def _bodies_that_change(container: Any) -> None:
+    """Let bonded engines follow erased bodies, and refuse that their bodies enter or leave clumps."""
+    erase = container.erase
+
+    @functools.wraps(erase)
+    def erasing(self: Any, id: int, eraseClumpMembers: bool = False) -> bool:
+        engines, body = bonded(), self[id] if 0 <= id < len(self) else None
+        if engines and body is not None:
+            members = body.shape.members if eraseClumpMembers and body.isClump else {}
+            for number in (id, *members):
+                for engine in engines:
+                    if engine.has_body(number):
+                        engine.before_erasing(number)
+        return bool(erase(self, id, eraseClumpMembers))
+
+    container.erase = erasing
+    for name in ("clump", "addToClump", "releaseFromClump", "deleteClumpMember", "deleteClumpBody", "replaceByClumps"):
+        setattr(container, name, _clumping(name, getattr(container, name)))
+
+
+def _numbers(values: Any) -> Iterator[int]:
+    """The ids of bodies among arguments, with the members of clumps."""
+    for value in values:
+        if isinstance(value, (list, tuple)):
+            yield from _numbers(value)
+        elif isinstance(value, int) and not isinstance(value, bool):
+            yield value
+
+
+def _clumping(name: str, function: Any) -> Any:
+    """A function that changes which bodies are in clumps."""
+
+    @functools.wraps(function)
+    def checked(self: Any, *arguments: Any, **named: Any) -> Any:
+        for engine in bonded():
+            given = set(_numbers([*arguments, *named.values()]))
+            for body in [self[number] for number in given if 0 <= number < len(self)]:
+                given |= set(body.shape.members) if body is not None and body.isClump else set()
+            touched = sorted(number for number in given if engine.has_body(number))
+            if touched or name == "replaceByClumps":
+                which = f"body {touched[0]} belongs" if touched else "some spheres belong"
+                raise _rules.refuse(
+                    f"O.bodies.{name}(): {which} to a bonded engine, which cannot follow a change of clumps; call give_back() before, and "
+                    "take_over() after it",
+                    "Clumps",
+                )
+        return function(self, *arguments, **named)
+
+    return checked
+
+
+def _flipping(function: Any) -> Any:
+    """flipCell, which exchanges the images of all contacts."""
+
+    @functools.wraps(function)
+    def checked(*arguments: Any, **named: Any) -> Any:
+        if _hidden():
+            raise _rules.refuse("flipCell(): a bonded engine keeps the periodic images of its bonds; call give_back() before, and take_over() after it", "Bonded")
+        return function(*arguments, **named)
+
+    return checked
+
+
+def _lost_of_states(state: Any) -> None:
+    """Let `CpmState.numBrokenCohesive`, which YADE's law counts, have what the bonded engines have counted."""
+    lost = state.numBrokenCohesive
+
+    def get(self: Any) -> int:
+        for engine in _hidden():
+            engine.update_lost()
+        return int(lost.fget(self))
+
+    def put(self: Any, value: int) -> None:
+        if _hidden():
+            raise _rules.refuse(
+                "numBrokenCohesive of a body cannot be set while a bonded engine counts what its bodies lose; set it before take_over()", "Changed"
+            )
+        lost.fset(self, value)
+
+    state.numBrokenCohesive = property(get, put, None, lost.__doc__)
+
+
+#: Why a method of another law than concrete is refused.
+_OF_ITS_LAW = "reads interactions of its own law, which bonds do not have; use concordem.operators with the engine's forces()"
+
+
+def _refusing(name: str, function: Any, why: str = _OF_ITS_LAW) -> Any:
+    """A function of YADE that cannot answer beside a bonded engine."""
+
+    @functools.wraps(function)
+    def checked(*arguments: Any, **named: Any) -> Any:
+        if _hidden():
+            raise _rules.refuse(f"{name} {why}", "BlindFunction")
+        return function(*arguments, **named)
+
+    return checked
+
+
 def _reading(name: str, function: Any) -> Any:
     """A function of YADE that reads interactions, and finds the bonds."""
 
@@ -324,6 +458,19 @@ def _reading(name: str, function: Any) -> Any:
             return function(*arguments, **named)
 
     return with_bonds
+
+
+def _called(engine: Any, call: Callable[[], Any]) -> Any:
+    """An engine that a script calls, with the bonds if it reads interactions."""
+    hidden = _hidden()
+    if not hidden or not (_rules.is_followed(engine) or _rules.is_blind(engine)):
+        return call()
+    if not (_rules.is_followed(engine) and all(one.is_concrete for one in hidden)):
+        _rules.refuse_blind_call(engine)
+    for one in hidden:
+        one.update_lost()
+    with lent(hidden):
+        return call()
 
 
 def _creating(function: Any) -> Any:

@@ -97,7 +97,7 @@ def give_back(engine: Bonds) -> dict[str, int]:
     engine.update_states()
     engine._take_out()
     try:
-        counts = write_contacts(engine.solver)
+        counts = write_contacts(engine.solver, engine._kind)
     except BaseException:
         # Nothing is lost: the bonds act again.
         clear_between(engine.ids)
@@ -159,7 +159,7 @@ def _refuse_changes(before: tuple[Interactions, dict[str, Any]], now: tuple[Inte
 
 def _create(engine: Bonds) -> None:
     if engine._kind["kind"] == "concrete":
-        write_contacts(engine.solver)
+        write_contacts(engine.solver, engine._kind)
         return
     table = table_of(engine.solver)
     one, two = np.minimum(table["a"], table["b"]).astype(np.int32), np.maximum(table["a"], table["b"]).astype(np.int32)

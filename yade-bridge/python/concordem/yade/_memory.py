@@ -30,6 +30,11 @@ class Memory:
     """The memory of this process. Reading an invalid address returns fewer bytes instead of crashing."""
 
     def __init__(self) -> None:
+        self._open()
+        # The open file stays that of the parent.
+        os.register_at_fork(after_in_child=self._open)
+
+    def _open(self) -> None:
         self._file = os.open("/proc/self/mem", os.O_RDONLY)
 
     def read(self, address: int, size: int) -> bytes:

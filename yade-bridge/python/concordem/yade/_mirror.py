@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from .. import _core
 from . import _changes
-from ._concrete import STORED, keys_of, scatter, write_constants, write_images, write_values
+from ._concrete import keys_of, scatter, write_constants, write_images, write_own, write_values
 from ._interactions import Bonds, table_of
 from ._memory import known_address_of, memory
+from ._own import STORED
 from ._rules import refuse
 from ._scene import Addresses, Interactions, Ints, gather, host
 
@@ -44,11 +45,12 @@ def _physics_of(one: Any, two: Any) -> dict[str, Any]:
 class Mirror:
     """Objects of YADE for all bonds and contacts of a bonded engine.
 
-    `bonds`: gives the engine, or, for the native one, a copy of its bonds. `moment`: gives a value that differs after each step.
+    `bonds`: gives the engine, or, for the native one, a copy of its bonds. `moment`: gives a value that differs after each step. `parameters`:
+    the engine follows changes of the parameters of bonds.
     """
 
-    def __init__(self, bonds: Callable[[], Bonds], moment: Callable[[], Any]) -> None:
-        self._bonds, self._moment = bonds, moment
+    def __init__(self, bonds: Callable[[], Bonds], moment: Callable[[], Any], parameters: bool = False) -> None:
+        self._bonds, self._moment, self._parameters = bonds, moment, parameters
         self._at: Any = None
         self._keys = np.zeros(0, np.int64)
         self._contacts: list[Any] = []
@@ -93,7 +95,7 @@ class Mirror:
         row = np.zeros(int(bodies["id"].max(initial=0)) + 1, np.int64)
         row[bodies["id"]] = np.arange(len(bodies["id"]))
         if not np.array_equal(keys, self._keys):
-            self._match(keys, table, bodies["radius"][row])
+            self._match(keys, table, bodies["radius"][row], bonds._kind)
         sign = np.where(table["a"] == self._one, 1.0, -1.0)
         first = bodies["position"][row[self._one]]
         if self._concrete:
@@ -102,7 +104,7 @@ class Mirror:
             _write_forces(self._geom, self._phys, first, table, sign)
         write_images(self._address, table["image"] * sign.astype(np.int32)[:, None])
 
-    def _match(self, keys: NDArray[np.int64], table: Any, radius: Any) -> None:
+    def _match(self, keys: NDArray[np.int64], table: Any, radius: Any, kind: dict[str, Any]) -> None:
         """Keep the objects of contacts that still exist, and make those of new ones."""
         place = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
         known = self._keys[place] == keys if len(self._keys) else np.zeros(len(keys), bool)
@@ -127,6 +129,7 @@ class Mirror:
         # It belongs to YADE's steps.
         scatter(geom[new], "ScGeom.shearInc", np.full((len(new), 3), math.nan))
         if self._concrete:
+            write_own(phys[new], keys[new] & 1, one[new], two[new], kind)
             write_constants(geom[new], phys[new], table["reference_length"][new], table["area"][new])
         self._keys, self._contacts, self._one, self._two = keys, contacts, one, two
         self._address, self._geom, self._phys = address, geom, phys
@@ -214,7 +217,7 @@ class Mirror:
             return False
         changed = self._changes()
         for name, row in changed.items():
-            if name in ("geom", "phys", "cellDist", "isActive", *STORED) or not self._concrete:
+            if name in ("geom", "phys", "cellDist", "isActive", *(() if self._parameters else STORED)) or not self._concrete:
                 if not self._concrete:
                     remedy = "its law computes it from the bond: leave it"
                 elif name in STORED:

@@ -191,6 +191,16 @@ class _Engine:
         self._refuse_lost()
         return _native_bonds.mirror(self._engine)
 
+    @property
+    def lends(self) -> bool:
+        """Whether the bonds can be lent: within a step, those of the native engine cannot be read."""
+        return False
+
+    def update_lost(self) -> None:
+        """Write to YADE's states how many bonds and contacts their bodies have lost."""
+        if self.is_concrete:
+            _native_bonds.update_lost(self._engine)
+
     def _refuse_lost(self) -> None:
         if self._lost:
             raise YadeError(self._lost, "EngineLost")
@@ -206,6 +216,13 @@ class _Engine:
         import yade.wrapper
 
         return not self._lost and bool(yade.wrapper.Omega().bodies[number].groupMask & self._engine.selfMask)
+
+    def before_erasing(self, number: int) -> None:
+        """Raise YadeError: the engine cannot go on without a body."""
+        raise _rules.refuse(
+            f"body {number} belongs to BondedEngine_Rust, which cannot go on without it; call give_back() before you erase it, and takeOver() after it",
+            "Bodies",
+        )
 
     def refuse_erasing(self) -> None:
         """Raise YadeError if bonds cannot be erased now."""

@@ -17,11 +17,11 @@ from .. import _core
 from .._errors import YadeError
 from .._types import Contacts
 from . import _hooks, _interactions, _vtk
-from ._concrete import scatter, write_states
+from ._concrete import add_to_lost, scatter, write_states
 from ._memory import address_of, known_address_of
 from ._mirror import Mirror
 from ._rules import refuse
-from ._scene import Reals, gather, host, of_class
+from ._scene import Reals, bodies, gather, host, of_class
 from ._scene import interactions as interactions_of_yade
 
 #: Addresses of the engines whose bonds are shown as interactions.
@@ -73,6 +73,7 @@ class NativeBonds:
     def update_states(self) -> None:
         """Write CpmState."""
         write_states(self.solver)
+        update_lost(self._native)
 
     def _take_out(self) -> None:
         """The engine ends when the bonds are in O.interactions: until then they would be lost by an error."""
@@ -135,6 +136,15 @@ def follow(engine: Any) -> None:
         contact = own[int(made.id1[k]), int(made.id2[k])]
         contact.phys.isCohesive = not contact.phys.isCohesive
     _asked(engine.takeOver)
+
+
+def update_lost(engine: Any) -> None:
+    """Write to YADE's states how many bonds and contacts their bodies have lost."""
+    solver, everything = NativeBonds(engine).solver, bodies()
+    state = np.ascontiguousarray(everything.state[np.searchsorted(everything.ids, solver.bodies()["id"])])
+    bonds, openings = solver.losses()
+    before = gather(state, "CpmState.numBrokenCohesive", "i32")
+    add_to_lost(state, (bonds + openings).astype(np.int32) - before)
 
 
 def _asked(function: Any) -> Any:

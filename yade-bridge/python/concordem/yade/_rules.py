@@ -12,21 +12,38 @@ from typing import Any, Iterable, Sequence
 from .._errors import YadeError
 
 _NOTHING = "there is no replacement"
-_CELL = "drive the cell from a PyRunner with the engine's stress()"
-#: Engines that read O.interactions, which no longer contains the bonds, with their replacements. A class stands for all that derive
-#: from it.
+_STRESS = "record the engine's stress() from a PyRunner"
+#: Engines that read O.interactions and find the bonds of take_over() there: the engine lends them (:mod:`._lending`). A class stands for all
+#: that derive from it.
+FOLLOWED = (
+    *("CpmStateUpdater", "GlobalStiffnessTimeStepper", "PeriTriaxController", "Peri3dController", "PeriIsoCompressor", "TriaxialStateRecorder"),
+    *("TriaxialCompressionEngine", "VTKRecorder"),
+)
+#: Engines that read O.interactions, where they do not find the bonds of other engines than take_over(), with their replacements; all but those
+#: of FOLLOWED do not find those of take_over() either.
 BLIND = {
-    "CpmStateUpdater": "use take_over(update_states=n), or BondedEngine_Rust(updateStates=n)",
+    "CapillaryStressRecorder": _STRESS,
+    "CohesiveFrictionalContactLaw": "use InteractionLoop",
+    "CpmStateUpdater": "use BondedEngine_Rust(updateStates=n)",
+    "DFNFlowEngine": _NOTHING,
+    "Disp2DPropLoadEngine": _NOTHING,
+    "ElasticContactLaw": "use InteractionLoop",
+    "FoamCoupling": _NOTHING,
     "GlobalStiffnessTimeStepper": "set O.dt yourself",
-    "PeriTriaxController": _CELL,
-    "Peri3dController": _CELL,
-    "PeriIsoCompressor": _CELL,
     "KinemSimpleShearBox": _NOTHING,
+    "Law2_ScGeom_CapillaryPhys_Capillarity": _NOTHING,
     "LawTester": _NOTHING,
-    "TesselationWrapper": "use concordem.operators",
+    "LubricationPDFEngine": "use the engine's forces()",
+    "MeasureCapStress": _STRESS,
+    "MicroMacroAnalyser": "use concordem.operators",
+    "PDFEngine": "use the engine's forces()",
+    "PartialSatClayEngine": _NOTHING,
+    "Peri3dController": "drive the cell from a PyRunner with the engine's stress()",
+    "PeriIsoCompressor": "drive the cell from a PyRunner with the engine's stress()",
+    "PeriTriaxController": "drive the cell from a PyRunner with the engine's stress()",
     "ThermalEngine": _NOTHING,
     "TriaxialCompressionEngine": "use TriaxialStressController, and the engine's stress()",
-    "TriaxialStateRecorder": "record from a PyRunner with the engine's stress()",
+    "TriaxialStateRecorder": _STRESS,
 }
 #: The engines of flow are instances of a template; the names of their bases begin with this.
 _FLOW = "FlowEngine"
@@ -59,18 +76,33 @@ def _remedy(engine: Any) -> str | None:
     return None
 
 
-def refuse_blind_engines(engines: Iterable[Any], replaced: str = "") -> None:
-    """Raise YadeError if an active engine looks for the bonds in O.interactions. `replaced`: an engine that will be disabled."""
+def is_followed(engine: Any) -> bool:
+    """Whether an engine of YADE finds the bonds of take_over()."""
+    return any(is_a(engine, name) for name in FOLLOWED)
+
+
+def _with_slaves(engines: Iterable[Any]) -> Iterable[tuple[Any, bool]]:
+    """The engines that are not dead, and those that a ParallelEngine has, each with whether it is one of these."""
     for engine in engines:
-        name = type(engine).__name__
-        if engine.dead or name == replaced:
+        if engine.dead:
             continue
-        remedy = _remedy(engine)
-        if remedy is not None:
-            raise refuse(
-                f"O.engines has {name}, which reads O.interactions, where the bonds no longer are; remove it or set dead=True ({remedy})",
-                "BlindEngine",
-            )
+        yield engine, False
+        if is_a(engine, "ParallelEngine"):
+            for slave in engine.slaves:
+                yield from ((one, True) for one, _ in _with_slaves(slave if isinstance(slave, (list, tuple)) else [slave]))
+
+
+def refuse_blind_engines(engines: Sequence[Any], replaced: str = "", lends: bool = False) -> None:
+    """Raise YadeError if an active engine looks for the bonds in O.interactions, and does not find them there. `replaced`: an engine that will
+    be disabled; `lends`: the bonds are lent to FOLLOWED."""
+    loops = sum(is_a(engine, "InteractionLoop") and not engine.dead for engine in engines)
+    if loops > 1:
+        raise refuse(f"O.engines has {loops} active engines InteractionLoop; keep exactly one", "Engines")
+    for engine, is_slave in _with_slaves(engines):
+        name = type(engine).__name__
+        if name == replaced or (lends and not is_slave and is_followed(engine)):
+            continue
+        remedy = "take it out of the ParallelEngine" if lends and is_slave and is_followed(engine) else _remedy(engine)
         if name == "VTKRecorder":
             blind = BLIND_RECORDERS & set(engine.recorders)
             if blind:
@@ -80,6 +112,26 @@ def refuse_blind_engines(engines: Iterable[Any], replaced: str = "") -> None:
                     "`with engine.interactions():`)",
                     "BlindEngine",
                 )
+        elif remedy is not None:
+            raise refuse(
+                f"O.engines has {name}, which reads O.interactions, where the bonds no longer are; remove it or set dead=True ({remedy})",
+                "BlindEngine",
+            )
+
+
+def is_blind(engine: Any) -> bool:
+    """Whether an engine reads O.interactions for what only a bonded engine has."""
+    return _remedy(engine) is not None or (is_a(engine, "VTKRecorder") and bool(BLIND_RECORDERS & set(engine.recorders)))
+
+
+def refuse_blind_call(engine: Any) -> None:
+    """Raise YadeError if a script calls an engine that would not find the bonds."""
+    if is_blind(engine):
+        remedy = _remedy(engine) or "use engine.write_vtk()"
+        raise refuse(
+            f"{type(engine).__name__} reads O.interactions, where the bonds no longer are ({remedy}); call it within `with engine.interactions():`",
+            "BlindEngine",
+        )
 
 
 def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None:
@@ -233,6 +285,27 @@ def refuse_skipped(expected: int, now: int, what: str) -> None:
             "and alive, or delete its bonds (its remove() or release())",
             "Skipped",
         )
+
+
+def refuse_collider(engines: Iterable[Any], mask: int, what: str) -> None:
+    """Raise YadeError if YADE would find contacts between the bonded bodies, whose bit of `groupMask` is `mask`."""
+    colliders = [engine for engine in engines if is_a(engine, "Collider") and not engine.dead]
+    for collider in colliders:
+        if collider.avoidSelfInteractionMask & mask != mask:
+            raise refuse(
+                f"{type(collider).__name__} has avoidSelfInteractionMask={collider.avoidSelfInteractionMask} without the bit {mask}, which keeps YADE "
+                f"from adding a second force between the bodies of {what}; set avoidSelfInteractionMask={collider.avoidSelfInteractionMask | mask}",
+                "Masks",
+            )
+
+
+def refuse_mask(body: int, found: int, mask: int, what: str) -> None:
+    """Raise YadeError: a bonded body lost its bit of `groupMask`."""
+    raise refuse(
+        f"body {body} has groupMask={found} without the bit {mask}, which keeps YADE from adding a second force between the bodies of {what}; "
+        f"set groupMask={found | mask}",
+        "Masks",
+    )
 
 
 def refuse_material(body: int, what: str) -> None:

@@ -13,10 +13,11 @@ from .. import _core
 from . import _hooks
 from ._clumps import Clumps
 from ._concrete import cell_of, class_of
-from ._engine import BondedEngine, _hosted_of, _registered, engines
+from ._engine import BondedEngine, _registered, engines
 from ._motion import only_integrator
 from ._rules import refuse
 from ._scene import at_rest, bodies, gather, host
+from ._take_over import _hosted_of
 
 
 def _fingerprint() -> str:
@@ -61,7 +62,7 @@ def _write_bonds(path: str) -> list[str]:
 
 def _read_bonds(path: str, threads: int | None = None) -> list[BondedEngine]:
     """Load the bonds of the scene that YADE has just loaded from this file."""
-    wanted = [e.command for e in host().omega.engines if class_of(e) == "PyRunner" and "concordem.yade" in e.command]
+    wanted = [e.command for e in host().omega.engines if class_of(e) == "PyRunner" and "concordem.yade" in e.command and "._run(" in e.command]
     found = []
     for command in wanted:
         name = command.rsplit("(", 1)[1].rstrip(")").strip("'\"")
@@ -136,7 +137,8 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
                 "history": np.zeros((0, 11)),
                 "radii": empty,
                 "reference_overlap": empty,
-                "stored": np.zeros((0, 6)),
+                "stored": np.zeros((0, 10)),
+                "own": np.zeros(0, np.uint32),
             },
             [tuple(row) for row in kind["laws"]],
             kind["materials"],
@@ -144,6 +146,7 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
             kind["kinematics"],
             cell=cell_of(omega) if omega.periodic else None,
             threads=threads or omega.numThreads,
+            own=kind.get("own"),
             clumps=Clumps(found.ids).arrays(only_integrator(omega.engines), omega.dt),
         )
     solver.restore(beside, *(np.array(counts, np.uint32) for counts in text["losses"]))
@@ -152,4 +155,5 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
     if engine._motion is not None:
         engine._motion.resume(text["motion_bit"])
     engine._placed = True
+    host().omega.engines = host().omega.engines
     return engine

@@ -374,10 +374,24 @@ class Snapshot:
     def region_stress(
         self, region: operators.Region | None = None, volume: float | None = None, truncation: Truncation = "branch-clipped"
     ) -> RegionStress:
-        """Stress of a region, of the periodic cell, or of a body of this volume (m^3), Pa. See operators.region_stress."""
+        """Stress of a region, of the periodic cell, or of a body of this volume (m^3), Pa. See operators.region_stress.
+
+        Branches to bodies that are not spheres end at the contact point. YADE's getStress takes the position of the body instead, which differs
+        for forces along a wall or facet: they then depend on where in its plane the position is. `full` and `partial` count contacts between
+        spheres.
+        """
         where = self._whole(region, volume)
         period = None if region is None else self.period
-        return operators.region_stress(self.positions, self.contacts, where, truncation, period)
+        found = operators.region_stress(self.positions, self.contacts, where, truncation, period)
+        particle, point, force, _ = self.loads
+        if not len(particle):
+            return found
+        # The walls as points of their own.
+        rows = np.arange(len(particle), dtype=np.uint32)
+        pair = np.stack([particle, rows + np.uint32(len(self.positions))], axis=1)
+        positions = np.concatenate([self.positions, point])
+        outer = Contacts(pair, point - self.positions[particle], point, force)
+        return found._replace(stress=found.stress + operators.region_stress(positions, outer, where, truncation, period).stress)
 
     def particle_stress(self, volumes: Reals | None = None, partition: Partition = "contact-point") -> Reals:
         """Stress of every body from its contacts and loads, Pa, (n, 3, 3); NaN for bodies that are not spheres.

@@ -23,6 +23,8 @@ WORTH = 16 if sys.version_info < _STAYS else 1000
 _last, _steps = 0, 0
 #: Native ids and states of the threads that are kept.
 _kept: list[tuple[int, int]] = []
+# In a process that a fork has made, Python has deleted the states of other threads.
+os.register_at_fork(after_in_child=_kept.clear)
 
 
 def keep() -> None:

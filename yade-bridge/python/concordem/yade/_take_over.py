@@ -1,0 +1,177 @@
+"""Makes bonded engines: of the bonds of a concrete scene, or of spheres of the scene and tables of a scenario."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from . import _rules
+from ._concrete import Concrete, class_of, engine_of
+from ._engine import BondedEngine, _registered
+from ._rules import refuse
+from ._scene import Bodies, at_rest, bodies, gather, host, of_class
+
+
+def _refuse_bonded(mine: Bodies) -> None:
+    """Raise YadeError if the collider already excludes contacts between some of the bodies."""
+    mask = engine_of("InsertionSortCollider").avoidSelfInteractionMask
+    excluded = gather(mine.address, "Body.groupMask", "i32") & mask != 0
+    if excluded.any():
+        raise refuse(
+            f"body {int(mine.ids[excluded][0])} is excluded from contacts by the collider's avoidSelfInteractionMask, as bodies of a "
+            "bonded engine are; call remove() of that engine first, or unset the mask",
+            "Masks",
+        )
+
+
+def take_over(
+    name: str = "bonds",
+    kinematics: str | None = None,
+    mode: str = "yade-public",
+    update_states: int = 0,
+    threads: int | None = None,
+    motion: bool = False,
+) -> BondedEngine:
+    """Take over the bonds of a concrete scene (YADE's CPM) with their histories; our solver computes them from now on.
+
+    `O.run` works as before, but O.interactions no longer contains the contacts between the spheres. The defaults reproduce YADE's law
+    up to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`: write CpmState every `update_states`
+    steps; YADE's CpmStateUpdater is then set to dead=True. Results are bitwise equal for any number of threads, here and in YADE
+    (``-j``).
+
+    `motion`: the engine also moves its bodies, in place of NewtonIntegrator and with the same bits, which is faster; NewtonIntegrator keeps
+    the other bodies and all settings. Raises YadeError if the scene is not supported.
+    """
+    at_rest()
+    everything = bodies()
+    # Before the settings, in which NewtonIntegrator would be missing beside an engine that moves the bodies.
+    _refuse_bonded(everything.of(of_class(everything.state, "CpmState.vtable")))
+    concrete = Concrete()
+    replaced = "CpmStateUpdater" if update_states else ""
+    _rules.refuse_blind_engines(host().omega.engines, replaced, lends=True)
+    kinematics = kinematics or concrete.settings.kinematics
+    solver = concrete.hosted(kinematics, mode, False, threads)
+    kind = {
+        "kind": "concrete",
+        "kinematics": kinematics,
+        "mode": mode,
+        "update_states": update_states,
+        "laws": concrete.laws(mode),
+        "materials": len(concrete.materials),
+        "motion": motion,
+        **(concrete.own.kind() if concrete.own is not None else {}),
+    }
+    if not solver.bond_count:
+        raise refuse(
+            "there are no bonds to take over; let YADE create them first (an interactionDetectionFactor above 1 in a step before "
+            "cohesiveThresholdIter)",
+            "NoBonds",
+        )
+    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind, threads), replaced)
+
+
+def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
+    omega = host().omega
+    disabled = [other for other in omega.engines if class_of(other) == replaced and not other.dead]
+    engine._attach()
+    try:
+        if engine._motion is not None:
+            engine._motion.begin()
+        engine._mask()
+        engine._insert()
+        for other in disabled:
+            other.dead = True
+        # A PyRunner's new engines act from the next step on.
+        if not omega.running:
+            engine.check_engines(omega.engines)
+        engine._placed = True
+        # With the helpers of engines that read interactions.
+        omega.engines = omega.engines
+    except Exception:
+        for other in disabled:
+            other.dead = False
+        if engine._motion is not None and engine._motion.active:
+            engine._motion.end()
+        _registered.pop(engine.name, None)
+        engine.attached = False
+        raise
+    return engine
+
+
+def bond(
+    material: dict[str, Any],
+    bonds: dict[str, Any] | None = None,
+    contacts: dict[str, Any] | None = None,
+    ids: Any = None,
+    name: str = "bonds",
+    kinematics: str | None = None,
+    threads: int | None = None,
+    motion: bool = False,
+    **tables: Any,
+) -> BondedEngine:
+    """Bond spheres of the scene with any ConcorDEM law: concrete, cohesive beams, linear bonds, with or without deformable particles.
+
+    `material`, `bonds`, and `contacts` are tables of a scenario; `tables` are its other tables and keys (`deformable`, `dimension`,
+    ...). Without `bonds`, all contacts are unbonded; without `contacts`, unbonded particles pass through each other. `ids`: the
+    spheres; default all. Masses and motion are those of YADE's bodies. `motion`: as in :func:`take_over`. Raises YadeError if the scene is not supported,
+    ScenarioError if the tables are invalid.
+
+    >>> concordem.yade.bond(                                                       # doctest: +SKIP
+    ...     material={"name": "glass", "density": 2500, "cohesive_beam":
+    ...               {"young": "300 GPa", "poisson": 0.3, "radius_ratio": 0.6, "tensile_strength": "60 MPa"}},
+    ...     bonds={"law": "cohesive_beam", "interaction_ratio": 1.1}, contacts={"law": "none"})
+    """
+    at_rest()
+    omega = host().omega
+    if omega.periodic:
+        raise refuse("bond() does not support periodic scenes; use take_over()", "Periodic")
+    _rules.refuse_blind_engines(omega.engines)
+    everything = bodies()
+    ball = of_class(everything.shape, "Sphere.vtable")
+    if ids is not None:
+        wanted = np.isin(everything.ids, np.asarray(ids))
+        if int(wanted.sum()) != len(set(map(int, ids))):
+            raise refuse("`ids` contains ids without a body; give ids of spheres in the scene", "OtherBodies")
+        if not ball[wanted].all():
+            raise refuse(f"body {int(everything.ids[wanted & ~ball][0])} is not a sphere; give ids of spheres", "OtherBodies")
+        ball = wanted
+    mine = everything.of(ball)
+    _refuse_bonded(mine)
+    for number in mine.ids:
+        if not omega.bodies[int(number)].isStandalone:
+            raise refuse(f"body {int(number)} belongs to a clump and cannot be bonded; exclude it by `ids`", "Clumps")
+    radius = gather(mine.shape, "Sphere.radius")
+    spheres = np.concatenate([mine.positions, radius[:, None]], axis=1)
+    description = dict(
+        packing={"kind": "spheres", "spheres": spheres},
+        material=material,
+        contacts=contacts or {"law": "none"},
+        stop={"steps": 1},
+        **({"kinematics": kinematics} if kinematics else {}),
+        **({"bonds": bonds} if bonds else {}),
+        **tables,
+    )
+    scenario = _core.Scenario(**description)
+    solver = _hosted_of(scenario, mine, omega.dt, threads)
+    if bonds and not solver.bond_count:
+        raise refuse("the spheres are too far apart for bonds; increase bonds.interaction_ratio", "NoBonds")
+    kind = {"kind": "scenario", "scenario": scenario.text, "motion": motion}
+    return _begin(BondedEngine(name, solver, mine.ids, kind))
+
+
+def _hosted_of(scenario: _core.Scenario, mine: Bodies, dt: float, threads: int | None) -> _core.Hosted:
+    inertia = gather(mine.state, "State.inertia", components=3)
+    mass = gather(mine.state, "State.mass")
+    try:
+        return _core.Hosted.of_scenario(
+            scenario,
+            mine.ids.astype(np.uint32),
+            mass,
+            np.ascontiguousarray(inertia.min(axis=1)),
+            dt,
+            threads or host().omega.numThreads,
+        )
+    except ValueError as error:
+        raise refuse(f"the bodies cannot be bonded: {error}") from error
