@@ -221,7 +221,7 @@ impl Hosted {
             radii: radii.get()?,
             reference_overlap: reference_overlap.get()?,
             stored: stored.get()?,
-            own: own_of.as_ref().map(|own| own.get()).transpose()?.unwrap_or_default(),
+            own: own_of.as_ref().map(Indices::get).transpose()?.unwrap_or_default(),
         };
         let origin = Origin::Concrete {
             kinematics: motion_measure(kinematics).map_err(PyValueError::new_err)?,

@@ -275,6 +275,38 @@ def test_saved_scenes_go_on():
     assert (positions() == straight).all() and O.dt == dt and states() == damage
 
 
+def test_contact_points_are_those_of_the_step():
+    """In a PyRunner behind NewtonIntegrator, from O.interactions and in the block; of InteractionLoop, before the motion, which is a thousand times the
+    difference allowed."""
+
+    def points():
+        return np.array([i.geom.contactPoint for i in sorted(O.interactions, key=lambda i: (i.id1, i.id2))])
+
+    def run(take, shown=False):
+        block(rate=20.0)
+        take()
+        builtins.found = []
+
+        def look():
+            if shown:
+                with bridge.engines()[0].interactions():
+                    found.append(points())
+            else:
+                found.append(points())
+
+        builtins.look = look
+        O.engines = O.engines + [PyRunner(command="look()", iterPeriod=5)]
+        O.run(11, True)
+        return found[0], found[1]
+
+    stock = run(lambda: None)
+    assert abs(stock[0] - stock[1]).max() > 1e-9
+    for motion in (False, True):
+        for shown in (False, True):
+            for one, two in zip(stock, run(lambda motion=motion: bridge.take_over(motion=motion), shown)):
+                assert abs(one - two).max() < 1e-15
+
+
 # -- bodies -------------------------------------------------------------------------------------------------------------
 
 
