@@ -329,5 +329,6 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/laboratory.py --full
 	.venv/bin/python validation/fineness.py --full
 	.venv/bin/python validation/thermal_shock.py --full
+	.venv/bin/python validation/round_robin.py --full
 	$(CARGO) run --release -p concordem --example beam_study -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full

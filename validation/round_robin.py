@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""The round robin: Chung and Ooi's impacts, and the bulk processes of Dosta et al. 2024, in all codes that are here, with their times.
+
+    validation/round_robin.py [--full] [--only silo,drum] [--page]
+
+Runs one engine at a time and writes validation/results/round-robin.json after every case, so that an interrupted study continues where it
+stopped; then docs/book/evidence/round-robin.md from it. `--full`: also the case of full size, for hours. `--page`: only the page.
+"""
+import argparse
+import copy
+import json
+import math
+import os
+import platform
+import resource
+import sys
+from datetime import datetime, timezone
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from concordem_validate import case as cases
+from concordem_validate import compare, provenance, runner
+from concordem_validate.rounds import Round, describe
+
+ROOT = Path(__file__).resolve().parent.parent
+RESULTS = ROOT / "validation/results/round-robin.json"
+PAGE = ROOT / "docs/book/evidence/round-robin.md"
+IMPACTS = ["hertz-normal", "hertz-restitution", "hertz-oblique", "chung-ooi"]
+BULK = ["silo", "drum", "penetration"]
+FULL = ["penetration-25000"]
+# engines that have no particles, and therefore no time
+TIMELESS = {"analytic", "table"}
+NAMES = {"concordem": "ConcorDEM", "yade": "YADE", "liggghts": "LIGGGHTS", "liggghts-np2": "LIGGGHTS, 2 processes", "analytic": "closed form",
+         "table": "published"}
+
+
+def measured(name, folder):
+    """All engines on all variants of a case, one after the other: times of their processes, and all verdicts."""
+    case = cases.load(name)
+    made = runner.Runner(folder, jobs=1, fresh=True, quiet=True, time_factor=20)
+    round_, times = Round(), []
+    for task in case.tasks:
+        # a second run with two threads is no part of the time
+        task.check_threads = False
+        # the start state is made before, once
+        made.with_start(copy.copy(task), "yade")
+        for engine in [case.reference, *case.engines_of[task.variant]]:
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            outcome = made.one(copy.copy(task), engine, case.time_limit)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            round_.outcomes[name, task.variant, engine] = outcome
+            if outcome.status == "done" and engine not in TIMELESS:
+                numbers = outcome.result().numbers
+                spent = sum(getattr(after, key) - getattr(before, key) for key in ("ru_utime", "ru_stime"))
+                times.append(dict(variant=task.variant, engine=engine, processor_s=round(spent, 3), particles=numbers.get("particles"),
+                                  steps=numbers.get("steps")))
+    # ratios of run times are checks of the harness, with both engines in turn
+    case.checks = [check for check in case.checks if check.kind != "speed"]
+    kept = ("variant", "check", "reference", "peer", "status", "cause", "difference", "tolerance", "known")
+    verdicts = [{k: v for k, v in describe(one).items() if k in kept} for one in compare.judge(case, round_.outcomes)]
+    states = {f"{o.variant} · {o.engine}": f"{o.status}: {o.message}" for o in round_.outcomes.values() if o.status != "done"}
+    versions = {e: made.version(e) for e in dict.fromkeys(o.engine for o in round_.outcomes.values() if o.status == "done") if e not in TIMELESS}
+    return dict(title=case.title, source=case.source, times=times, verdicts=verdicts, not_done=states, versions=versions,
+                date=datetime.now(timezone.utc).isoformat(timespec="seconds"), processor=provenance.processor(), host=platform.platform(),
+                load_average=[round(x, 1) for x in os.getloadavg()], commit=provenance.of_tree())
+
+
+def _number(value):
+    return "" if value is None else "0" if value == 0 else f"{value:.1e}"
+
+
+def _rows(one):
+    """Of each check the largest difference of each pair over all variants, and what is allowed."""
+    found = {}
+    for v in one["verdicts"]:
+        key = v["check"], v["reference"], v["peer"]
+        limit = v.get("tolerance") if v.get("known") is None else v["known"][1]
+        old = found.get(key)
+        worst = max([x for x in (v["difference"], old and old[0]) if x is not None], default=math.nan)
+        states = {v["status"]} | (old[2] if old else set())
+        found[key] = worst, max(limit, old[1]) if old else limit, states
+    words = {"pass": "agrees", "known": "differs as known", "fail": "FAILS", "missing": "not installed", "skipped": "cannot run"}
+    for (check, reference, peer), (worst, limit, states) in found.items():
+        state = next(s for s in ("fail", "missing", "skipped", "known", "pass") if s in states)
+        yield f"| {check} | {NAMES.get(reference, reference)} | {NAMES.get(peer, peer)} | {_number(worst)} | {_number(limit)} | {words[state]} |"
+
+
+def page(data):
+    """The page of the book."""
+    lines = ["# Evidence: round robin", "",
+             "The benchmarks that all codes know: the impacts of Chung & Ooi 2011, and silo, drum, and penetration of Dosta et al. 2024. Every code gets the",
+             "same start state. Written by `validation/round_robin.py` from `validation/results/round-robin.json`.", "",
+             "The published packings are files that we do not have, and the cases of Dosta et al. are small: their materials, restitutions, frictions, and",
+             "counted quantities are those of the publication and of YADE's deck of it, sizes and speeds are not. So codes are compared with each other there,",
+             "not with published curves. Penetration of the published size: `--full`.", "", "## Times", "",
+             "Seconds of processor time of one process, with start and output. They compare codes on one machine in one hour, and say nothing of another.", ""]
+    engines = list(dict.fromkeys(t["engine"] for one in data.values() for t in one["times"]))
+    lines += ["| Case | Particles | Steps | " + " | ".join(NAMES.get(e, e) for e in engines) + " |", "|---|---|---|" + "---|" * len(engines)]
+    for name, one in data.items():
+        for variant in dict.fromkeys(t["variant"] for t in one["times"]):
+            rows = {t["engine"]: t for t in one["times"] if t["variant"] == variant}
+            first = next(iter(rows.values()))
+            label = name if variant == "main" else f"{name}, {variant}"
+            lines.append(f"| {label} | {first['particles']} | {first['steps']} | " + " | ".join(
+                f"{rows[e]['processor_s']:.3g}" if e in rows else "" for e in engines) + " |")
+    for name, one in data.items():
+        lines += ["", f"## {one['title']}", "", f"Case `{name}`, {one['date'][:10]}, {one['processor']}. Source: {one['source']}.", "",
+                  "| Check | Reference | Peer | Largest difference | Allowed | Verdict |", "|---|---|---|---|---|---|", *_rows(one)]
+        lines += [f"\nNot done: {key}: {message}." for key, message in one["not_done"].items()]
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--full", action="store_true", help="also the cases of full size")
+    parser.add_argument("--only", help="names of cases, separated by commas; they run again")
+    parser.add_argument("--page", action="store_true", help="write the page, run nothing")
+    options = parser.parse_args()
+    data = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    wanted = options.only.split(",") if options.only else [n for n in [*IMPACTS, *BULK, *(FULL if options.full else [])] if n not in data]
+    for name in [] if options.page else wanted:
+        one = measured(name, ROOT / "target/validate/round-robin")
+        # another process may have added cases meanwhile
+        data = (json.loads(RESULTS.read_text()) if RESULTS.exists() else {}) | {name: one}
+        order = [*IMPACTS, *BULK, *FULL]
+        data = {key: data[key] for key in sorted(data, key=lambda n: order.index(n) if n in order else len(order))}
+        RESULTS.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+        print(f"{name}: {', '.join(sorted({v['status'] for v in data[name]['verdicts']}))}", flush=True)
+    PAGE.write_text(page(data))
+    return int(any(v["status"] == "fail" for one in data.values() for v in one["verdicts"]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
