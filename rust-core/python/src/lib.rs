@@ -45,7 +45,7 @@ fn run_program(py: Python<'_>, arguments: Vec<OsString>, code: PathBuf) -> PyRes
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
         let packings = concordem::program::packings_folder();
         let code = Some(code);
-        let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive, packings, code };
+        let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive, packings, code, host: None };
         concordem::program::run(std::iter::once("concordem".into()).chain(arguments), &mut console)
     })
 }
