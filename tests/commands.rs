@@ -28,7 +28,8 @@ pub fn concordem_storing<S: Into<OsString>>(
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let arguments = std::iter::once(OsString::from("concordem")).chain(arguments.into_iter().map(Into::into));
     let (interactive, out_interactive) = (false, false);
-    let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive, packings, code: None };
+    let mut console =
+        Console { out: &mut out, err: &mut err, interactive, out_interactive, packings, code: None, host: None };
     let code = run(arguments, &mut console);
     let text = |bytes| String::from_utf8(bytes).expect("the program writes UTF-8");
     Given { code, out: text(out), err: text(err) }

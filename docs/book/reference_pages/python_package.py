@@ -53,6 +53,7 @@ def plain(annotation):
 def entry(name, doc):
     # Examples are lines of a terminal, which a sentence cannot hold.
     doc = doc.split(">>>")[0].rstrip()
+    doc = re.sub(r"\b(Parameters|Returns|Raises)\s+-{3,}", r"*\1:*", doc)
     return [f"`{name}`", f": {sentence(doc) or '(no description)'}", ""]
 
 

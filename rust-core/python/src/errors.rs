@@ -132,8 +132,16 @@ raise! {
     StaticsError => "StaticsError",
     ElasticCalibrationError => "CalibrationError",
     concordem::calibration::cohesive_beam::CalibrationError => "CalibrationError",
-    OutputError => "ResultError",
     ColumnError => "ResultError",
+}
+
+impl Raise for OutputError {
+    fn raise(self) -> PyErr {
+        // The option of the program is an argument of functions.
+        let message = self.to_string().replace("overwrite it with --force", "give overwrite=True");
+        let message = message.replace("discard it with --force", "discard it with overwrite=True");
+        exception("ResultError", &message, &format!("{self:?}"))
+    }
 }
 
 impl Raise for concordem_continuum::ContinuumError {
@@ -253,6 +261,7 @@ impl Raise for Failure {
             Self::Elastic(error) => error.raise(),
             Self::Calibration(message) => exception("CalibrationError", &message, "Calibration"),
             Self::Usage(message) => PyValueError::new_err(message),
+            Self::File { .. } => exception("ResultError", &self.to_string(), "File"),
             other => exception("ConcordemError", &other.to_string(), &format!("{other:?}")),
         }
     }

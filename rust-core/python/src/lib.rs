@@ -10,8 +10,10 @@
 // Every keyword argument of a Python function is an argument of the Rust function.
 #![allow(clippy::too_many_arguments)]
 
+mod addresses;
 pub mod arrays;
 mod cells;
+mod commands;
 mod continuum;
 mod elastic;
 pub mod errors;
@@ -45,7 +47,8 @@ fn run_program(py: Python<'_>, arguments: Vec<OsString>, code: PathBuf) -> PyRes
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
         let packings = concordem::program::packings_folder();
         let code = Some(code);
-        let mut console = Console { out: &mut out, err: &mut err, interactive, out_interactive, packings, code };
+        let mut console =
+            Console { out: &mut out, err: &mut err, interactive, out_interactive, packings, code, host: None };
         concordem::program::run(std::iter::once("concordem".into()).chain(arguments), &mut console)
     })
 }
@@ -96,6 +99,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.py().import("os")?.call_method("register_at_fork", (), Some(&after))?;
     scenario::register(module)?;
     simulation::register(module)?;
+    commands::register(module)?;
     regions::register(module)?;
     operators::register(module)?;
     strain::register(module)?;

@@ -5,16 +5,35 @@ use concordem::schedule::{Moved, RecordedMotion, Simulation as Run};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::arrays::{result, rows, vectors};
+
 /// Index of the wall `name`, which must be a mesh.
-pub fn mesh_number(run: &Run, name: &str) -> PyResult<usize> {
+fn mesh_number(run: &Run, name: &str) -> PyResult<usize> {
     let found = run.state.walls.iter().position(|wall| wall.name == name && wall.mesh().is_some());
     found.ok_or_else(|| no_mesh(run, name))
 }
 
+/// Names of the walls that are meshes.
+pub fn mesh_names(run: &Run) -> Vec<String> {
+    run.state.walls.iter().filter(|wall| wall.mesh().is_some()).map(|wall| wall.name.clone()).collect()
+}
+
+/// The mesh `name` as a Python `MeshState`.
+pub fn mesh_state<'py>(py: Python<'py>, run: &Run, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    let wall = mesh_number(run, name)?;
+    let Some(mesh) = run.state.walls[wall].mesh() else { return Err(no_mesh(run, name)) };
+    let fields = (
+        vectors(py, &mesh.position)?,
+        rows::<_, u32>(py, mesh.triangles(), 3)?,
+        vectors(py, &mesh.previous_velocity)?,
+        vectors(py, &mesh.force)?,
+    );
+    result(py, "MeshState", fields)
+}
+
 /// The error for a wall that is no mesh.
-pub fn no_mesh(run: &Run, name: &str) -> PyErr {
-    let names: Vec<&str> =
-        run.state.walls.iter().filter(|wall| wall.mesh().is_some()).map(|wall| &wall.name[..]).collect();
+fn no_mesh(run: &Run, name: &str) -> PyErr {
+    let names = mesh_names(run);
     PyValueError::new_err(format!(
         "no wall named \"{name}\" is a mesh; meshes of the scenario: {names:?}. Give a [[wall]] shape = {{ kind = \"mesh\", ... }}"
     ))

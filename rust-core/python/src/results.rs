@@ -1,6 +1,6 @@
 //! Result files of finished runs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use concordem::fracture::Event;
 use concordem::output::ResultFile;
@@ -14,6 +14,18 @@ use crate::errors::{OrRaise, caught};
 /// A result file of a finished run. Opening it verifies the file.
 #[pyclass(frozen, name = "Result", module = "concordem")]
 pub struct PyResultFile(ResultFile);
+
+impl PyResultFile {
+    /// Open and verify a file.
+    pub fn of_path(path: &Path) -> PyResult<Self> {
+        caught(|| ResultFile::open(path))?.or_raise().map(Self)
+    }
+
+    /// The file.
+    pub fn file(&self) -> &ResultFile {
+        &self.0
+    }
+}
 
 fn array<'py>(py: Python<'py>, column: &StoredColumn) -> PyResult<Bound<'py, PyAny>> {
     let flat = match &column.data {
@@ -31,7 +43,7 @@ fn array<'py>(py: Python<'py>, column: &StoredColumn) -> PyResult<Bound<'py, PyA
 impl PyResultFile {
     #[new]
     fn new(path: PathBuf) -> PyResult<Self> {
-        caught(|| ResultFile::open(&path))?.or_raise().map(Self)
+        Self::of_path(&path)
     }
     /// Path of the file.
     #[getter]
@@ -100,6 +112,11 @@ impl PyResultFile {
         }
         Ok(dict)
     }
+    /// Table of the main facts, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("concordem._html")?.call_method1("result", (slf,))
+    }
+
     fn __repr__(&self) -> String {
         format!("<concordem.Result {}>", self.0.path().display())
     }

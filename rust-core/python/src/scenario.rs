@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use concordem::assembly::pack;
+use concordem::program::recording::result_path;
 use concordem::scenario::{self, Setting, TEMPLATES};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -10,8 +11,6 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
 
 use crate::errors::{OrRaise, caught, of_assembly};
 use crate::packing::packing_of;
-use crate::scripted::Replacement;
-use crate::simulation::Simulation;
 use crate::warnings::warn;
 use crate::work::guarded;
 
@@ -97,6 +96,55 @@ impl Scenario {
         Ok(Self { inner, folder })
     }
 
+    /// The scenario of a file.
+    pub fn of_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let inner = caught(|| scenario::Scenario::read(&path))?.or_raise()?;
+        let folder = inner.directory();
+        Self::with_warnings(py, inner, folder)
+    }
+
+    /// This scenario with other values; see `with_settings`.
+    pub fn changed(&self, settings: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if !settings.hasattr("items")? {
+            return Err(PyTypeError::new_err(
+                "the settings are not a mapping; give a dictionary of key paths and values",
+            ));
+        }
+        let mut list = Vec::new();
+        for item in settings.call_method0("items")?.try_iter()? {
+            let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
+            let key: String =
+                key.extract().map_err(|_| PyTypeError::new_err(format!("the key {key} is not a string")))?;
+            let shown = shown(&value)?;
+            let value = toml_of(&value, &key)?
+                .ok_or_else(|| PyTypeError::new_err(format!("{key} is None; a setting cannot remove a key")))?;
+            list.push(Setting::of_python(&key, value.to_string(), &shown).map_err(PyValueError::new_err)?);
+        }
+        let inner = caught(|| self.inner.with_settings(&list))?.or_raise()?;
+        Self::with_warnings(settings.py(), inner, self.folder.clone())
+    }
+
+    /// The scenario with a name in the folder of its paths, as the program needs it.
+    pub fn in_folder(&self) -> Result<scenario::Scenario, scenario::ScenarioError> {
+        if self.folder == self.inner.directory() {
+            return Ok(self.inner.clone());
+        }
+        let name = self.folder.join(&*self.inner.source.name);
+        scenario::Scenario::parse(&name.display().to_string(), self.text())
+    }
+
+    /// Result file of the scenario, if it has a name.
+    pub fn result_path(&self) -> PyResult<PathBuf> {
+        let named = !self.inner.source.name.starts_with('<');
+        match &self.inner.output.file {
+            Some(file) => Ok(self.folder.join(file)),
+            None if named => Ok(result_path(&self.inner)),
+            None => Err(PyValueError::new_err(
+                "the scenario has neither a file nor a key output.file to name its result; give a path, such as \"run.h5\"",
+            )),
+        }
+    }
+
     fn parse(py: Python<'_>, name: &str, text: &str, folder: PathBuf) -> PyResult<Self> {
         Self::with_warnings(py, caught(|| scenario::Scenario::parse(name, text))?.or_raise()?, folder)
     }
@@ -147,9 +195,7 @@ impl Scenario {
     /// A scenario from a TOML file; paths in it are relative to its folder. Raises ScenarioError if it is invalid.
     #[staticmethod]
     fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let inner = caught(|| scenario::Scenario::read(&path))?.or_raise()?;
-        let folder = inner.directory();
-        Self::with_warnings(py, inner, folder)
+        Self::of_file(py, path)
     }
 
     /// A scenario that is included in the program; see `templates`.
@@ -195,23 +241,7 @@ impl Scenario {
     /// >>> slow.to_dict().get("loading").get("strain_rate")
     /// '0.2 1/s'
     fn with_settings(&self, settings: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if !settings.hasattr("items")? {
-            return Err(PyTypeError::new_err(
-                "the settings are not a mapping; give a dictionary of key paths and values",
-            ));
-        }
-        let mut list = Vec::new();
-        for item in settings.call_method0("items")?.try_iter()? {
-            let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
-            let key: String =
-                key.extract().map_err(|_| PyTypeError::new_err(format!("the key {key} is not a string")))?;
-            let shown = shown(&value)?;
-            let value = toml_of(&value, &key)?
-                .ok_or_else(|| PyTypeError::new_err(format!("{key} is None; a setting cannot remove a key")))?;
-            list.push(Setting::of_python(&key, value.to_string(), &shown).map_err(PyValueError::new_err)?);
-        }
-        let inner = caught(|| self.inner.with_settings(&list))?.or_raise()?;
-        Self::with_warnings(settings.py(), inner, self.folder.clone())
+        self.changed(settings)
     }
 
     /// The tables as a dictionary.
@@ -222,17 +252,19 @@ impl Scenario {
     /// Create particles and bonds. Returns a Simulation. Raises AssemblyError if this is not possible.
     ///
     /// `bond_law`, `contact_law`: laws written in Python (`concordem.laws.Law`) that replace those of the scenario; `contact_law` acts
-    /// without a bond, also with walls.
-    #[pyo3(signature = (threads=None, progress=None, bond_law=None, contact_law=None))]
-    fn simulation(
-        slf: &Bound<'_, Self>,
+    /// without a bond, also with walls. `snapshots`: whether steps keep the snapshots that [output] asks for, in memory, so that
+    /// `Simulation.write` has them; without, a result has only the present one.
+    #[pyo3(signature = (threads=None, progress=None, bond_law=None, contact_law=None, snapshots=true))]
+    fn simulation<'py>(
+        slf: &Bound<'py, Self>,
         threads: Option<usize>,
-        progress: Option<Bound<'_, PyAny>>,
-        bond_law: Option<Py<PyAny>>,
-        contact_law: Option<Py<PyAny>>,
-    ) -> PyResult<Simulation> {
-        let laws = Replacement { bonds: bond_law, contacts: contact_law };
-        Simulation::build(slf, threads, progress.as_ref(), None, &laws)
+        progress: Option<Bound<'py, PyAny>>,
+        bond_law: Option<Bound<'py, PyAny>>,
+        contact_law: Option<Bound<'py, PyAny>>,
+        snapshots: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let options = (slf, threads, progress, bond_law, contact_law, snapshots);
+        slf.py().import("concordem._core")?.getattr("Simulation")?.call_method1("_of", options)
     }
 
     /// Create only the packing. Returns Packing.
@@ -245,6 +277,11 @@ impl Scenario {
     ) -> PyResult<Bound<'py, PyAny>> {
         let made = guarded(py, threads, progress.as_ref(), |progress| pack(&self.inner, &self.folder, progress))?;
         packing_of(py, &made.map_err(|error| of_assembly(&self.inner, error))?)
+    }
+
+    /// Its text, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("concordem._html")?.call_method1("scenario", (slf,))
     }
 
     fn __repr__(&self) -> String {

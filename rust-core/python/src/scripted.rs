@@ -81,6 +81,10 @@ impl ScriptedLaw {
     fn new(object: Py<PyAny>) -> (Arc<Self>, u32) {
         let law = Arc::new(Self { object, known: Mutex::default() });
         let mut laws = LAWS.write().unwrap_or_else(PoisonError::into_inner);
+        // A weak reference keeps the memory of a law that is gone.
+        if laws.len().is_power_of_two() {
+            laws.iter_mut().filter(|law| law.strong_count() == 0).for_each(|law| *law = Weak::new());
+        }
         laws.push(Arc::downgrade(&law));
         (law, laws.len() as u32 - 1)
     }
@@ -345,6 +349,12 @@ pub struct Replacement {
 }
 
 impl Replacement {
+    /// The same laws.
+    pub fn clone_ref(&self, py: Python<'_>) -> Self {
+        let of = |law: &Option<Py<PyAny>>| law.as_ref().map(|law| law.clone_ref(py));
+        Self { bonds: of(&self.bonds), contacts: of(&self.contacts) }
+    }
+
     /// Refuses laws that the scenario has no use for, and objects that are no laws.
     pub fn check(&self, py: Python<'_>, scenario: &concordem::scenario::Scenario) -> PyResult<()> {
         for (name, object, used, help) in [

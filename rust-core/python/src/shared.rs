@@ -6,7 +6,7 @@
 use std::ops::Deref;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
-use concordem::operator::interruption::Stopped;
+use concordem::operator::interruption::{Stopped, stoppable};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -90,7 +90,7 @@ impl<T: Send> Access<'_, T> {
     ) -> PyResult<R> {
         let Content { data, fault } = &mut *self.0;
         *fault = true;
-        let (outcome, failure) = watched(py, pool, None, |_| work(data))?;
+        let (outcome, failure) = watched(py, pool, None, |_, stop| stoppable(Some(stop), || work(data)))?;
         *fault = outcome.as_ref().is_err_and(|payload| !payload.is::<Stopped>());
         match (outcome, failure) {
             (_, Some(error)) => Err(error),

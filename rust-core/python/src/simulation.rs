@@ -7,161 +7,57 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use concordem::assembly::restart::{self, Continuation};
-use concordem::assembly::{Assembly, Summary, assemble_with, place};
-use concordem::output::{ResultFile, checkpoint, hash};
-use concordem::sampling::Bonds as SampledBonds;
+use concordem::assembly::{Placed, Summary};
+use concordem::output::{checkpoint, hash};
 use concordem::schedule::simulation::Written;
-use concordem::schedule::{Record, Simulation as Run, StopReason};
-use concordem::state::Load;
+use concordem::schedule::{Record, StopReason};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{TableColumn, Vectors, result, rows, scalars, table, tensor, vectors};
-use crate::errors::{OrRaise, caught, detach_here, of_assembly, of_restart};
-use crate::meshes::{free_mesh, mesh_number, no_mesh};
+use crate::addresses::Addresses;
+use crate::arrays::{Pairs, TableColumn, Vector, Vectors, result, scalars, table, tensor, vectors};
+use crate::errors::{OrRaise, detach_here};
+use crate::meshes::{mesh_names, mesh_state};
 use crate::results::events;
 use crate::scenario::Scenario;
-use crate::scripted::{Replacement, ScriptedLaw};
+use crate::scripted::Replacement;
 use crate::shared::{Access, Shared};
-use crate::state::{Addresses, State};
-use crate::warnings::warn;
-use crate::work::{Pool, REPORT, SLICE, close, guarded, reporter};
+use crate::state::State;
+use crate::work::{Pool, REPORT, close, reporter};
 
+pub mod build;
+mod evaluated;
+mod given;
+mod inner;
 mod kept;
 mod sampled;
 mod snapshot;
+mod walls;
+mod written;
 
+use build::Options;
+pub use inner::Inner;
 pub use kept::HISTORIES;
 use kept::{Kept, Records};
-use sampled::{by_quantity, recorded, scheduled};
+use sampled::recorded;
+pub use sampled::{by_quantity, scheduled};
 pub use snapshot::SimulationSnapshot;
-
-/// The data that steps change.
-pub struct Inner {
-    /// State, solver, and schedule.
-    pub run: Run,
-    records: Records,
-    addresses: Addresses,
-    /// Loads of the scenario.
-    loads: Vec<Load>,
-    /// The motion after the last step, once a caller has a view to which it can write.
-    pub written: Option<Written>,
-}
 
 /// A simulation of a scenario.
 #[pyclass(frozen, weakref, module = "concordem")]
 pub struct Simulation {
     inner: Shared<Inner>,
     pool: Pool,
-    scenario: Py<Scenario>,
-    summary: Summary,
-    /// Laws in Python, which the blocks of contacts know by number.
-    _laws: Vec<Arc<ScriptedLaw>>,
+    /// The packing, which a change of the scenario does not make again.
+    placed: Arc<Placed>,
+    /// Laws in Python.
+    laws: Replacement,
     /// Names of the histories of those of bonds and of contacts.
     histories: [Option<String>; 2],
-    /// Tells its snapshots from those of others.
-    identity: Arc<()>,
-}
-
-impl Inner {
-    /// Book what Python has written since the last step.
-    fn book_written(&mut self) {
-        if let Some(written) = &mut self.written {
-            written.book(&mut self.run.state);
-            *written = Written::of(&self.run.state);
-        }
-    }
-
-    /// Advance until the interval ends, `steps` steps are done, or the run ends.
-    fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::schedule::simulation::RunError> {
-        let start = Instant::now();
-        self.book_written();
-        // Python may have written velocities since the last step; what is prescribed starts from them, as in a checkpoint.
-        self.run.solver.set_targets(None);
-        while *steps > 0 {
-            if let Some(reason) = self.run.stopped() {
-                return Ok(Some(reason));
-            }
-            let advance = self.run.advance()?;
-            *steps -= 1;
-            self.records.samples.extend(advance.sample.into_iter().chain(advance.last));
-            for row in advance.operators {
-                self.records.operators[row.operator].push(row);
-            }
-            self.records.events.extend(advance.events);
-            if start.elapsed() > SLICE {
-                break;
-            }
-        }
-        if self.written.is_some() {
-            self.written = Some(Written::of(&self.run.state));
-        }
-        Ok(self.run.stopped())
-    }
 }
 
 impl Simulation {
-    /// Build a scenario, from the start or from a checkpoint.
-    pub fn build(
-        scenario: &Bound<'_, Scenario>,
-        threads: Option<usize>,
-        progress: Option<&Bound<'_, PyAny>>,
-        checkpoint: Option<(PathBuf, checkpoint::Checkpoint)>,
-        laws: &Replacement,
-    ) -> PyResult<Self> {
-        let py = scenario.py();
-        let Scenario { inner, folder } = scenario.get();
-        laws.check(py, inner)?;
-        let mut scripted = Vec::new();
-        let mut replace = |state: &mut _, model: &_| {
-            scripted = Python::attach(|py| laws.apply(py, inner.materials.len(), state, model));
-        };
-        let assembly = guarded(py, threads, progress, |progress| {
-            let placed = place(inner, folder, progress)?;
-            assemble_with(inner, folder, &placed, &mut replace, progress)
-        })?;
-        let mut assembly = assembly.map_err(|error| of_assembly(inner, error))?;
-        let loads = assembly.state.particles.loads.clone();
-        if assembly.schedule.initial_positions.is_empty() {
-            // `sample` may ask for any operator later.
-            assembly.schedule.initial_positions.clone_from(&assembly.state.particles.position);
-        }
-        warn(py, inner, &assembly.summary.warnings)?;
-        let pool = Pool::new(threads)?;
-        let mut records = Records::none(&assembly.schedule);
-        if let Some((path, mut checkpoint)) = checkpoint {
-            let before = concordem::scenario::Scenario::parse("<checkpoint>", &checkpoint.provenance).or_raise()?;
-            let changes = caught(|| restart::check(&before, inner, Continuation::NewResult))?.or_raise()?;
-            let columns = &mut checkpoint.columns;
-            let further = !changes.is_empty();
-            caught(|| pool.inside(|| restart::apply(&mut assembly, columns, inner, &changes, further)))?
-                .map_err(|error| of_restart(inner, error))?;
-            let operators = !changes.iter().any(|change| change.key.starts_with("sample"));
-            records = match caught(|| ResultFile::open(&path))? {
-                Ok(result) => Records::of_result(&result, &assembly.schedule, operators).or_raise()?,
-                // Not a result.
-                Err(_) => Records::read(&checkpoint.kept, &assembly.schedule, operators).or_raise()?,
-            };
-        }
-        let Assembly { state, model, schedule, summary } = assembly;
-        let run = detach_here(py, || pool.inside(|| Run::new(state, model, schedule)))?.or_raise()?;
-        let addresses = Addresses::of(&run.state.particles);
-        if run.stopped().is_none() {
-            records.before(run.state.clock.step);
-        }
-        let inner = Inner { run, records, addresses, loads, written: None };
-        let inner = Shared::new(
-            inner,
-            "the simulation is running in another thread; access it from its progress function, or wait",
-            "the simulation failed in the middle of a step, so its state is invalid; load a checkpoint, or start again",
-        );
-        let (scenario, identity) = (scenario.clone().unbind(), Arc::new(()));
-        let histories = laws.histories(py)?;
-        Ok(Self { inner, pool, scenario, summary, _laws: scripted, histories, identity })
-    }
-
     /// Lock the data; an error if another thread is stepping, or if a step failed.
     pub fn lock(&self) -> PyResult<Access<'_, Inner>> {
         self.inner.lock()
@@ -207,6 +103,24 @@ impl Simulation {
     }
 }
 
+/// Facts about an assembled system as a Python `Summary`.
+pub fn summary_of<'py>(py: Python<'py>, s: &Summary) -> PyResult<Bound<'py, PyAny>> {
+    let (area, length) = s.specimen.unzip();
+    let bounds = &s.bounds;
+    let fields = (
+        s.particles,
+        s.bonds,
+        s.coordination,
+        s.packing_fraction,
+        area,
+        length,
+        bounds.spectral.max(bounds.per_particle),
+        s.convergence.map(|c| c.spectral_radius),
+        s.memory,
+    );
+    result(py, "Summary", fields)
+}
+
 fn name_of(reason: StopReason) -> &'static str {
     match reason {
         StopReason::Drop => "drop",
@@ -220,11 +134,26 @@ fn name_of(reason: StopReason) -> &'static str {
 
 #[pymethods]
 impl Simulation {
-    /// Continue from a checkpoint that `save` wrote, or from a result; the records so far come with it. `scenario`: continue with this
-    /// scenario instead of the stored one; other tables `[[sample]]` begin new records.
+    /// A simulation of a scenario; see Scenario.simulation, which calls it by name, because scenarios do not know simulations.
     #[staticmethod]
-    /// `bond_law`, `contact_law`: the laws in Python with which the checkpoint was written; see Scenario.simulation.
-    #[pyo3(signature = (path, scenario=None, threads=None, bond_law=None, contact_law=None))]
+    fn _of(
+        scenario: &Bound<'_, Scenario>,
+        threads: Option<usize>,
+        progress: Option<Bound<'_, PyAny>>,
+        bond_law: Option<Py<PyAny>>,
+        contact_law: Option<Py<PyAny>>,
+        snapshots: bool,
+    ) -> PyResult<Self> {
+        let laws = Replacement { bonds: bond_law, contacts: contact_law };
+        Self::build(scenario, Options { threads, snapshots, laws }, progress.as_ref(), None)
+    }
+
+    /// Continue from a checkpoint that `save` wrote, or from a result; the records so far come with it, those of a result without its
+    /// snapshots. `scenario`: continue with this scenario instead of the stored one; other tables `[[sample]]` begin new records.
+    ///
+    /// `bond_law`, `contact_law`: the laws in Python with which the checkpoint was written; `snapshots`: see Scenario.simulation.
+    #[staticmethod]
+    #[pyo3(signature = (path, scenario=None, threads=None, bond_law=None, contact_law=None, snapshots=true))]
     fn load(
         py: Python<'_>,
         path: PathBuf,
@@ -232,6 +161,7 @@ impl Simulation {
         threads: Option<usize>,
         bond_law: Option<Py<PyAny>>,
         contact_law: Option<Py<PyAny>>,
+        snapshots: bool,
     ) -> PyResult<Self> {
         let pool = Pool::new(threads)?;
         let checkpoint = detach_here(py, || pool.inside(|| checkpoint::read(&path)))?.or_raise()?;
@@ -244,33 +174,70 @@ impl Simulation {
             let folder = path.parent().map(PathBuf::from).unwrap_or_default();
             Bound::new(py, Scenario::with_warnings(py, inner.or_raise()?, folder)?)?
         };
-        Self::build(&scenario, threads, None, Some((path, checkpoint)), &laws)
+        Self::build(&scenario, Options { threads, snapshots, laws }, None, Some((path, checkpoint)))
     }
 
     /// Write the complete state and the records so far to a checkpoint; returns the state hash.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<String> {
         let mut inner = self.lock()?;
         inner.change(py, Inner::book_written)?;
-        let (state, text) = (&inner.run.state, &self.scenario.get().inner.source.text);
+        let (state, text) = (&inner.run.state, &inner.header.scenario);
         let kept = Kept { records: &inner.records, histories: &self.histories };
         detach_here(py, || self.pool.inside(|| checkpoint::write_with(&path, state, text, &kept)))?.or_raise()
+    }
+
+    /// Write the result of the run so far, as the program writes that of a run: time series, operators, events, snapshots, and the state,
+    /// for reports, exports, measurements, and ParaView. Returns its path.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path of the HDF5 file; by default that of the scenario, as for the program.
+    /// overwrite : whether to replace a file that exists.
+    ///
+    /// A run that has ended gives the file that the program gives for the same scenario, but for the entries `run_id`, `wall_time_s`,
+    /// `first_step_after_s`, `stability_bound_s`, `scenario_file`, and `threads`. Of a run that has not ended, the result also has record
+    /// and snapshot of the present state, and says that it has not ended. If Python has changed the run, `changed_from_python` says how.
+    ///
+    /// Raises
+    /// ------
+    /// ResultError : the file exists, or cannot be written. ValueError : the name does not end in .h5, .hdf5, or .vtkhdf.
+    ///
+    /// >>> import concordem, os, tempfile
+    /// >>> simulation = concordem.Scenario.template("hertz-impact").simulation(threads=1)
+    /// >>> reason = simulation.step(20)
+    /// >>> path = simulation.write(os.path.join(tempfile.mkdtemp(), "impact.h5"))
+    /// >>> concordem.Result(path).provenance["stopped_because"]
+    /// 'not ended: written from Python after step 20'
+    #[pyo3(signature = (path=None, overwrite=false))]
+    fn write(&self, py: Python<'_>, path: Option<PathBuf>, overwrite: bool) -> PyResult<PathBuf> {
+        let mut inner = self.lock()?;
+        let scenario = inner.scenario.get();
+        let path = path.map_or_else(|| scenario.result_path(), Ok)?;
+        let csv = scenario.inner.output.csv;
+        inner.change(py, |inner| self.pool.inside(|| inner.write(&path, csv, overwrite)))?.or_raise()
+    }
+
+    /// Keep a snapshot of the present state for the result, besides those that the scenario asks for.
+    fn keep_snapshot(&self, py: Python<'_>) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        inner.change(py, |inner| self.pool.inside(|| inner.keep_snapshot()))?.or_raise()
     }
 
     /// Everything that steps change, in memory, to go back to with `restore`: state, motion and loads set from Python, records so far.
     fn snapshot(&self, py: Python<'_>) -> PyResult<SimulationSnapshot> {
         let mut inner = self.lock()?;
         inner.change(py, Inner::book_written)?;
-        Ok(SimulationSnapshot::of(&inner, &self.identity))
+        Ok(SimulationSnapshot::of(&inner))
     }
 
-    /// Go back to a snapshot of this simulation; it then continues bit by bit, with its threads and its laws in Python. Arrays of `state`
-    /// stay valid and show the state of the snapshot. `net_forces` are zero until the next step.
+    /// Go back, or on, to a snapshot of this simulation or of another one of the same scenario; it then continues bit by bit, with the
+    /// threads of this one. Arrays of `state` stay valid and show the state of the snapshot. `net_forces` are zero until the next step.
     ///
-    /// Raises ValueError for a snapshot of another simulation.
+    /// Raises ValueError for a snapshot of another scenario, or of a simulation with other laws in Python.
     fn restore(&self, py: Python<'_>, snapshot: &Bound<'_, SimulationSnapshot>) -> PyResult<()> {
         let kept = snapshot.get();
-        kept.check(&self.identity)?;
         let mut inner = self.lock()?;
+        kept.check(&inner)?;
         inner.change(py, |inner| self.pool.inside(|| kept.restore(inner)))?.or_raise()?;
         inner.change(py, |inner| {
             if inner.written.is_some() {
@@ -300,10 +267,10 @@ impl Simulation {
         State::new(slf.clone().unbind())
     }
 
-    /// The scenario.
+    /// The scenario, with what `change` has changed.
     #[getter]
-    fn scenario(&self, py: Python<'_>) -> Py<Scenario> {
-        self.scenario.clone_ref(py)
+    fn scenario(&self, py: Python<'_>) -> PyResult<Py<Scenario>> {
+        Ok(self.lock()?.scenario.clone_ref(py))
     }
 
     /// Reason for the end of the run; None if it has not ended.
@@ -321,21 +288,7 @@ impl Simulation {
     /// Numbers of particles and bonds, time step bound, and the like; see Summary.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let s = &self.summary;
-        let (area, length) = s.specimen.unzip();
-        let bounds = &s.bounds;
-        let fields = (
-            s.particles,
-            s.bonds,
-            s.coordination,
-            s.packing_fraction,
-            area,
-            length,
-            bounds.spectral.max(bounds.per_particle),
-            s.convergence.map(|c| c.spectral_radius),
-            s.memory,
-        );
-        result(py, "Summary", fields)
+        summary_of(py, &self.lock()?.summary)
     }
 
     /// The time series so far, a structured array; `concordem.units` gives the units.
@@ -378,7 +331,9 @@ impl Simulation {
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut inner = self.lock()?;
-        let sample = scheduled(py, self.scenario.get(), &inner.run, operator, options)?;
+        let state = &inner.run.state;
+        let present = (&state.particles, state.cell.as_ref());
+        let sample = scheduled(py, &inner.scenario.get().inner, present, ("sample", operator), options)?;
         let pool = &self.pool;
         let values = inner.change(py, |inner| pool.inside(|| inner.run.sample(&sample)))?.or_raise()?;
         by_quantity(py, &sample, &values)
@@ -396,54 +351,14 @@ impl Simulation {
     /// evaluated; with an empty list, none. Contacts with walls are the same. Raises ValueError for rows that do not exist.
     #[pyo3(signature = (border=None))]
     fn forces<'py>(&self, py: Python<'py>, border: Option<Vec<u32>>) -> PyResult<Bound<'py, PyAny>> {
-        let mut inner = self.lock()?;
-        let pool = &self.pool;
-        let count = inner.run.state.particles.len();
-        let member = border.map(|rows| members_of(&rows, count)).transpose()?;
-        let record = |Inner { run, .. }: &mut Inner| {
-            pool.inside(|| match &member {
-                Some(member) => run.solver.record_border(&mut run.state, member),
-                None => run.solver.record(&mut run.state),
-            })
-        };
-        let forces = inner.change(py, record)?.or_raise()?;
-        let (c, w) = (&forces.contacts, &forces.walls);
-        let contacts = (
-            rows::<_, u32>(py, &c.pair, 2)?,
-            vectors(py, &c.branch)?,
-            vectors(py, &c.point)?,
-            vectors(py, &c.force)?,
-            vectors(py, &c.moment)?,
-        );
-        let loads = (scalars(py, &w.particle), vectors(py, &w.point)?, vectors(py, &w.force)?, vectors(py, &w.moment)?);
-        let (contacts, loads) = (result(py, "Contacts", contacts)?, result(py, "Loads", loads)?);
-        let meshes = PyDict::new(py);
-        for (wall, on_vertices) in
-            inner.run.state.walls.iter().zip(&w.vertices).filter(|(wall, _)| wall.mesh().is_some())
-        {
-            meshes.set_item(&wall.name, vectors(py, on_vertices)?)?;
-        }
-        result(py, "Forces", (contacts, loads, meshes))
+        evaluated::forces(py, &mut self.lock()?, &self.pool, border)
     }
 
     /// All bonds at the current positions, broken ones included, with their damage. Returns Bonds.
     ///
     /// Broken bonds keep the direction that they had when they broke, and have lost all strength.
     fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let mut inner = self.lock()?;
-        let pool = &self.pool;
-        let find = |Inner { run, .. }: &mut Inner| {
-            pool.inside(|| run.solver.record(&mut run.state).map(|forces| SampledBonds::of(&run.state, &forces)))
-        };
-        let bonds = inner.change(py, find)?.or_raise()?;
-        let fields = (
-            rows::<_, u32>(py, &bonds.pair, 2)?,
-            vectors(py, &bonds.midpoint)?,
-            vectors(py, &bonds.normal)?,
-            scalars(py, &bonds.damage),
-            scalars(py, &bonds.lost_strength),
-        );
-        result(py, "Bonds", fields)
+        evaluated::bonds(py, &mut self.lock()?, &self.pool)
     }
 
     /// Velocities (m/s) and angular velocities (rad/s) that prescribed degrees of freedom take from the next step on, (n, 3) each, one
@@ -452,23 +367,7 @@ impl Simulation {
     /// Histories of the scenario set the motion of their particles in every step, whatever is set here. Raises ValueError for arrays of
     /// another length and numbers that are not finite.
     fn set_motion(&self, py: Python<'_>, velocity: Vectors<'_>, angular_velocity: Vectors<'_>) -> PyResult<()> {
-        let (velocity, angular) = (velocity.get()?, angular_velocity.get()?);
-        let mut inner = self.lock()?;
-        let particles = inner.run.state.particles.len();
-        if velocity.len() != particles || angular.len() != particles {
-            let (v, a) = (velocity.len(), angular.len());
-            let message = format!(
-                "{v} velocities and {a} angular velocities for {particles} particles; give one row per particle"
-            );
-            return Err(PyValueError::new_err(message));
-        }
-        let finite = |vectors: &[concordem::math::Vec3]| vectors.iter().all(|v| v.iter().all(|c| c.is_finite()));
-        if !(finite(velocity) && finite(angular)) {
-            return Err(PyValueError::new_err("a velocity is not finite"));
-        }
-        inner.change(py, |Inner { run, .. }| {
-            run.state.motion = Some(velocity.iter().copied().zip(angular.iter().copied()).collect());
-        })
+        given::motion(py, &mut self.lock()?, velocity.get()?, angular_velocity.get()?)
     }
 
     /// Loads on the particles from the next step on, besides those of the scenario: forces (N) and moments about the centers (N·m),
@@ -477,74 +376,122 @@ impl Simulation {
     /// Raises ValueError for arrays of another length, numbers that are not finite, and scenarios whose loads change with time.
     #[pyo3(signature = (force, moment=None))]
     fn set_loads(&self, py: Python<'_>, force: Vectors<'_>, moment: Option<Vectors<'_>>) -> PyResult<()> {
-        let force = force.get()?;
-        let moment = moment.as_ref().map(Vectors::get).transpose()?;
-        let mut inner = self.lock()?;
-        let particles = inner.run.state.particles.len();
-        for (name, given) in [("forces", Some(force.len())), ("moments", moment.map(<[_]>::len))] {
-            if let Some(given) = given.filter(|given| *given != particles) {
-                let message = format!("{given} {name} for {particles} particles; give one row per particle");
-                return Err(PyValueError::new_err(message));
-            }
-        }
-        if !force.iter().chain(moment.into_iter().flatten()).all(|v| v.iter().all(|c| c.is_finite())) {
-            return Err(PyValueError::new_err("a load is not finite"));
-        }
-        if !inner.run.schedule.histories.membranes.is_empty() {
-            let message =
-                "the scenario's [[membrane]] sets the loads in every step; remove it, and give its forces here";
+        given::loads(py, &mut self.lock()?, force.get()?, moment.as_ref().map(Vectors::get).transpose()?)
+    }
+
+    /// Change keys of the scenario while the simulation goes on: those that `--from` of the program may change, such as gravity, damping,
+    /// stop, loading, prescribed motions, forces, velocities and servos of walls, and numbers in the tables of laws.
+    ///
+    /// Parameters
+    /// ----------
+    /// settings : key paths and values, as for Scenario.with_settings.
+    ///
+    /// The simulation goes on as if it were saved and loaded with the changed scenario: the energy balance starts anew where energies jump
+    /// without work. Arrays of `state` stay valid. Results and checkpoints have the changed scenario, and name the changes.
+    ///
+    /// Raises
+    /// ------
+    /// ScenarioError : a key cannot change, with the reason, or its value is wrong; the simulation then stays as it was. UnstableError : the
+    /// time step is too large for the changed scenario.
+    ///
+    /// >>> import concordem
+    /// >>> simulation = concordem.Scenario.template("hertz-impact").simulation(threads=1)
+    /// >>> reason = simulation.step(10)
+    /// >>> simulation.change({"integration.gravity": [0, 0, -9.81]})
+    /// >>> simulation.scenario.to_dict()["integration"]["gravity"][2]
+    /// -9.81
+    fn change(&self, settings: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.changed(settings)
+    }
+
+    /// Energies, works, and dissipations so far, J: those of the last step, by the names of the samples.
+    fn energies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        evaluated::energies(py, &self.lock()?.run)
+    }
+
+    /// Names of the walls, in the order of their numbers in tables of contacts.
+    #[getter]
+    fn wall_names(&self) -> PyResult<Vec<String>> {
+        Ok(self.lock()?.run.state.walls.iter().map(|wall| wall.name.clone()).collect())
+    }
+
+    /// Place, velocities, force, and torque of the wall `name`, as copies. Returns WallState.
+    fn wall<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        walls::state(py, &self.lock()?.run, name)
+    }
+
+    /// Move the wall `name` from the next step on.
+    ///
+    /// Parameters
+    /// ----------
+    /// velocity : m/s, (3,).
+    /// angular_velocity : about the axis of its `rotation` in the scenario, rad/s, (3,); by default as before.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : there is no such wall; a history, a servo, or the loading moves it; it is a mesh, which `drive_mesh` moves; it has no
+    /// axis; a number is not finite.
+    #[pyo3(signature = (name, velocity, angular_velocity=None))]
+    fn drive_wall(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        velocity: Vector,
+        angular_velocity: Option<Vector>,
+    ) -> PyResult<()> {
+        walls::drive(py, &mut self.lock()?, name, velocity.0, angular_velocity.map(|vector| vector.0))
+    }
+
+    /// Put the wall `name` at a displacement from its place in the scenario, m, (3,), at once: contacts with particles jump, and the energy
+    /// balance starts anew. Raises ValueError as `drive_wall`.
+    fn place_wall(&self, py: Python<'_>, name: &str, displacement: Vector) -> PyResult<()> {
+        walls::place(py, &mut self.lock()?, name, displacement.0)
+    }
+
+    /// Let bonds break in the next step, with entries in the event log; their energy counts as damage. Returns how many there are.
+    ///
+    /// Parameters
+    /// ----------
+    /// pairs : ids of the two particles of each bond, (n, 2).
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : no such particle, or a pair without an intact bond; nothing is changed then.
+    fn break_bonds(&self, py: Python<'_>, pairs: Pairs<'_>) -> PyResult<usize> {
+        given::broken_bonds(py, &mut self.lock()?, pairs.get()?)
+    }
+
+    /// Bond all pairs of particles whose center distance is at most `interaction_ratio` times the sum of their radii, as `[[bonding]]` does.
+    /// Pairs that have a bond, or had one that broke, get none. Returns the number of new bonds.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError : the scenario has no [bonds], or their law is one in Python. SolverError : the new bonds are too stiff for the time step;
+    /// nothing is changed then.
+    fn make_bonds(&self, py: Python<'_>, interaction_ratio: f64) -> PyResult<usize> {
+        if self.laws.bonds.is_some() {
+            let message = "bonds of a law in Python cannot be made during a run; bond the particles in the scenario";
             return Err(PyValueError::new_err(message));
         }
-        if !inner.run.schedule.histories.loads.is_empty() {
-            let message = "the histories of the scenario's [[force]] set the loads in every step; remove their `history`, and give these \
-                           loads here";
-            return Err(PyValueError::new_err(message));
-        }
-        inner.change(py, |Inner { run, loads, .. }| {
-            let particles = &mut run.state.particles;
-            particles.loads.clone_from(loads);
-            for (p, force) in force.iter().enumerate() {
-                let moment = moment.map_or_else(concordem::math::Vec3::zeros, |moment| moment[p]);
-                if *force != concordem::math::Vec3::zeros() || moment != concordem::math::Vec3::zeros() {
-                    particles.add_load(p as u32, *force, moment);
-                }
-            }
-        })
+        given::new_bonds(py, &mut self.lock()?, &self.pool, interaction_ratio)
     }
 
     /// Names of the walls that are meshes.
     #[getter]
     fn mesh_names(&self) -> PyResult<Vec<String>> {
-        let inner = self.lock()?;
-        Ok(inner.run.state.walls.iter().filter(|wall| wall.mesh().is_some()).map(|wall| wall.name.clone()).collect())
+        Ok(mesh_names(&self.lock()?.run))
     }
 
     /// Vertices, triangles, velocities, and forces of the mesh `name`, as copies. Returns MeshState.
     fn mesh<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let inner = self.lock()?;
-        let wall = mesh_number(&inner.run, name)?;
-        let Some(mesh) = inner.run.state.walls[wall].mesh() else { return Err(no_mesh(&inner.run, name)) };
-        let fields = (
-            vectors(py, &mesh.position)?,
-            rows::<_, u32>(py, mesh.triangles(), 3)?,
-            vectors(py, &mesh.previous_velocity)?,
-            vectors(py, &mesh.force)?,
-        );
-        result(py, "MeshState", fields)
+        mesh_state(py, &self.lock()?.run, name)
     }
 
     /// Velocities of the vertices of the mesh `name` from the next step on, m/s, (n, 3).
     ///
     /// Raises ValueError for a mesh that follows `motion` of the scenario, another number of rows, and numbers that are not finite.
     fn drive_mesh(&self, py: Python<'_>, name: &str, velocities: Vectors<'_>) -> PyResult<()> {
-        let velocity = velocities.get()?;
-        let mut inner = self.lock()?;
-        let wall = free_mesh(&inner.run, name, &[velocity])?;
-        let drive = move |Inner { run, .. }: &mut Inner| match run.state.walls[wall].mesh_mut() {
-            Some(mesh) => mesh.drive(velocity),
-            None => Ok(()),
-        };
-        inner.change(py, drive)?.map_err(|error| PyValueError::new_err(format!("mesh \"{name}\": {error}")))
+        given::mesh_velocities(py, &mut self.lock()?, name, velocities.get()?)
     }
 
     /// Place the vertices of the mesh `name`: `positions` (m, (n, 3)), to which they came with `velocities` (m/s, (n, 3)) in the last step.
@@ -555,18 +502,7 @@ impl Simulation {
     /// Raises ValueError for a mesh that follows `motion` of the scenario, another number of rows, numbers that are not finite, and
     /// triangles without area; the mesh then stays as it was.
     fn place_mesh(&self, py: Python<'_>, name: &str, positions: Vectors<'_>, velocities: Vectors<'_>) -> PyResult<()> {
-        let (position, velocity) = (positions.get()?, velocities.get()?);
-        let mut inner = self.lock()?;
-        let wall = free_mesh(&inner.run, name, &[position, velocity])?;
-        let place = move |Inner { run, .. }: &mut Inner| {
-            let state = &mut run.state;
-            let Some(mesh) = state.walls[wall].mesh_mut() else { return Ok(()) };
-            let work = mesh.place(position, velocity, state.clock.dt)?;
-            state.ledger.add_boundary_work(work);
-            Ok(())
-        };
-        let placed: Result<(), concordem::state::MeshError> = inner.change(py, place)?;
-        placed.map_err(|error| PyValueError::new_err(format!("mesh \"{name}\": {error}")))
+        given::mesh_positions(py, &mut self.lock()?, name, positions.get()?, velocities.get()?)
     }
 
     /// Net contact force (N) and torque (N·m) of the last step on every particle, (n, 3) each.
@@ -591,6 +527,32 @@ impl Simulation {
         self.pool.inside(|| hash::state_hash(&inner.run.state)).or_raise()
     }
 
+    /// A simulation in the same state, with the same scenario and laws, which goes on for itself; `copy.copy` and `copy.deepcopy` give it.
+    fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
+        self.copied(py)
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.copied(py)
+    }
+
+    /// Pickle goes through a checkpoint.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, this) = (slf.py(), slf.get());
+        let laws = this.laws.clone_ref(py);
+        let (scenario, keeps_snapshots) = {
+            let inner = this.lock()?;
+            (inner.scenario.clone_ref(py), inner.keeps_snapshots)
+        };
+        let settings = (this.pool.wanted(), laws.bonds, laws.contacts, keeps_snapshots);
+        py.import("concordem._copies")?.call_method1("reduced", (slf, scenario, settings))
+    }
+
+    /// Table of the main facts, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("concordem._html")?.call_method1("simulation", (slf,))
+    }
+
     fn __repr__(&self) -> PyResult<String> {
         let inner = self.lock()?;
         let state = &inner.run.state;
@@ -601,19 +563,6 @@ impl Simulation {
             state.clock.step
         ))
     }
-}
-
-/// Whether each of `count` particles is among these rows.
-fn members_of(rows: &[u32], count: usize) -> PyResult<Vec<bool>> {
-    let mut member = vec![false; count];
-    for &row in rows {
-        let Some(place) = member.get_mut(row as usize) else {
-            let message = format!("border names row {row}, but there are {count} particles; rows are counted from 0");
-            return Err(PyValueError::new_err(message));
-        };
-        *place = true;
-    }
-    Ok(member)
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,7 +1,7 @@
 //! The state as NumPy arrays.
 //!
 //! Particle arrays are views without copies. This is sound because the core guarantees never to move, grow, or replace these arrays (a
-//! test of the core and the comparison of [`Addresses`] after every run check it), and because a view keeps the simulation alive.
+//! test of the core and the comparison of their [addresses](crate::addresses) after every run check it), and because a view keeps the simulation alive.
 //! Contacts change at every neighbor-list rebuild, so their tables are copies.
 
 use concordem::law::state::COLUMNS_OF_EVERY_CONTACT;
@@ -16,33 +16,6 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, rows, scalars, table, tensor};
 use crate::simulation::Simulation;
-
-/// Addresses and lengths of the particle arrays that have views.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Addresses([(usize, usize); 11]);
-
-impl Addresses {
-    /// The addresses for `particles`.
-    pub fn of(particles: &Particles) -> Self {
-        fn of<T>(data: &[T]) -> (usize, usize) {
-            (data.as_ptr() as usize, data.len())
-        }
-        let p = particles;
-        Self([
-            of(&p.id),
-            of(&p.position),
-            of(&p.velocity),
-            of(&p.orientation),
-            of(&p.angular_velocity),
-            of(&p.radius),
-            of(&p.mass),
-            of(&p.inertia),
-            of(&p.material),
-            of(&p.clump),
-            of(&p.tags),
-        ])
-    }
-}
 
 /// Particles, contacts, cell, and clock of a simulation.
 #[pyclass(frozen, module = "concordem")]
@@ -73,6 +46,22 @@ unsafe fn view<'py, T: Element>(
     }
     Ok(array)
 }
+
+/// Arrays that cannot be written, and why.
+const FIXED: [(&str, &str); 9] = [
+    ("ids", "they name the particles in results and events"),
+    ("orientations", "histories of contacts are relative to them; give angular_velocities, which turn the particles"),
+    ("radii", "contacts, masses, and the bound of the time step follow from them; change the packing, and begin again"),
+    ("masses", "the bound of the time step follows from them; change the density, and begin again"),
+    ("inertias", "the bound of the time step follows from them; change the density, and begin again"),
+    ("materials", "the laws of contacts follow from them; give sets a material in the scenario, and begin again"),
+    ("clumps", "masses and motions of the clumps follow from them; change [[clump]], and begin again"),
+    ("tags", "loadings and operators follow from them; change [[set]], and begin again"),
+    (
+        "temperatures",
+        "the balance of heat follows from them; give [[heat.source]] or [[heat.prescribe]] in the scenario",
+    ),
+];
 
 impl State {
     pub(crate) fn new(simulation: Py<Simulation>) -> Self {
@@ -160,11 +149,14 @@ impl State {
         self.particles::<_, u64>(py, |p| &p.tags, false)
     }
 
-    /// A writable view of `positions`, `velocities`, or `angular_velocities`.
+    /// A writable view of `positions`, `velocities`, or `angular_velocities`. Raises ValueError for the other arrays, with the reason.
     ///
     /// The change of the kinetic energy by velocities that are written between steps counts as external work. New positions start the energy
     /// balance anew. What another thread of Python writes during a step is not defined.
     fn writable<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        if let Some((_, reason)) = FIXED.iter().find(|(fixed, _)| *fixed == name) {
+            return Err(PyValueError::new_err(format!("\"{name}\" is not writable: {reason}")));
+        }
         {
             let mut inner = self.simulation.bind(py).get().lock()?;
             if inner.written.is_none() {

@@ -21,3 +21,9 @@ pub fn warn(py: Python<'_>, scenario: &Scenario, warnings: &[Problem]) -> PyResu
     }
     Ok(())
 }
+
+/// Give a line of the program as a `concordem.ConcordemWarning`.
+pub fn tell(py: Python<'_>, line: &str) -> PyResult<()> {
+    let class = py.import("concordem._errors")?.getattr("ConcordemWarning")?;
+    py.import("warnings")?.call_method1("warn", (class.call1((line,))?,)).map(drop)
+}

@@ -1,12 +1,13 @@
 //! Long work without the interpreter's lock: thread pools, progress, and signals.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use concordem::operator::interruption::{look, stoppable};
+use concordem::operator::interruption::{Stopped, look, stoppable};
+use concordem::program::Listener;
 use concordem::solver::own_thread::{Workers, alone, beside, beside_all_processors, with_all_processors};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -64,6 +65,15 @@ impl Pool {
         })
     }
 
+    /// The argument `threads` for a pool like this one.
+    pub fn wanted(&self) -> Option<usize> {
+        match self {
+            Self::All => None,
+            Self::One => Some(1),
+            Self::Some(threads, _) => Some(*threads),
+        }
+    }
+
     /// Number of threads.
     pub fn threads(&self) -> usize {
         match self {
@@ -97,7 +107,43 @@ pub fn guarded<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&mut dyn FnMut(&str, f64)) -> T + Send,
 ) -> PyResult<T> {
-    let (outcome, failure) = watched(py, &Pool::new(threads)?, progress, work)?;
+    settled(watched(py, &Pool::new(threads)?, progress, |report, stop| {
+        // The work has no other way to stop than to unwind.
+        stoppable(Some(stop), || {
+            work(&mut |stage, share| {
+                look();
+                report(stage, share);
+            })
+        })
+    })?)
+}
+
+/// Stages that end by themselves when they are told to, and keep what they have.
+const KEEPING: [&str; 2] = ["running", "sweep"];
+
+/// Run a command of the program as [`guarded`] does, on a thread of its own, from which it starts others. It gets a flag that asks it to
+/// end, and a function that receives its progress.
+pub fn commanded<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(Listener, Arc<AtomicBool>) -> T + Send,
+) -> PyResult<T> {
+    settled(watched(py, &Pool::One, progress, |report, stop| {
+        let own = stop.clone();
+        let listener = move |stage: &str, share: f64| {
+            if own.load(Ordering::Relaxed) && !KEEPING.contains(&stage) {
+                resume_unwind(Box::new(Stopped));
+            }
+            report(stage, share);
+        };
+        work(Arc::new(listener), stop)
+    })?)
+}
+
+/// What became of work, and the exception that should have stopped it.
+type Ended<T> = (std::thread::Result<T>, Option<PyErr>);
+
+fn settled<T>((outcome, failure): Ended<T>) -> PyResult<T> {
     match (outcome, failure) {
         (_, Some(error)) => Err(error),
         (Ok(found), None) => Ok(found),
@@ -105,15 +151,15 @@ pub fn guarded<T: Send>(
     }
 }
 
-/// As [`guarded`], on the threads of `pool`. Returns what became of the work, and the exception that should have stopped it.
+/// What [`guarded`] and [`commanded`] do, on the threads of `pool`; the work receives a function to report to, and a flag that asks it to end.
 pub fn watched<T: Send>(
     py: Python<'_>,
     pool: &Pool,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&mut dyn FnMut(&str, f64)) -> T + Send,
-) -> PyResult<(std::thread::Result<T>, Option<PyErr>)> {
+    work: impl FnOnce(Box<dyn Fn(&str, f64) + Send + Sync>, Arc<AtomicBool>) -> T + Send,
+) -> PyResult<Ended<T>> {
     let report = reporter(py, progress)?;
-    let (stop, last) = (Arc::new(AtomicBool::new(false)), Mutex::new(None::<(String, f64)>));
+    let (stop, last) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(None::<(String, f64)>)));
     // Whether there was something to tell.
     let tell = |py: Python<'_>| {
         let latest = last.lock().map_or(None, |mut last| last.take());
@@ -126,19 +172,15 @@ pub fn watched<T: Send>(
     let mut told: Option<Instant> = None;
     let outcome = py.detach(|| {
         let (running, ended) = channel::<()>();
+        let (stop_work, latest) = (stop.clone(), last.clone());
+        let keep = move |stage: &str, share: f64| {
+            if let Ok(mut last) = latest.lock() {
+                *last = Some((stage.to_owned(), share));
+            }
+        };
         let guarded = || {
             let _running = running;
-            catch_unwind(AssertUnwindSafe(|| {
-                // The work has no other way to stop than to unwind.
-                stoppable(Some(Arc::clone(&stop)), || {
-                    work(&mut |stage, share| {
-                        look();
-                        if let Ok(mut last) = last.lock() {
-                            *last = Some((stage.to_owned(), share));
-                        }
-                    })
-                })
-            }))
+            catch_unwind(AssertUnwindSafe(|| work(Box::new(keep), stop_work)))
         };
         let look = || {
             while ended.recv_timeout(SLICE) == Err(RecvTimeoutError::Timeout) {

@@ -28,5 +28,7 @@ mod vtk;
 pub use concordem_files::sphere_pack;
 pub use error::OutputError;
 pub use result::ResultFile;
-pub use run_files::{BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField};
+pub use run_files::{
+    BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField, StoredSnapshot,
+};
 pub use slice::{SliceAt, SliceFrame};

@@ -28,7 +28,10 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
 }
 
 /// The file to replace when writing to `path`; see [`paths::target`].
-pub(crate) fn target(path: &Path) -> Result<PathBuf, OutputError> {
+///
+/// # Errors
+/// The path cannot be followed.
+pub fn target(path: &Path) -> Result<PathBuf, OutputError> {
     paths::target(path).map_err(|source| OutputError::NotReplaceable { path: path.to_owned(), source })
 }
 

@@ -81,7 +81,7 @@ impl From<CharacteriseError> for Failure {
 
 pub(super) fn run(arguments: &CharacteriseArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     if let Some(path) = &arguments.output {
-        check_page_name(path)?;
+        check_page_name("--output ", path)?;
     }
     let page = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension("structure.html"));
     let page = sealed::target(&page)?;

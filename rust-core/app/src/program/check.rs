@@ -48,12 +48,37 @@ pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Re
         if !arguments.work.quiet {
             console.warn(&scenario, &assembly.summary.warnings);
         }
-        facts(&scenario, assembly)
+        Ok(inspect(&scenario, assembly)?.facts)
     })?;
     console.print(&format!("{head}{facts}"))
 }
 
-fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
+/// What `concordem check` finds.
+pub struct Checked {
+    /// Facts about the assembled system.
+    pub summary: Summary,
+    /// Time step, s.
+    pub time_step: f64,
+    /// Measured time of a step, s.
+    pub time_per_step: f64,
+    /// About the largest number of steps, and the key of `[stop]` that it follows from, if one limits it.
+    pub steps: Option<(f64, &'static str)>,
+    /// All facts as text.
+    facts: Facts,
+}
+
+impl Checked {
+    /// Names and texts of all facts, as the command prints them.
+    pub fn facts(&self) -> &[(String, String)] {
+        &self.facts.0
+    }
+}
+
+/// Facts about a built scenario, some steps of which are timed.
+///
+/// # Errors
+/// A step fails.
+pub fn inspect(scenario: &Scenario, assembly: Assembly) -> Result<Checked, Failure> {
     let Assembly { state, model, schedule, summary } = assembly;
     let Summary { bounds, .. } = &summary;
     let dt = state.clock.dt;
@@ -134,7 +159,7 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         }
         None => facts.add("estimated time", "unknown; it depends on the stop conditions"),
     }
-    Ok(facts)
+    Ok(Checked { summary, time_step: dt, time_per_step: per_step, steps, facts })
 }
 
 /// The time step, and its part of the stability bound if there is one.

@@ -7,17 +7,14 @@ use std::time::{Duration, Instant};
 
 use super::meter::Meter;
 use super::readable::{count, seconds};
-use super::tables::{BondRows, Tables, bond_damage};
+use super::recording::{Recording, bond_damage, result_path};
 use super::watch::Live;
-use super::{Failure, shell};
-use crate::output::{BondSnapshot, OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
-use concordem_contact::math::Vec3;
+use super::{Failure, Host, shell};
+use crate::output::{ResultFile, RunFiles};
 use concordem_scenario::assembly::{Assembly, PackingCache, Sharpness, assemble_cached};
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::{Advance, Simulation};
 use concordem_scenario::schema::Scenario;
-use concordem_solver::fracture::fragments::fragments;
-use concordem_solver::state::columns::Column;
 
 /// Longest and shortest time between checkpoints; early in a run they are more frequent, so that `info` has something to show. The
 /// result does not depend on them.
@@ -30,14 +27,6 @@ const CHECKPOINT_SHARE: f64 = 0.01;
 const MOST_AT_START: usize = 200_000;
 /// Snapshots stay in memory until the next checkpoint; more bytes than this trigger a checkpoint.
 const MOST_SNAPSHOT_BYTES: usize = 256 << 20;
-
-/// Result file of a scenario.
-pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
-    match &scenario.output.file {
-        Some(file) => scenario.directory().join(file),
-        None => PathBuf::from(&*scenario.source.name).with_extension("h5"),
-    }
-}
 
 /// Assembles a scenario, with sharp bounds of the time step.
 pub(super) fn build(scenario: &Scenario, cache: Option<&PackingCache>, meter: &Meter) -> Result<Assembly, Failure> {
@@ -60,16 +49,19 @@ pub(super) fn build_with(
     })
 }
 
-/// Handler of SIGINT and SIGTERM. A second signal ends the process at once.
+/// Handler of SIGINT and SIGTERM, unless a host handles them. A second signal ends the process at once.
 pub(super) struct Interruption {
-    /// Set by the first signal.
+    /// Set by the first signal, or by the host.
     pub requested: Arc<AtomicBool>,
     registered: Vec<signal_hook::SigId>,
 }
 
 impl Interruption {
-    /// Handles signals until this value is dropped.
-    pub(super) fn listen() -> Self {
+    /// Handles signals until this value is dropped, or leaves them to the host.
+    pub(super) fn listen(host: Option<&Host>) -> Self {
+        if let Some(host) = host {
+            return Self { requested: Arc::clone(&host.interrupted), registered: Vec::new() };
+        }
         let requested = Arc::new(AtomicBool::new(false));
         let mut registered = Vec::new();
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
@@ -94,7 +86,8 @@ impl Drop for Interruption {
 }
 
 /// End of a run.
-pub(super) enum Outcome {
+#[derive(Debug)]
+pub enum Outcome {
     /// The run has ended and its result is written.
     Finished {
         /// Result file.
@@ -115,11 +108,8 @@ pub(super) enum Outcome {
 pub(super) struct Run {
     simulation: Simulation,
     files: RunFiles,
-    /// Initial positions, m, in the order of the state, which does not change during a run.
-    initial_positions: Vec<Vec3>,
-    csv: bool,
-    /// Whether snapshots contain the bonds.
-    with_bonds: bool,
+    recording: Recording,
+    /// Bytes of the snapshots since the last checkpoint.
     pending_bytes: usize,
     /// The page that shows the run.
     live: Option<Live>,
@@ -130,24 +120,8 @@ pub(super) struct Run {
 }
 
 impl Run {
-    pub(super) fn new(
-        simulation: Simulation,
-        files: RunFiles,
-        initial_positions: &[Vec3],
-        scenario: &Scenario,
-        begun: Instant,
-    ) -> Self {
-        Self {
-            simulation,
-            files,
-            initial_positions: initial_positions.to_vec(),
-            csv: scenario.output.csv,
-            with_bonds: scenario.output.bond_snapshots && scenario.bonds.is_some(),
-            pending_bytes: 0,
-            live: None,
-            begun,
-            first_step: None,
-        }
+    pub(super) fn new(simulation: Simulation, files: RunFiles, recording: Recording, begun: Instant) -> Self {
+        Self { simulation, files, recording, pending_bytes: 0, live: None, begun, first_step: None }
     }
 
     /// The run with a page that shows it.
@@ -171,15 +145,15 @@ impl Run {
                 seconds(start.elapsed().as_secs_f64())
             );
             let share = self.simulation.progress();
-            live.publish(state, share, &self.displacement(), &bond_damage(state), &status, begun);
+            live.publish(state, share, &self.recording.displacement(state), &bond_damage(state), &status, begun);
         }
         self.live = Some(live);
     }
 
     /// Runs to the end. A `fresh` run first writes a checkpoint of its initial state, unless that takes long: a run killed before its
     /// first checkpoint begins again.
-    pub(super) fn drive(mut self, meter: &Meter, fresh: bool) -> Result<Outcome, Failure> {
-        let interruption = Interruption::listen();
+    pub(super) fn drive(mut self, meter: &Meter, fresh: bool, host: Option<&Host>) -> Result<Outcome, Failure> {
+        let interruption = Interruption::listen(host);
         let outcome = self.steps(meter, fresh, &interruption.requested);
         drop(interruption);
         if self.simulation.stopped().is_some() {
@@ -226,8 +200,7 @@ impl Run {
             if stop {
                 return Ok(None);
             }
-            let due = self.simulation.schedule.snapshot_interval.is_some_and(|every| step.is_multiple_of(every));
-            if due || !self.files.has_snapshot() {
+            if Recording::is_due(&self.simulation, self.files.has_snapshot()) {
                 self.snapshot()?;
             }
             let advance = self.simulation.advance()?;
@@ -306,144 +279,18 @@ impl Run {
         Ok(())
     }
 
-    fn displacement(&self) -> Vec<Vec3> {
-        let now = self.simulation.state.unwrapped_positions();
-        now.iter().zip(&self.initial_positions).map(|(now, then)| now - then).collect()
-    }
-
     fn snapshot(&mut self) -> Result<(), Failure> {
-        if self.with_bonds {
-            self.snapshot_of_bonds()?;
+        let moment = self.recording.snapshot(&mut self.simulation)?;
+        self.pending_bytes += moment.bytes();
+        self.files.append_snapshot(moment.particles)?;
+        if let Some(bonds) = moment.bonds {
+            self.files.append_bonds(bonds);
         }
-        let state = &self.simulation.state;
-        let particles = &state.particles;
-        let displacement = self.displacement();
-        let position = state.unwrapped_positions();
-        let fragments = fragments(state);
-        let damage = bond_damage(state);
-        let reals = |data| Column::f64(data, 1, "m");
-        let mut fields = vec![
-            SnapshotField { name: "radius", description: "Radius", column: reals(&particles.radius) },
-            SnapshotField {
-                name: "displacement",
-                description: "Displacement since the start",
-                column: Column::f64(bytemuck::cast_slice(&displacement), 3, "m"),
-            },
-            SnapshotField {
-                name: "velocity",
-                description: "Velocity",
-                column: Column::f64(bytemuck::cast_slice(&particles.velocity), 3, "m/s"),
-            },
-            SnapshotField {
-                name: "angular_velocity",
-                description: "Angular velocity",
-                column: Column::f64(bytemuck::cast_slice(&particles.angular_velocity), 3, "rad/s"),
-            },
-            SnapshotField {
-                name: "damage",
-                description: "Mean damage of the particle's bonds; broken bonds count as 1",
-                column: Column::f64(&damage, 1, "1"),
-            },
-            SnapshotField {
-                name: "material",
-                description: "Number of the material in the scenario, from 0",
-                column: Column::u16(&particles.material),
-            },
-        ];
-        if !state.bonds.is_empty() {
-            fields.push(SnapshotField {
-                name: "fragment",
-                description: "Smallest id of the particles that intact bonds connect",
-                column: Column::u32(&fragments),
-            });
-            self.pending_bytes += particles.len() * 4;
-        }
-        if let Some(heat) = &state.heat {
-            let column = Column::f64(&heat.temperature, 1, "K");
-            fields.push(SnapshotField { name: "temperature", description: "Temperature", column });
-            self.pending_bytes += particles.len() * 8;
-        }
-        if !particles.aggregate.is_empty() {
-            fields.push(SnapshotField {
-                name: "aggregate",
-                description: "Number of the aggregate, from 1; 0 outside of all",
-                column: Column::u32(&particles.aggregate),
-            });
-        }
-        let snapshot = Snapshot {
-            time: state.clock.time(),
-            step: state.clock.step,
-            id: &particles.id,
-            position: &position,
-            cell: state.cell.as_ref().map(|cell| cell.matrix),
-            fields,
-        };
-        self.files.append_snapshot(&snapshot)?;
-        // Radius, damage; position, displacement, two velocities; id, material; aggregate.
-        self.pending_bytes +=
-            particles.len() * (2 * 8 + 4 * 24 + 6 + if particles.aggregate.is_empty() { 0 } else { 4 });
-        Ok(())
-    }
-
-    /// Stores the bonds, with their forces at the present positions.
-    fn snapshot_of_bonds(&mut self) -> Result<(), Failure> {
-        let forces = self.simulation.solver.record(&mut self.simulation.state)?;
-        let state = &self.simulation.state;
-        let rows = BondRows::of(state, &forces);
-        let mut fields = vec![
-            SnapshotField {
-                name: "damage",
-                description: "Damage, 0 intact, 1 without strength",
-                column: Column::f64(&rows.damage, 1, "1"),
-            },
-            SnapshotField {
-                name: "normal_force",
-                description: "Force along the bond, positive in tension",
-                column: Column::f64(&rows.normal_force, 1, "N"),
-            },
-            SnapshotField {
-                name: "shear_force",
-                description: "Magnitude of the force across the bond",
-                column: Column::f64(&rows.shear_force, 1, "N"),
-            },
-            SnapshotField {
-                name: "opening",
-                description: "Length less the length without strain",
-                column: Column::f64(&rows.opening, 1, "m"),
-            },
-            SnapshotField {
-                name: "broken",
-                description: "1 if the bond has broken, otherwise 0",
-                column: Column::u8(&rows.broken),
-            },
-        ];
-        if state.cell.is_some() {
-            fields.push(SnapshotField {
-                name: "branch",
-                description: "From the center of the first particle to that of the second or its periodic image",
-                column: Column::f64(bytemuck::cast_slice(&rows.branch), 3, "m"),
-            });
-        }
-        let snapshot = BondSnapshot { time: state.clock.time(), step: state.clock.step, ids: &rows.ids, fields };
-        self.files.append_bonds(&snapshot)?;
-        self.pending_bytes += rows.ids.len() * if state.cell.is_some() { 65 } else { 41 };
         Ok(())
     }
 
     fn finish(mut self, steps: u64, time: Duration) -> Result<Outcome, Failure> {
         let path = self.files.path().to_owned();
-        let reason = self.simulation.stopped().map(|reason| reason.to_string()).unwrap_or_default();
-        self.files.note("stopped_because", &reason);
-        let unmet = self.simulation.unmet().join("; ");
-        if !unmet.is_empty() {
-            self.files.note("servos_not_at_target", &unmet);
-        }
-        let stages = self.simulation.ended_stages();
-        let stages: Vec<String> = stages.map(|(name, time, step)| format!("{name}: {time:e} s, step {step}")).collect();
-        if !stages.is_empty() {
-            self.files.note("stages_ended", &stages.join("; "));
-        }
-        self.files.note("threads", &rayon::current_num_threads().to_string());
         if let Some((device, steps)) = self.simulation.steps_on_device() {
             self.files.note("device", &device);
             self.files.note("steps_on_device", &steps.to_string());
@@ -452,15 +299,9 @@ impl Run {
         if let Some(time) = self.first_step {
             self.files.note("first_step_after_s", &format!("{:.3}", time.as_secs_f64()));
         }
-        let displacement = self.displacement();
-        let forces = self.simulation.solver.record(&mut self.simulation.state)?;
-        let state = &self.simulation.state;
-        let tables = Tables { state, displacement: &displacement, forces: &forces };
-        remove_old_csv(&path, self.csv)?;
-        self.files.finish(state, &tables)?;
-        if self.csv {
-            write_csv(&path)?;
-        }
+        let reason = self.simulation.stopped().map(|reason| reason.to_string()).unwrap_or_default();
+        let unmet = self.simulation.unmet().join("; ");
+        self.recording.finish(&mut self.simulation, self.files, &reason)?;
         let mut text =
             format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
         if !unmet.is_empty() {
@@ -484,50 +325,12 @@ fn remaining(elapsed: Duration, before: f64, now: f64) -> Option<f64> {
     (grown > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - now) / grown)
 }
 
-/// Removes the CSV table of an older result that the new result replaces: it could be mistaken for that of the new result.
-///
-/// `expected`: the new result will have a table, too.
-fn remove_old_csv(path: &Path, expected: bool) -> Result<(), Failure> {
-    let table = csv_path(path);
-    let of_old_result = || {
-        let text = ResultFile::open(path).and_then(|old| old.scenario()).ok()?;
-        Some(Scenario::parse("result", &text).ok()?.output.csv)
-    };
-    if !table.is_file() || !(expected || of_old_result() == Some(true)) {
-        return Ok(());
-    }
-    std::fs::remove_file(&table).map_err(|error| Failure::File { path: table, action: "remove", error })
-}
-
-/// Writes the CSV table of the result at `path`.
-pub(super) fn write_csv(path: &Path) -> Result<(), OutputError> {
-    csv::write(&ResultFile::open(path)?, &csv_path(path), true)
-}
-
-/// Path of the CSV table of a result.
-pub(super) fn csv_path(path: &Path) -> PathBuf {
-    path.with_extension("csv")
-}
-
-/// Refuses result names without an HDF5 extension: readers would not recognize the file, and the name may belong to
-/// another file.
-pub(super) fn check_result_name(path: &Path) -> Result<(), Failure> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("h5" | "hdf5" | "vtkhdf") => Ok(()),
-        _ => Err(Failure::Usage(format!(
-            "--output {}: a result is an HDF5 file and needs the extension .h5, .hdf5, or .vtkhdf; use {}",
-            path.display(),
-            path.with_extension("h5").display()
-        ))),
-    }
-}
-
-/// Refuses names of web pages without an HTML extension: browsers would not show the file.
-pub(super) fn check_page_name(path: &Path) -> Result<(), Failure> {
+/// Refuses names of web pages without an HTML extension: browsers would not show the file. `option`: what messages begin with.
+pub(super) fn check_page_name(option: &str, path: &Path) -> Result<(), Failure> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("html" | "htm") => Ok(()),
         _ => Err(Failure::Usage(format!(
-            "--output {}: the page is HTML and needs the extension .html; use {}. Browsers print it to PDF.",
+            "{option}{}: the page is HTML and needs the extension .html; use {}. Browsers print it to PDF.",
             path.display(),
             path.with_extension("html").display()
         ))),

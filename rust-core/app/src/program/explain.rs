@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{Console, Facts, Failure};
-use concordem_scenario::checks::{KeyInfo, find_keys, keys};
+pub use concordem_scenario::checks::KeyInfo;
+use concordem_scenario::checks::{find_keys, keys};
 
 /// Arguments of `concordem explain`.
 #[derive(Debug, clap::Args)]
@@ -20,10 +21,19 @@ pub(super) fn explain(arguments: &ExplainArguments, console: &mut Console<'_>) -
     let Some(word) = &arguments.key else {
         return console.print(&overview(&all));
     };
+    let tables: Vec<String> = explained(word)?.iter().map(|key| page(key, &all)).collect();
+    console.print(&tables.join("\n"))
+}
+
+/// The keys of a scenario with this path or name.
+///
+/// # Errors
+/// There is none; with the names that are similar.
+pub fn explained(word: &str) -> Result<Vec<KeyInfo>, Failure> {
+    let all = keys(&concordem_scenario::schema::schema());
     let (found, exact) = find_keys(&all, word);
     if exact {
-        let tables: Vec<String> = found.iter().map(|key| page(key, &all)).collect();
-        return console.print(&tables.join("\n"));
+        return Ok(found.into_iter().cloned().collect());
     }
     let hint = match &found[..] {
         [] => "`concordem explain` lists the tables".to_owned(),

@@ -6,8 +6,8 @@ use clap::ValueEnum;
 
 use super::drive::{build, open_result};
 use super::meter::{Display, Meter};
+use super::recording::{INITIAL_HASH, SCENARIO_FILE, check_initial_state};
 use super::resume::CHANGED_LATER;
-use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state};
 use super::{Console, Failure};
 use crate::output::export::{write_cracks, write_heat_network, write_lammps, write_vtk};
 use crate::output::result::ResultFile;
@@ -44,13 +44,51 @@ enum Format {
 }
 
 pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let written = write(arguments, console)?;
+    written.notes.iter().for_each(|note| console.tell(note));
+    let files: Vec<String> = written.files.iter().map(|file| format!("{}\n", file.display())).collect();
+    console.print(&files.concat())
+}
+
+/// Files that were written, and what their reader must know.
+pub struct Exported {
+    /// The files.
+    pub files: Vec<PathBuf>,
+    /// Notes.
+    pub notes: Vec<String>,
+}
+
+/// Exports a result as the command does, for a host. `output`: beginning of the names of the files.
+///
+/// # Errors
+/// Those of the command.
+pub fn export_result(
+    file: &Path,
+    format: &str,
+    output: Option<&Path>,
+    overwrite: bool,
+    console: &Console<'_>,
+) -> Result<Exported, Failure> {
+    let format = Format::from_str(format, false).map_err(|_| {
+        let formats = Format::value_variants().iter().filter_map(Format::to_possible_value);
+        let names: Vec<String> = formats.map(|value| value.get_name().to_owned()).collect();
+        Failure::Usage(format!("format is \"{format}\"; give one of {}", names.join(", ")))
+    })?;
+    let output = output.map(Path::to_owned);
+    write(&ExportArguments { file: file.to_owned(), format, output, force: overwrite }, console)
+}
+
+fn write(arguments: &ExportArguments, console: &Console<'_>) -> Result<Exported, Failure> {
     let result = open_result(&arguments.file)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
     if result.snapshot_times()?.is_empty() && arguments.format != Format::HeatNetwork {
         return Err(Failure::Usage(format!("{} has no snapshots", arguments.file.display())));
     }
     let written = match arguments.format {
-        Format::HeatNetwork => return heat_network(&result, &stem, arguments.force, console),
+        Format::HeatNetwork => {
+            let file = heat_network(&result, &stem, arguments.force, console)?;
+            return Ok(Exported { files: vec![file], notes: Vec::new() });
+        }
         Format::Vtk => write_vtk(&result, &stem, arguments.force)?,
         Format::Lammps => write_lammps(&result, &stem, arguments.force)?,
         Format::Cracks => {
@@ -59,22 +97,23 @@ pub(super) fn export(arguments: &ExportArguments, console: &mut Console<'_>) -> 
                 0 => String::new(),
                 count => format!("; {count} more bonds broke whose particles have no common face"),
             };
-            console.tell(&format!("{} faces with an area of {:.6e} m²{left_out}", written.faces, written.area));
-            return console.print(&format!("{}\n", written.file.display()));
+            let note = format!("{} faces with an area of {:.6e} m²{left_out}", written.faces, written.area);
+            return Ok(Exported { files: vec![written.file], notes: vec![note] });
         }
     };
+    let mut notes = Vec::new();
     if written.only_final_bonds {
-        console.tell(
+        notes.push(
             "the snapshots have no bonds, so only those of the final state are exported; write bond_snapshots = true in [output] and \
-             run again for all",
+             run again for all"
+                .to_owned(),
         );
     }
-    let files: Vec<String> = written.files.iter().map(|file| format!("{}\n", file.display())).collect();
-    console.print(&files.concat())
+    Ok(Exported { files: written.files, notes })
 }
 
 /// Writes the heat network of the body at the start, which is made again.
-fn heat_network(result: &ResultFile, stem: &Path, force: bool, console: &mut Console<'_>) -> Result<(), Failure> {
+fn heat_network(result: &ResultFile, stem: &Path, force: bool, console: &Console<'_>) -> Result<PathBuf, Failure> {
     let unfit = |problem: &str| Failure::Usage(format!("{}: {problem}", result.path().display()));
     let provenance = result.provenance()?;
     let entry = |wanted: &str| provenance.iter().find(|(name, _)| name == wanted).map(|(_, value)| value.as_str());
@@ -94,7 +133,7 @@ fn heat_network(result: &ResultFile, stem: &Path, force: bool, console: &mut Con
     check_initial_state(recorded, &assembly.state, result.path(), "exported as a heat network")?;
     let Some(heat) = &assembly.model.heat else { return Err(unfit("the scenario has no [heat]")) };
     match write_heat_network(model, &assembly.state, heat, stem, force)? {
-        Ok(path) => console.print(&format!("{}\n", path.display())),
+        Ok(path) => Ok(path),
         Err(count) => Err(unfit(&format!(
             "heat flows along {count} links without a bond of their own, which LIGGGHTS and LAMMPS cannot have; choose \"disordered\" or \
              \"ordered\" with pairs = \"bonds\" in [heat]"

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use super::drive::open_result;
-use super::tables::{UNBONDED, WALLS};
+use super::recording::{UNBONDED, WALLS};
 use super::{Console, Failure};
 use crate::output::{OutputError, ResultFile};
 use concordem_contact::math::{Mat3, Vec3};
@@ -175,8 +175,8 @@ fn read_region(text: &str) -> Result<SampleRegion, Failure> {
         .map_err(|error| Failure::Usage(format!("--region is not a valid region: {}", error.message())))
 }
 
-/// The final state of a run.
-struct Moment {
+/// The final state of a run, as operators read it.
+pub struct Moment {
     particles: Particles,
     cell: Option<Cell>,
     time: f64,
@@ -262,7 +262,34 @@ fn refuse_membranes(scenario: &Scenario) -> Result<(), Failure> {
 }
 
 impl Moment {
-    fn read(result: &ResultFile, scenario: &Scenario) -> Result<Self, Failure> {
+    /// The particles.
+    pub fn particles(&self) -> &Particles {
+        &self.particles
+    }
+
+    /// The periodic cell.
+    pub fn cell(&self) -> Option<&Cell> {
+        self.cell.as_ref()
+    }
+
+    /// Values of an operator, in the order of its quantities.
+    ///
+    /// # Errors
+    /// The operator cannot be evaluated, or nothing lies in its region.
+    pub fn evaluate(&self, sample: &ScheduledOperator) -> Result<Vec<f64>, Failure> {
+        let state = self.state();
+        if sample.is_empty(&state)? {
+            let message = "region: no particle and no contact lies in the region; move or enlarge it";
+            return Err(Failure::Usage(message.into()));
+        }
+        Ok(sample.evaluate(&state)?)
+    }
+
+    /// The final state of a result with this scenario.
+    ///
+    /// # Errors
+    /// The result lacks a table, or the run has a membrane, whose forces are not stored.
+    pub fn read(result: &ResultFile, scenario: &Scenario) -> Result<Self, Failure> {
         refuse_membranes(scenario)?;
         let table = Table::read(result, "particles")?;
         let mut particles = Particles::default();

@@ -1,15 +1,18 @@
 //! Progress of a command: a bar on a terminal, lines in the logs of batch jobs.
 
 use std::io::Write as _;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::readable::seconds;
 
+/// Receives a stage and its progress, 0 to 1.
+pub type Listener = Arc<dyn Fn(&str, f64) + Send + Sync>;
+
 /// How progress is shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone)]
 pub(super) enum Display {
     /// A bar that moves.
     Bar,
@@ -17,6 +20,8 @@ pub(super) enum Display {
     Lines,
     /// Nothing.
     Nothing,
+    /// By another program.
+    Host(Listener),
 }
 
 /// Time without a line, and the progress that a line must report, unless [`LONGEST`] has passed.
@@ -42,7 +47,8 @@ struct Stage {
 
 impl Meter {
     pub(super) fn new(display: Display) -> Self {
-        let target = if display == Display::Bar { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let is_bar = matches!(display, Display::Bar);
+        let target = if is_bar { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(1000), target);
         if let Ok(style) = ProgressStyle::with_template("{prefix:>12} {wide_bar} {percent:>3} %  {elapsed}  {msg}") {
             bar.set_style(style);
@@ -59,8 +65,10 @@ impl Meter {
 
     /// Progress of a stage, 0 to 1, with a text about it.
     pub(super) fn stage_with(&self, name: &str, share: f64, text: impl FnOnce() -> String) {
-        if self.display == Display::Nothing {
-            return;
+        match &self.display {
+            Display::Nothing => return,
+            Display::Host(listener) => return listener(name, share),
+            Display::Bar | Display::Lines => {}
         }
         let mut stage = self.current();
         if stage.name != name {
@@ -97,13 +105,13 @@ impl Meter {
             Display::Lines => {
                 let _ = writeln!(std::io::stderr(), "{text}");
             }
-            Display::Nothing => {}
+            Display::Nothing | Display::Host(_) => {}
         }
     }
 
     /// Leaves the bar full, because the stage has ended.
     pub(super) fn complete(&self) {
-        if self.display == Display::Bar && !self.current().name.is_empty() {
+        if matches!(self.display, Display::Bar) && !self.current().name.is_empty() {
             self.bar.set_position(1000);
             self.bar.finish();
         }

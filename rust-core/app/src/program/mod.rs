@@ -5,35 +5,37 @@
 
 mod calibrate;
 mod characterise;
-mod check;
+pub mod check;
 mod completions;
 mod device;
 mod drive;
 mod elastic;
-mod explain;
-mod export;
+pub mod explain;
+pub mod export;
 mod failure;
 mod info;
 mod init;
-mod measure;
+pub mod measure;
 mod meter;
 mod pack;
 mod readable;
-mod report;
+pub mod recording;
+pub mod report;
 mod restart;
-mod resume;
-mod run;
+pub mod resume;
+pub mod run;
 mod schema;
 mod settings;
 mod shell;
-mod sweep;
-mod tables;
+pub mod sweep;
 mod watch;
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -43,6 +45,7 @@ pub use failure::Failure;
 use concordem_scenario::assembly::PackingCache;
 use concordem_scenario::schema::{Problem, Scenario, ScenarioError};
 use meter::Display;
+pub use meter::Listener;
 
 /// Exit codes, documented in the help of the program.
 pub mod exit {
@@ -196,6 +199,19 @@ pub struct Console<'a> {
     /// The file with this code, whose content identifies the build; `None`: the running executable. In Python's process, that is
     /// the interpreter, which stays the same when the package changes.
     pub code: Option<PathBuf>,
+    /// The program that calls the command as a function, if one does.
+    pub host: Option<Host>,
+}
+
+/// A program that calls commands as functions: it handles signals, progress, and warnings.
+#[derive(Clone)]
+pub struct Host {
+    /// Set to end the command; a run then writes a checkpoint.
+    pub interrupted: Arc<AtomicBool>,
+    /// Receives the progress.
+    pub progress: Listener,
+    /// Receives the warnings about scenarios.
+    pub warn: Arc<dyn Fn(&Scenario, &[Problem]) + Send + Sync>,
 }
 
 /// Folder of stored packings: `CONCORDEM_CACHE`, or `concordem` in the user's cache folder. `CONCORDEM_CACHE=off`: none.
@@ -222,10 +238,11 @@ impl Console<'_> {
 
     /// How to show the progress of a command: a bar on a terminal, lines from time to time elsewhere.
     fn display(&self, work: &Work) -> Display {
-        match (work.quiet, self.interactive) {
-            (true, _) => Display::Nothing,
-            (false, true) => Display::Bar,
-            (false, false) => Display::Lines,
+        match (work.quiet, self.interactive, &self.host) {
+            (_, _, Some(host)) => Display::Host(host.progress.clone()),
+            (true, ..) => Display::Nothing,
+            (false, true, None) => Display::Bar,
+            (false, false, None) => Display::Lines,
         }
     }
 
@@ -241,6 +258,9 @@ impl Console<'_> {
 
     /// Writes warnings about a scenario to `err`.
     fn warn(&mut self, scenario: &Scenario, warnings: &[Problem]) {
+        if let Some(host) = &self.host {
+            return (host.warn)(scenario, warnings);
+        }
         for warning in warnings {
             let text = ScenarioError::new(&scenario.source, vec![warning.clone()]).to_string();
             self.tell(&format!("warning: {text}"));
@@ -323,7 +343,7 @@ pub fn main() -> ExitCode {
         let (out_interactive, interactive) = (out.is_terminal(), err.is_terminal());
         let packings = packings_folder();
         let (out, err, code) = (&mut out, &mut err, None);
-        run(std::env::args_os(), &mut Console { out, err, interactive, out_interactive, packings, code })
+        run(std::env::args_os(), &mut Console { out, err, interactive, out_interactive, packings, code, host: None })
     };
     // In a thread, whose stack does not depend on the limit of the shell.
     let code = match std::thread::Builder::new().stack_size(STACK).spawn(work) {

@@ -1,6 +1,6 @@
 //! `concordem report`: a web page about results.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
@@ -44,10 +44,43 @@ enum Reference {
 }
 
 pub(super) fn report(arguments: &ReportArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let results = arguments.files.iter().map(|path| open_result(path)).collect::<Result<Vec<_>, _>>()?;
     if let Some(path) = &arguments.output {
-        check_page_name(path)?;
+        check_page_name("--output ", path)?;
     }
+    let path = write(arguments)?;
+    console.print(&format!("{}\n", path.display()))
+}
+
+/// Writes the page as the command does, for a host; returns its path.
+///
+/// # Errors
+/// Those of the command.
+pub fn report_on(
+    files: &[PathBuf],
+    output: Option<&Path>,
+    overwrite: bool,
+    reference: &str,
+) -> Result<PathBuf, Failure> {
+    if let Some(path) = output {
+        check_page_name("", path)?;
+    }
+    if files.is_empty() {
+        return Err(Failure::Usage("there is no result to report on; give at least one".to_owned()));
+    }
+    let reference = Reference::from_str(reference, false).map_err(|_| {
+        let names: Vec<String> = Reference::value_variants()
+            .iter()
+            .filter_map(Reference::to_possible_value)
+            .map(|v| v.get_name().to_owned())
+            .collect();
+        Failure::Usage(format!("reference is \"{reference}\"; give one of {}", names.join(", ")))
+    })?;
+    let output = output.map(Path::to_owned);
+    write(&ReportArguments { files: files.to_vec(), output, force: overwrite, reference })
+}
+
+fn write(arguments: &ReportArguments) -> Result<PathBuf, Failure> {
+    let results = arguments.files.iter().map(|path| open_result(path)).collect::<Result<Vec<_>, _>>()?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("html"));
     let path = crate::output::sealed::target(&path)?;
     if path.exists() && !arguments.force {
@@ -61,7 +94,7 @@ pub(super) fn report(arguments: &ReportArguments, console: &mut Console<'_>) -> 
         Reference::Auto => published(scenario?.ok().as_ref()),
     };
     write_report(&results, &path, &figures)?;
-    console.print(&format!("{}\n", path.display()))
+    Ok(path)
 }
 
 fn link_figures(scenario: Option<&Scenario>) -> ReferenceFigures {

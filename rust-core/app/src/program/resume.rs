@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::device::DeviceArguments;
-use super::drive::{Run, build_with, csv_path, result_path, write_csv};
+use super::drive::{Outcome, Run, build_with};
 use super::meter::Meter;
+use super::recording::{
+    INITIAL_HASH, Recording, SCENARIO_FILE, check_initial_state, check_inputs, csv_path, result_path, write_csv,
+};
 use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
-use super::run::{INITIAL_HASH, SCENARIO_FILE, check_initial_state, check_inputs, conclude};
+use super::run::conclude;
 use super::settings::Settings;
 use super::watch::Live;
 use super::{Console, Failure, Work, shell};
@@ -37,11 +40,34 @@ pub(super) struct ResumeArguments {
 }
 
 pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    match proceed(arguments, console)? {
+        Some(outcome) => conclude(outcome, arguments.work.quiet, console),
+        None => Ok(()),
+    }
+}
+
+/// Continues a run as the command does, for a host; `None`: it is finished. `run`: its result, or its folder.
+///
+/// # Errors
+/// Those of the command.
+pub fn resume_run(run: &Path, threads: Option<u16>, console: &mut Console<'_>) -> Result<Option<Outcome>, Failure> {
+    let arguments = ResumeArguments {
+        run: run.to_owned(),
+        settings: Settings::default(),
+        watch: None,
+        device: DeviceArguments::default(),
+        work: Work { threads, quiet: false },
+    };
+    proceed(&arguments, console)
+}
+
+/// Continues a run; `None`: it is finished.
+fn proceed(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<Option<Outcome>, Failure> {
     let begun = Instant::now();
     let settings = &arguments.settings;
     let (path, edited_file) = result_of(&arguments.run, settings)?;
     let (mut files, checkpoint) = match RunFiles::resume(&path)? {
-        Resumed::Finished => return finished(&path, edited_file, settings, console),
+        Resumed::Finished => return finished(&path, edited_file, settings, console).map(|()| None),
         Resumed::Begin { files } => (files, None),
         Resumed::Continue { files, checkpoint, unusable } => {
             for error in unusable {
@@ -73,6 +99,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
     }
     let cache = console.cache();
     let display = console.display(&arguments.work);
+    let host = console.host.clone();
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(display);
         // Assemble model and schedule again; read the state from the checkpoint.
@@ -92,9 +119,10 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
         if let Some(device) = device {
             simulation.use_device(device)?;
         }
-        Run::new(simulation, *files, &initial_positions, &scenario, begun).watched(live).drive(&meter, fresh)
+        let recording = Recording::new(&scenario, initial_positions);
+        Run::new(simulation, *files, recording, begun).watched(live).drive(&meter, fresh, host.as_ref())
     })?;
-    conclude(outcome, arguments.work.quiet, console)
+    Ok(Some(outcome))
 }
 
 /// Name of the provenance entry with the keys that were changed while the run was interrupted.

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
 
-use super::drive::{Interruption, check_result_name};
+use super::drive::Interruption;
 use super::meter::Meter;
+use super::recording::check_result_name;
 use super::settings::Settings;
 use super::{Console, Failure, Work};
 use crate::characterise::structure;
@@ -77,9 +78,54 @@ struct Progress {
 }
 
 pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let swept = compute_all(arguments, console)?;
+    if let Some(note) = swept.failed {
+        console.tell(&note);
+    }
+    console.print(&format!("{}\n{}\n", swept.result.display(), swept.page.display()))
+}
+
+/// The files of a sweep.
+pub struct Swept {
+    /// Result.
+    pub result: PathBuf,
+    /// Web page.
+    pub page: PathBuf,
+    /// How many points failed, and why the first one did, if any did.
+    pub failed: Option<String>,
+    /// What was computed.
+    pub sweep: Sweep,
+    /// The numbers of each point.
+    pub outcomes: Vec<Outcome>,
+}
+
+/// Computes a sweep as the command does, for a host.
+///
+/// # Errors
+/// Those of the command.
+pub fn sweep_file(
+    sweep: &Path,
+    output: Option<&Path>,
+    csv: bool,
+    overwrite: bool,
+    threads: Option<u16>,
+    console: &mut Console<'_>,
+) -> Result<Swept, Failure> {
+    let arguments = SweepArguments {
+        sweep: sweep.to_owned(),
+        output: output.map(Path::to_owned),
+        csv,
+        settings: Settings::default(),
+        force: overwrite,
+        work: Work { threads, quiet: false },
+    };
+    compute_all(&arguments, console)
+}
+
+fn compute_all(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<Swept, Failure> {
     let sweep = Sweep::read_with(&arguments.sweep, arguments.settings.list())?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
-    check_result_name(&path)?;
+    check_result_name(if console.host.is_some() { "" } else { "--output " }, &path)?;
     let path = target(&path)?;
     let page = path.with_extension("html");
     let table = path.with_extension("csv");
@@ -102,14 +148,14 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     let points = sweep.points();
     let known = outcomes.len();
     let groups = groups(&sweep, &outcomes)?;
-    if !arguments.work.quiet {
+    if !arguments.work.quiet && console.host.is_none() {
         let rest = if known > 0 { format!(", {known} of them known") } else { String::new() };
         console.tell(&format!("{points} points{rest}; {} packings to generate", groups.len()));
     }
     let display = console.display(&arguments.work);
     let cache = console.cache();
     let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(display), failure: None });
-    let interruption = Interruption::listen();
+    let interruption = Interruption::listen(console.host.as_ref());
     let stop = Stop { requested: Arc::clone(&interruption.requested), progress: &progress };
     arguments.work.install(|| {
         if sweep.study == Study::Run {
@@ -145,11 +191,9 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
         error,
     })?;
     let bad = outcomes.iter().filter(|outcome| outcome.problem.is_some()).count();
-    if bad > 0 {
-        let first = outcomes.iter().find_map(|outcome| outcome.problem.as_deref()).unwrap_or_default();
-        console.tell(&format!("{bad} of {points} points failed; the first failure: {first}"));
-    }
-    console.print(&format!("{}\n{}\n", path.display(), page.display()))
+    let first = outcomes.iter().find_map(|outcome| outcome.problem.as_deref()).unwrap_or_default();
+    let failed = (bad > 0).then(|| format!("{bad} of {points} points failed; the first failure: {first}"));
+    Ok(Swept { result: path, page, failed, sweep, outcomes })
 }
 
 /// Computes the points of a group, which share a packing, until the sweep stops.

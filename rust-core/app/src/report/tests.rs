@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::cracks::{base64, share_of_scale};
 use super::html::number;
 use super::*;
-use crate::output::{RunFiles, RunHeader, SeriesColumn, Snapshot};
+use crate::output::{RunFiles, RunHeader, SeriesColumn, Snapshot, StoredSnapshot};
 use concordem_contact::math::Vec3;
 use concordem_solver::fracture::Event;
 use concordem_solver::state::columns::{ColumnError, ColumnSink, WriteColumns};
@@ -112,7 +113,7 @@ fn synthetic_run(path: &Path, peak_stress: f64, peak_strain: f64, scenario: Stri
     }
     let position = [Vec3::zeros(), Vec3::new(0.05, 0.05, 0.05)];
     let snapshot = Snapshot { time: 0.0, step: 0, id: &[0, 1], position: &position, cell: None, fields: vec![] };
-    files.append_snapshot(&snapshot).unwrap();
+    files.append_snapshot(Arc::new(StoredSnapshot::of(&snapshot).unwrap())).unwrap();
     files.note("wall_time", "71.2 s");
     files.finish(&Nothing, &Nothing).unwrap();
     ResultFile::open(path).unwrap()

@@ -20,7 +20,9 @@ A scenario describes a run, a simulation computes it, and its state is available
 >>> sorted(simulation.state.contacts())
 ['linear_bond']
 
-:class:`Result` reads result files of the command-line program. :func:`plot`, also a method of simulations and results, draws curves with
+:meth:`Simulation.write` writes a run as the program does, and :class:`Result` reads such files. :func:`check`, :func:`run`, :func:`resume`,
+:func:`measure`, :func:`report`, :func:`export`, :func:`characterise`, :func:`sweep`, and :func:`explain` are the commands of the program.
+:func:`plot`, also a method of simulations and results, draws curves with
 matplotlib. Operators on arrays are in :mod:`concordem.operators`, packings in
 :mod:`concordem.packing`, couplings with finite elements in :mod:`concordem.coupling`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
 """
@@ -35,8 +37,16 @@ from ._core import (
     __version__,
     calibrate_cohesive_beam,
     calibrate_elastic,
+    check,
     elastic_constants,
+    explain,
+    export,
+    measure,
+    report,
+    resume,
+    run,
     schema,
+    sweep,
 )
 from ._errors import (
     AssemblyError,
@@ -57,12 +67,15 @@ from ._errors import (
     YadeError,
 )
 from ._plot import _method, plot
-from ._types import BeamFit, ElasticAnswers, ElasticConstants, ElasticFit, Forces, MeshState, Summary, units
+from ._tables import to_pandas, to_xarray
+from ._types import BeamFit, Check, ElasticAnswers, ElasticConstants, ElasticFit, Forces, Key, MeshState, Summary, Sweep, WallState, units
+from .packing import characterise
 
 __all__ = [
     "AssemblyError",
     "BeamFit",
     "CalibrationError",
+    "Check",
     "ConcordemError",
     "ConcordemWarning",
     "ContinuumError",
@@ -72,6 +85,7 @@ __all__ = [
     "ElasticFit",
     "Forces",
     "InternalError",
+    "Key",
     "MeshState",
     "OperatorError",
     "PackingError",
@@ -86,16 +100,29 @@ __all__ = [
     "State",
     "StaticsError",
     "Summary",
+    "Sweep",
     "UnstableError",
+    "WallState",
     "YadeError",
     "__version__",
     "calibrate_cohesive_beam",
     "calibrate_elastic",
+    "characterise",
+    "check",
     "elastic_constants",
+    "explain",
+    "export",
+    "measure",
     "operators",
     "packing",
     "plot",
+    "report",
+    "resume",
+    "run",
     "schema",
+    "sweep",
+    "to_pandas",
+    "to_xarray",
     "units",
 ]
 

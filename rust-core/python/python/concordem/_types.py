@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Sequence
 
 import numpy as np
@@ -377,6 +378,72 @@ class CellParticles(NamedTuple):
     """Radii, m, (n,)."""
     edges: Reals
     """Edges of the cell as columns, m, (3, 3): images of a particle lie at the position plus ``edges @ integers``."""
+
+
+class Check(NamedTuple):
+    """What `concordem.check` finds."""
+
+    summary: Summary
+    """Numbers of particles and bonds, and the like."""
+    time_step: float
+    """Time step, s."""
+    time_per_step: float
+    """Measured time of a step, s."""
+    steps: float | None
+    """About the largest number of steps; None if the end depends on what happens."""
+    limited_by: str | None
+    """The key of ``[stop]`` that limits the steps: "time", "strain", "steps"."""
+    estimated_time: float | None
+    """Longest time of the run, s."""
+    facts: dict[str, str]
+    """All facts as the program prints them, by name."""
+
+
+class Sweep(NamedTuple):
+    """A finished sweep."""
+
+    path: Path
+    """Result file."""
+    page: Path
+    """Web page."""
+    axes: dict[str, Reals | list[str]]
+    """Value of each axis at each point, by its name: numbers, or texts."""
+    points: NDArray[np.void]
+    """Quantities of each point, a structured array; `concordem.units` gives the units."""
+    problems: dict[int, str]
+    """Why points failed, by their number."""
+
+
+class Key(NamedTuple):
+    """A key of scenarios."""
+
+    path: str
+    """Path, such as "loading.strain_rate"."""
+    value: str
+    """What a value is: "length (m, cm, mm, um)", "integer", "word", "table"."""
+    required: bool
+    """Whether its table must have it."""
+    description: str
+    """Meaning, unit, default, and example."""
+    words: dict[str, str]
+    """Allowed words with their meaning."""
+    kinds: list[str]
+    """The values of ``kind`` with which its table has the key; empty if every table has it."""
+
+
+class WallState(NamedTuple):
+    """A wall at this moment."""
+
+    displacement: Reals
+    """Displacement since the start, m, (3,)."""
+    velocity: Reals
+    """Velocity, m/s, (3,)."""
+    angular_velocity: Reals | None
+    """Angular velocity about its axis, rad/s, (3,); None if it does not turn."""
+    force: Reals
+    """Force of the particles on the wall in the last step, N, (3,)."""
+    torque: Reals
+    """Its moment about the origin of the displaced wall, N m, (3,)."""
 
 
 def _table(columns: Sequence[tuple[str, str, NDArray[Any]]]) -> NDArray[Any]:

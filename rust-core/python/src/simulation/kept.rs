@@ -1,14 +1,18 @@
 //! What a simulation keeps besides its state, as columns of a checkpoint: its records, and what its laws in Python remember.
 
+use std::collections::BTreeMap;
+
+use concordem::assembly::restart::Change;
 use concordem::fracture::Event;
 use concordem::math::Vec3;
 use concordem::output::{OutputError, ResultFile};
+use concordem::program::recording::Moment;
 use concordem::schedule::simulation::OperatorRow;
 use concordem::schedule::{Record, Schedule};
 use concordem::state::columns::{Column, ColumnData, ColumnError, ColumnSink, ColumnStore, WriteColumns};
 
 /// Records of a simulation so far.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Records {
     /// The time series.
     pub samples: Vec<Record>,
@@ -16,6 +20,10 @@ pub struct Records {
     pub operators: Vec<Vec<OperatorRow>>,
     /// The event log.
     pub events: Vec<Event>,
+    /// Snapshots.
+    pub moments: Vec<Moment>,
+    /// Calls of Python that have changed the run: the step before which each came first, and how often it came.
+    pub given: BTreeMap<String, (u64, u64)>,
 }
 
 /// Numbers of an event in a row.
@@ -45,6 +53,10 @@ impl Records {
         records.samples =
             rows("samples", Record::COLUMNS.len())?.iter().filter_map(|row| Record::of_row(row)).collect();
         records.events = rows("events", EVENT)?.iter().map(|row| event(row)).collect();
+        records.moments = (0..).map_while(|k| Moment::read(&format!("snapshots/{k:06}"), kept)).collect();
+        if let Some(ColumnData::U8(text)) = kept.get(CALLS).map(|column| &column.data) {
+            records.given = String::from_utf8_lossy(text).lines().filter_map(call_of).collect();
+        }
         if operators {
             for (k, sample) in schedule.operators.iter().enumerate() {
                 let values: usize = sample.operator.quantities().iter().map(|q| q.components * sample.cells()).sum();
@@ -101,9 +113,38 @@ impl Records {
 
     /// Forget the rows of step `step` and later, which a run that goes on records again.
     pub fn before(&mut self, step: u64) {
+        self.moments.retain(|moment| moment.step() < step);
         self.samples.retain(|record| record.step < step as f64);
         self.operators.iter_mut().for_each(|rows| rows.retain(|row| row.step < step));
     }
+}
+
+impl Records {
+    /// Note that the scenario has changed.
+    pub fn changed(&mut self, step: u64, changes: &[Change]) {
+        for change in changes {
+            self.given.entry(change.to_string().replace(['\n', '\t'], " ")).or_insert((step, 0)).1 += 1;
+        }
+    }
+
+    /// The calls that have changed the run, on one line; `None` if there are none.
+    pub fn calls(&self) -> Option<String> {
+        let one = |(call, (step, count)): (&String, &(u64, u64))| match count {
+            1 => format!("{call} before step {step}"),
+            _ => format!("{call} {count} times from step {step}"),
+        };
+        (!self.given.is_empty()).then(|| self.given.iter().map(one).collect::<Vec<_>>().join("; "))
+    }
+}
+
+/// Column of the calls that have changed the run.
+const CALLS: &str = "calls";
+
+/// A line of [`CALLS`].
+fn call_of(line: &str) -> Option<(String, (u64, u64))> {
+    let mut parts = line.split('\t');
+    let (step, count) = (parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
+    Some((parts.next()?.to_owned(), (step, count)))
 }
 
 /// The columns of a checkpoint besides the state.
@@ -119,7 +160,12 @@ pub const HISTORIES: [&str; 2] = ["history of bond_law", "history of contact_law
 
 impl WriteColumns for Kept<'_> {
     fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
-        let Records { samples, operators, events } = self.records;
+        let Records { samples, operators, events, moments, given } = self.records;
+        let calls: String = given.iter().map(|(call, (step, count))| format!("{step}\t{count}\t{call}\n")).collect();
+        sink.column(CALLS, Column::u8(calls.as_bytes()))?;
+        for (k, moment) in moments.iter().enumerate() {
+            moment.write(&format!("snapshots/{k:06}"), sink)?;
+        }
         let reals: Vec<f64> = samples.iter().flat_map(Record::to_row).collect();
         sink.column("samples", Column::f64(&reals, Record::COLUMNS.len(), "see samples"))?;
         for (k, rows) in operators.iter().enumerate() {

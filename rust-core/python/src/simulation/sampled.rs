@@ -3,16 +3,16 @@
 use concordem::assembly::samples;
 use concordem::program::Failure;
 use concordem::sampling::{Operator, ScheduledOperator};
-use concordem::scenario::{ReadError, Setting};
-use concordem::schedule::Simulation as Run;
+use concordem::scenario::{ReadError, Scenario, Setting};
 use concordem::schedule::simulation::OperatorRow;
+use concordem::state::{Cell, Particles};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, scalars, table};
 use crate::errors::{OrRaise, Raise, caught, of_call};
-use crate::scenario::{Scenario, shown, table_of};
+use crate::scenario::{shown, table_of};
 
 /// Shape of the values of a quantity with this number of components: per row and per cell if there are several.
 fn shape(rows: Option<usize>, cells: usize, components: usize) -> Vec<usize> {
@@ -69,18 +69,17 @@ pub fn by_quantity<'py>(py: Python<'py>, sample: &ScheduledOperator, values: &[f
     Ok(dict)
 }
 
-/// An operator with options as in a table `[[sample]]`, for the state of a run. The scenario with this table in addition is checked as any
+/// An operator with options as in a table `[[sample]]`, for particles of a scenario; `function`: what was called. The scenario with this table in addition is checked as any
 /// other, so that the options mean what they mean there.
 pub fn scheduled(
     py: Python<'_>,
-    scenario: &Scenario,
-    run: &Run,
-    operator: &str,
+    inner: &Scenario,
+    (particles, cell): (&Particles, Option<&Cell>),
+    (function, operator): (&str, &str),
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScheduledOperator> {
-    let inner = &scenario.inner;
     // Messages begin with the call.
-    let mut call = format!("sample({operator:?}");
+    let mut call = format!("{function}({operator:?}");
     for (key, value) in options.into_iter().flatten() {
         call.extend([", ".into(), key.to_string(), "=".into(), shown(&value)?]);
     }
@@ -107,8 +106,7 @@ pub fn scheduled(
         other => other.or_raise()?,
     };
     let sample = with.samples.last().ok_or_else(|| PyValueError::new_err("the scenario has no [[sample]]"))?;
-    let state = &run.state;
-    let made = py.detach(|| samples::one(&with, &state.particles, state.cell.as_ref(), &path, sample));
+    let made = py.detach(|| samples::one(&with, particles, cell, &path, sample));
     made.map_err(|error| match Failure::of_assembly(&with, error) {
         Failure::Scenario(error) => of_call(&call, &path, &error),
         other => other.raise(),

@@ -1,5 +1,6 @@
 //! A run: state, solver, and schedule, advanced step by step.
 
+mod bonds;
 mod device;
 mod error;
 mod memory;
@@ -13,16 +14,17 @@ use super::guard::{self, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
 use super::watch::Watch;
-use super::{Bonding, Record, Schedule, Stage, StageReason, bonding};
+use super::{Record, Schedule, Stage, StageReason};
 use crate::sampling::{Bonds, Need, SampledHeat, SampledState, ScheduledOperator, rigid_links};
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
+use concordem_solver::energy::Ledger;
 use concordem_solver::forces::BondEvent;
 use concordem_solver::fracture::Event;
 use concordem_solver::heat::{HeatFlows, HeatLedger};
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
-use concordem_solver::{Model, Solver, SolverError, StepReport, time_step};
+use concordem_solver::{Model, Solver, SolverError, StepReport};
 
 pub use error::RunError;
 pub use memory::STRESS_WORK;
@@ -182,6 +184,12 @@ impl Simulation {
         Ok(std::mem::replace(&mut self.state, state))
     }
 
+    /// Begin the energy balance anew with the next step: the state has other energies than before, which no motion connects.
+    pub fn start_balance(&mut self) {
+        self.state.ledger = Ledger::default();
+        forget_turnover(&mut self.state.schedule_memory);
+    }
+
     /// The report of the last step.
     pub fn last_report(&self) -> &StepReport {
         &self.last
@@ -235,33 +243,10 @@ impl Simulation {
         Ok(advance)
     }
 
-    /// Makes the bonds that are due; `ended`: the stage that has just ended. Returns their number.
-    fn bond(&mut self, ended: Option<usize>) -> Result<Option<usize>, RunError> {
-        let done = self.state.schedule_memory[memory::BONDED] as u64;
-        let is_due = |k: &usize| done >> k & 1 == 0 && self.schedule.bondings[*k].is_due(&self.state, ended);
-        let due: Vec<usize> = (0..self.schedule.bondings.len()).filter(is_due).collect();
-        if due.is_empty() {
-            return Ok(None);
-        }
-        let clock = self.state.clock;
-        let model = self.solver.model().clone();
-        let before = bonding::stored_energy(&model, &self.state)?;
-        let mut made = 0;
-        for k in due {
-            let bonding: &Bonding = &self.schedule.bondings[k];
-            let failed = |source| SolverError::Neighbor { step: clock.step, source };
-            made += bonding.make(&mut self.state, &self.schedule.bond_rows).map_err(failed)?;
-            self.state.schedule_memory[memory::BONDED] += (1_u64 << k) as f64;
-        }
-        let after = bonding::stored_energy(&model, &self.state)?;
-        // The contacts that bonds replace lose what they stored.
-        self.state.ledger.damage.add(before - after);
-        let bound = time_step::bounds(&self.state).limit(&model.damping);
-        if clock.dt > bound && !self.schedule.allow_unstable {
-            return Err(RunError::Bonds { step: clock.step, time: clock.time(), made, dt: clock.dt, bound });
-        }
-        self.solver = Solver::new(model, &mut self.state)?;
-        Ok(Some(made))
+    /// The record and all operators of the present state, as the next step would compute them, for a result of a run that has not ended.
+    /// `None` if that step fails.
+    pub fn present(&mut self) -> Option<Advance> {
+        self.final_rows(None)
     }
 
     /// The record and all operators of the present state, as the next step would compute them; a copy of the simulation

@@ -25,6 +25,7 @@ mod snapshot;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::checkpoint::{self, Checkpoint, RunMark};
 use super::error::OutputError;
@@ -43,8 +44,8 @@ pub(super) use header::EARLIER;
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
 pub use look::{Follower, News, Unfinished, look};
-pub use snapshot::{BondSnapshot, Snapshot, SnapshotField};
-use snapshot::{StoredSnapshot, snapshot_fields};
+use snapshot::snapshot_fields;
+pub use snapshot::{BondSnapshot, Snapshot, SnapshotField, StoredSnapshot};
 
 /// The open files of a run.
 #[derive(Debug)]
@@ -62,8 +63,8 @@ pub struct RunFiles {
     /// Rows of each operator.
     operators: Vec<Vec<f64>>,
     events: Vec<Event>,
-    snapshots: Vec<StoredSnapshot>,
-    bonds: Vec<StoredSnapshot>,
+    snapshots: Vec<Arc<StoredSnapshot>>,
+    bonds: Vec<Arc<StoredSnapshot>>,
     /// Names and shapes of the fields of snapshots, set by the first one.
     fields: Option<Vec<(String, String)>>,
 }
@@ -286,29 +287,30 @@ impl RunFiles {
         self.fields.is_some()
     }
 
-    /// Appends a snapshot. It stays in memory until the next [`Self::commit`].
-    pub fn append_snapshot(&mut self, snapshot: &Snapshot<'_>) -> Result<(), OutputError> {
-        let stored = StoredSnapshot::of(snapshot)?;
-        let fields: Vec<_> = stored.fields.iter().map(|field| (field.name.clone(), field.shape())).collect();
+    /// Appends a snapshot of particles. It stays in memory until the next [`Self::commit`].
+    ///
+    /// # Errors
+    /// Its fields are not those of the first one.
+    pub fn append_snapshot(&mut self, snapshot: Arc<StoredSnapshot>) -> Result<(), OutputError> {
+        let fields: Vec<_> = snapshot.fields.iter().map(|field| (field.name.clone(), field.shape())).collect();
         match &self.fields {
             Some(first) if *first != fields => {
                 let list = |fields: &[(String, String)]| {
                     fields.iter().map(|(name, shape)| format!("{name} ({shape})")).collect::<Vec<_>>().join(", ")
                 };
                 let problem = format!("it has the fields {}; the first had {}", list(&fields), list(first));
-                return Err(OutputError::Snapshot { step: snapshot.step, problem });
+                return Err(OutputError::Snapshot { step: snapshot.step(), problem });
             }
             Some(_) => {}
             None => self.fields = Some(fields),
         }
-        self.snapshots.push(stored);
+        self.snapshots.push(snapshot);
         Ok(())
     }
 
     /// Appends the bonds at one time. They stay in memory until the next [`Self::commit`].
-    pub fn append_bonds(&mut self, snapshot: &BondSnapshot<'_>) -> Result<(), OutputError> {
-        self.bonds.push(StoredSnapshot::of_bonds(snapshot)?);
-        Ok(())
+    pub fn append_bonds(&mut self, snapshot: Arc<StoredSnapshot>) {
+        self.bonds.push(snapshot);
     }
 
     /// Adds an attribute to the provenance of the result, such as the wall time.

@@ -1,13 +1,14 @@
 //! Snapshots: the particles at one time, in memory until the next commit, then in a segment.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::folder::numbered;
 use crate::output::error::{At, OutputError};
 use crate::output::stream::StoredField;
 use crate::output::{hdf, sealed};
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_solver::state::columns::{Column, ColumnData, StoredColumn};
+use concordem_solver::state::columns::{Column, ColumnData, ColumnError, ColumnSink, ColumnStore, StoredColumn};
 use rayon::prelude::*;
 
 /// The particles at one time, for `/VTKHDF`.
@@ -51,12 +52,12 @@ pub struct SnapshotField<'a> {
     pub column: Column<'a>,
 }
 
-/// A snapshot stored until the next commit.
+/// A snapshot of particles or bonds, checked and in the order of the ids: kept in memory until it is written.
 #[derive(Debug)]
-pub(super) struct StoredSnapshot {
+pub struct StoredSnapshot {
     time: f64,
     step: u64,
-    /// Number of particles.
+    /// Number of particles or bonds.
     rows: usize,
     cell: Option<Mat3>,
     pub(super) fields: Vec<StoredField>,
@@ -64,8 +65,13 @@ pub(super) struct StoredSnapshot {
 
 /// Name of the positions among the fields of a stored snapshot.
 pub(super) const POSITION: &str = "position";
+const POSITION_MEANING: &str = "Center of the particle.";
 /// Name of the ids among the fields of a stored snapshot.
 const ID: &str = "id";
+const ID_MEANING: &str = "Stable id of the particle.";
+/// Name of the ids among the fields of stored bonds.
+const IDS: &str = "ids";
+const IDS_MEANING: &str = "Stable ids of the two particles.";
 
 /// Name of the edges of the cell in a batch.
 const CELL: &str = "cell";
@@ -114,12 +120,20 @@ pub(super) fn bond_batches_of(segment: &hdf5::Group, path: &Path) -> Result<Vec<
 }
 
 /// Writes snapshots of particles into a segment.
-pub(super) fn write_batches(file: &hdf5::Group, snapshots: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
+pub(super) fn write_batches(
+    file: &hdf5::Group,
+    snapshots: &[Arc<StoredSnapshot>],
+    path: &Path,
+) -> Result<(), OutputError> {
     write_in(&file.create_group(BATCHES).at(path)?, snapshots, path)
 }
 
 /// Writes snapshots of bonds into a segment.
-pub(super) fn write_bond_batches(file: &hdf5::Group, bonds: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
+pub(super) fn write_bond_batches(
+    file: &hdf5::Group,
+    bonds: &[Arc<StoredSnapshot>],
+    path: &Path,
+) -> Result<(), OutputError> {
     if bonds.is_empty() {
         return Ok(());
     }
@@ -127,7 +141,7 @@ pub(super) fn write_bond_batches(file: &hdf5::Group, bonds: &[StoredSnapshot], p
 }
 
 /// Writes snapshots into a group, in batches of equal numbers of rows.
-fn write_in(group: &hdf5::Group, snapshots: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
+fn write_in(group: &hdf5::Group, snapshots: &[Arc<StoredSnapshot>], path: &Path) -> Result<(), OutputError> {
     let mut rest = snapshots;
     let mut number = 0;
     while let Some(first) = rest.first() {
@@ -142,7 +156,7 @@ fn write_in(group: &hdf5::Group, snapshots: &[StoredSnapshot], path: &Path) -> R
 }
 
 /// Writes each field of all snapshots as one array.
-fn write_batch(group: &hdf5::Group, batch: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
+fn write_batch(group: &hdf5::Group, batch: &[Arc<StoredSnapshot>], path: &Path) -> Result<(), OutputError> {
     let time: Vec<f64> = batch.iter().map(|snapshot| snapshot.time).collect();
     let step: Vec<u64> = batch.iter().map(|snapshot| snapshot.step).collect();
     hdf::write_array(group, "time", &time, 1, path)?;
@@ -208,8 +222,69 @@ impl SnapshotBatch {
 }
 
 impl StoredSnapshot {
+    /// Steps done before it.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// Bytes of its fields in memory.
+    pub fn bytes(&self) -> usize {
+        self.fields.iter().map(|field| field.column.borrow().bytes().len()).sum()
+    }
+
+    /// Writes it as columns below `path`, for a checkpoint.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+        sink.column(&format!("{path}/time"), Column::f64(&[self.time], 1, "s"))?;
+        sink.column(&format!("{path}/step"), Column::u64(&[self.step]))?;
+        if let Some(cell) = &self.cell {
+            sink.column(&format!("{path}/cell"), Column::f64(cell.as_slice(), 9, "m"))?;
+        }
+        let mut fields = self.fields.iter().enumerate();
+        // The number preserves the order.
+        fields.try_for_each(|(k, field)| sink.column(&format!("{path}/{k:03} {}", field.name), field.column.borrow()))
+    }
+
+    /// The snapshot that [`Self::write`] has written below `path`, if there is one. `meaning`: unit and description of a field by its name.
+    pub fn read(
+        path: &str,
+        store: &ColumnStore,
+        meaning: impl Fn(&str) -> (&'static str, &'static str),
+    ) -> Option<Self> {
+        let reals = |name: &str| match &store.get(&format!("{path}/{name}"))?.data {
+            ColumnData::F64(reals) => Some(reals.as_slice()),
+            _ => None,
+        };
+        let time = *reals("time")?.first()?;
+        let step = match &store.get(&format!("{path}/step"))?.data {
+            ColumnData::U64(steps) => *steps.first()?,
+            _ => return None,
+        };
+        let cell = reals("cell").filter(|cell| cell.len() == 9).map(Mat3::from_column_slice);
+        let meaning = |name: &str| match name {
+            POSITION => ("m", POSITION_MEANING),
+            ID => ("1", ID_MEANING),
+            IDS => ("1", IDS_MEANING),
+            other => meaning(other),
+        };
+        let own = |(name, column): (&str, &StoredColumn)| {
+            let (_, name) = name.strip_prefix(path)?.strip_prefix('/')?.split_once(' ')?;
+            let (unit, description) = meaning(name);
+            let (data, components) = (column.data.clone(), column.components);
+            Some(field(name, unit, description, components, data))
+        };
+        let fields: Vec<StoredField> = store.iter().filter_map(own).collect();
+        let rows = fields.first()?.column.borrow().rows(path).ok()?;
+        Some(Self { time, step, rows, cell, fields })
+    }
+
     /// Checks a snapshot and sorts its rows by id.
-    pub(super) fn of(snapshot: &Snapshot<'_>) -> Result<Self, OutputError> {
+    ///
+    /// # Errors
+    /// The fields do not fit the ids, or two have the same name.
+    pub fn of(snapshot: &Snapshot<'_>) -> Result<Self, OutputError> {
         let wrong = |problem: String| OutputError::Snapshot { step: snapshot.step, problem };
         let count = snapshot.id.len();
         if snapshot.position.len() != count {
@@ -221,19 +296,22 @@ impl StoredSnapshot {
         let position = pick(bytemuck::cast_slice(snapshot.position), 3, order);
         let id = pick(snapshot.id, 1, order);
         let fields = vec![
-            field(POSITION, "m", "Center of the particle.", 3, ColumnData::F64(position)),
-            field(ID, "1", "Stable id of the particle.", 1, ColumnData::U32(id)),
+            field(POSITION, "m", POSITION_MEANING, 3, ColumnData::F64(position)),
+            field(ID, "1", ID_MEANING, 1, ColumnData::U32(id)),
         ];
         let stored = Self::with(snapshot.time, snapshot.step, order, fields, &snapshot.fields)?;
         Ok(Self { cell: snapshot.cell, ..stored })
     }
 
     /// Checks a snapshot of bonds and sorts its rows by the ids of the particles.
-    pub(super) fn of_bonds(snapshot: &BondSnapshot<'_>) -> Result<Self, OutputError> {
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn of_bonds(snapshot: &BondSnapshot<'_>) -> Result<Self, OutputError> {
         let mut order: Vec<usize> = (0..snapshot.ids.len()).collect();
         order.par_sort_by_key(|&k| snapshot.ids[k]);
         let ids = pick(snapshot.ids.as_flattened(), 2, &order);
-        let fields = vec![field("ids", "1", "Stable ids of the two particles.", 2, ColumnData::U32(ids))];
+        let fields = vec![field(IDS, "1", IDS_MEANING, 2, ColumnData::U32(ids))];
         Self::with(snapshot.time, snapshot.step, &order, fields, &snapshot.fields)
     }
 

@@ -10,13 +10,12 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::Live;
 use crate::output::run_files::Follower;
-use crate::program::drive::{Interruption, build_with, result_path};
+use crate::program::drive::{Interruption, build_with};
 use crate::program::info::share_of;
 use crate::program::meter::{Display, Meter};
 use crate::program::readable::count;
+use crate::program::recording::{SCENARIO_FILE, bond_damage, result_path};
 use crate::program::restart::apply_changes;
-use crate::program::run::SCENARIO_FILE;
-use crate::program::tables::bond_damage;
 use crate::program::{Console, Failure, shell};
 use concordem_scenario::assembly::{Assembly, Sharpness};
 use concordem_scenario::schema::Scenario;
@@ -71,7 +70,7 @@ fn show(mut follower: Follower, port: u16, console: &mut Console<'_>) -> Result<
     let Some(mut live) = Live::begin(Some(port), &scenario.title, &initial, &assembly.state, console)? else {
         return Ok(());
     };
-    let interruption = Interruption::listen();
+    let interruption = Interruption::listen(console.host.as_ref());
     let (mut last, mut failures) = (Vec::new(), 0);
     while !interruption.requested.load(Ordering::Relaxed) {
         // Ask first: what the run wrote before its end is then shown.

@@ -90,9 +90,8 @@ impl Toy {
                 SnapshotField { name: "radius", description: "Radius.", column: column(&radius) },
                 SnapshotField { name: "damage", description: "", column: Column::f64(&damage, 1, "1") },
             ];
-            files
-                .append_snapshot(&Snapshot { time, step: self.step, id: &id, position: &position, cell: None, fields })
-                .unwrap();
+            let snapshot = Snapshot { time, step: self.step, id: &id, position: &position, cell: None, fields };
+            files.append_snapshot(Arc::new(StoredSnapshot::of(&snapshot).unwrap())).unwrap();
         }
     }
 }

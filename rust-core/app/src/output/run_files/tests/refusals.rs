@@ -88,20 +88,16 @@ fn wrong_rows_are_refused() {
     let error = files.append_sample(&[1.0, 2.0]).unwrap_err().to_string();
     assert_eq!(error, "a sample has 2 values, but the run has 3 series");
     let position = [Vec3::zeros(), Vec3::x()];
-    let snapshot = |name, data| Snapshot {
-        time: 0.0,
-        step: 5,
-        id: &[1, 0],
-        position: &position,
-        cell: None,
-        fields: vec![SnapshotField { name, description: "", column: Column::f64(data, 1, "m") }],
+    let snapshot = |name, data| {
+        let fields = vec![SnapshotField { name, description: "", column: Column::f64(data, 1, "m") }];
+        StoredSnapshot::of(&Snapshot { time: 0.0, step: 5, id: &[1, 0], position: &position, cell: None, fields })
     };
-    let error = files.append_snapshot(&snapshot("radius", &[1.0])).unwrap_err().to_string();
+    let error = snapshot("radius", &[1.0]).unwrap_err().to_string();
     assert_eq!(error, "snapshot at step 5: the field `radius` has 1 rows for 2 particles");
-    files.append_snapshot(&snapshot("radius", &[1.0, 2.0])).unwrap();
-    let error = files.append_snapshot(&snapshot("size", &[1.0, 2.0])).unwrap_err().to_string();
+    files.append_snapshot(Arc::new(snapshot("radius", &[1.0, 2.0]).unwrap())).unwrap();
+    let error = files.append_snapshot(Arc::new(snapshot("size", &[1.0, 2.0]).unwrap())).unwrap_err().to_string();
     assert!(error.contains("size (1 f64); the first had"), "{error}");
-    let error = files.append_snapshot(&snapshot("id", &[1.0, 2.0])).unwrap_err().to_string();
+    let error = snapshot("id", &[1.0, 2.0]).unwrap_err().to_string();
     assert_eq!(error, "snapshot at step 5: the field `id` appears twice");
     let toy = Toy::new();
     let path = files.path.clone();

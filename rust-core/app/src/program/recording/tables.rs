@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 /// Tables of a state: `particles/…` with one row per particle in the order of ids, `cell/…`, `contacts/LAW/…` with one row
 /// per bond, including broken ones, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
-pub(super) struct Tables<'a> {
+pub(in crate::program) struct Tables<'a> {
     pub state: &'a State,
     /// Displacement of every particle since the start, m, in the state's order.
     pub displacement: &'a [Vec3],
@@ -100,9 +100,9 @@ fn picked<T: Send>(order: &[usize], value: impl Fn(usize) -> T + Sync) -> Vec<T>
 const SMALL: usize = 1 << 12;
 
 /// Prefix of the table of unbonded contacts, before the name of their law.
-pub(super) const UNBONDED: &str = "unbonded_";
+pub(in crate::program) const UNBONDED: &str = "unbonded_";
 /// Name of the table of contacts with walls.
-pub(super) const WALLS: &str = "walls";
+pub(in crate::program) const WALLS: &str = "walls";
 
 fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
     let ids: Vec<u32> = forces.particle.iter().map(|&p| state.particles.id[p as usize]).collect();
@@ -295,7 +295,7 @@ impl RowColumns {
 }
 
 /// Mean damage of the bonds of each particle; broken bonds count as 1. 0 for particles without bonds.
-pub(super) fn bond_damage(state: &State) -> Vec<f64> {
+pub(in crate::program) fn bond_damage(state: &State) -> Vec<f64> {
     let mut sum = vec![0.0; state.particles.len()];
     let mut count = vec![0.0; state.particles.len()];
     let mut add = |pair: Pair, damage: f64| {
@@ -313,7 +313,7 @@ pub(super) fn bond_damage(state: &State) -> Vec<f64> {
 
 /// All bonds, also broken ones, for a snapshot.
 #[derive(Default)]
-pub(super) struct BondRows {
+pub(in crate::program) struct BondRows {
     /// Ids of the particles.
     pub ids: Vec<[u32; 2]>,
     /// Damage; 1 for broken bonds.
@@ -332,7 +332,7 @@ pub(super) struct BondRows {
 
 impl BondRows {
     /// The bonds of a state; `forces`: those of all its contacts.
-    pub(super) fn of(state: &State, forces: &Forces) -> Self {
+    pub(in crate::program) fn of(state: &State, forces: &Forces) -> Self {
         let mut rows = Self::default();
         let (mut from, mut first) = (0, 0);
         for (block, &end) in state.bonds.iter().zip(&forces.contacts.block_end) {
