@@ -5,6 +5,7 @@
 * laws.md: every parameter of every law, from the same schema, as LIGGGHTS and LAMMPS take them
 * commands.md: `concordem COMMAND --help`
 * results.md: datasets of small runs' result files, with their units and descriptions
+* host-commands.md: commands of LIGGGHTS and LAMMPS beside our styles, from the tables that the tests run
 * yade-classes.md, yade-CLASS.md: the classes of the native YADE plugin, from their declarations
 * yade-functions.md: what functions and engines of YADE answer beside a bonded engine, from the outcomes of a test
 * templates.md: every template, from `concordem init`; c-interface.md: the functions of the C interfaces, from their headers
@@ -18,7 +19,7 @@ import argparse
 import subprocess
 from pathlib import Path
 
-from reference_pages import commands, laws, lists, python_package, results, scenario, yade_classes, yade_functions
+from reference_pages import commands, hosts, laws, lists, python_package, results, scenario, yade_classes, yade_functions
 from reference_pages.text import ROOT
 
 TARGET = Path(__file__).resolve().parent / "reference/generated"
@@ -44,6 +45,7 @@ def main():
         **commands.pages(program, run),
         **results.pages(program, run),
         **python_package.pages(),
+        **hosts.pages(),
         **yade_classes.pages(program, run),
         **yade_functions.pages(),
         **lists.pages(program, run),

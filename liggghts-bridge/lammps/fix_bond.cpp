@@ -62,6 +62,7 @@ void FixConcordemBond::init()
   check_run();
   if (utils::strmatch(update->integrate_style, "^respa"))
     fail("does not support run_style respa; use run_style verlet");
+  check_fixes();
   if (periodic_ != concordem_has_images(domain)) fail("the boundaries changed after its definition; define it after `boundary` and change_box");
   find_reach(!made_ && lists_ ? longest_given() : 0.0);
   comm->cutghostuser = MAX(comm->cutghostuser, ghost_cutoff());
@@ -124,9 +125,42 @@ struct ListsOfModify : Modify {
 
 }
 
+// Forces depend on the history of the steps: each step finds them once, at the positions of the step.
+namespace {
+
+const char *const ONCE = "but forces of bonds and contacts depend on their history; remove that command, or compute it without ConcorDEM";
+
+}
+
+// Fixes that try positions, or numbers and kinds of atoms, and those that hold bonds.
+void FixConcordemBond::check_fixes()
+{
+  for (const Fix *fix : modify->get_fix_list())
+    for (const char *style : {"^numdiff", "^atom/swap", "^mol/swap", "^neighbor/swap", "^gcmc", "^sgcmc", "^widom", "^charge/regulation", "^hmc"})
+      if (utils::strmatch(fix->style, style))
+        fail(fmt::format("fix {} ({}) asks for energies of positions that it tries, {}", fix->id, fix->style, ONCE));
+  // They ask the bond style for the length of a bond type.
+  if (!lists_) return;
+  for (const Fix *fix : modify->get_fix_list())
+    for (const char *style : {"^shake", "^rattle", "^filter/corotate"})
+      if (utils::strmatch(fix->style, style))
+        fail(fmt::format("fix {} ({}) holds bonds at the length of their type, but these bonds have lengths of their own; use `fix rigid`", fix->id, fix->style));
+}
+
+void FixConcordemBond::begin_forces()
+{
+  // `rerun` sets up again and again, at steps that no run has reached.
+  if (setup_ && stepped_at_ >= 0 && update->ntimestep != stepped_at_)
+    fail(fmt::format("a command (rerun?) asks for forces at positions that are not those of a run, {}", ONCE));
+  if (!setup_ && update->ntimestep == stepped_at_) fail(fmt::format("a command asks a second time for the forces of step {}, {}", stepped_at_, ONCE));
+  stepped_at_ = update->ntimestep;
+  due_ = true;
+}
+
 void FixConcordemBond::setup_pre_force(int)
 {
   setup_ = true;
+  begin_forces();
   // Fixes that insert or delete atoms come before us.
   int *const list = modify->*ListsOfModify::pre_exchange, *const end = list + modify->n_pre_exchange;
   int *const at = std::find(list, end, modify->find_fix(id));
@@ -143,13 +177,14 @@ void FixConcordemBond::setup_pre_force(int)
   check_resumed();
   check_pair_style();
   warn_without_contacts();
-  check_step();
+  check_step(SINCE_SETUP);
   show_temperatures();
 }
 
 void FixConcordemBond::pre_force(int)
 {
   setup_ = false;
+  begin_forces();
   check_box(false);
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
@@ -162,6 +197,7 @@ void FixConcordemBond::pre_force(int)
     rebuild();
     check_pair_style();
   }
+  check_step(neighbor->ago == 0 && room_ > 0.0 ? SINCE_CHANGE : SINCE_LAST_CHECK);
 }
 
 // New bonds start unstrained with the present reference.
@@ -200,6 +236,8 @@ void FixConcordemBond::pre_reverse(int, int vflag)
 
 void FixConcordemBond::find_forces(bool energies, bool virial_wanted)
 {
+  if (!due_) fail(fmt::format("a command asks a second time for the forces of step {}, {}", update->ntimestep, ONCE));
+  due_ = false;
   send_sizes();
   FixBondBase::find_forces(setup_, energies, virial_wanted);
   if (lists_) remove_broken_from_lists();

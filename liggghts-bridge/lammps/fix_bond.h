@@ -42,10 +42,14 @@ class FixConcordemBond : public FixBondBase {
   const ConcordemStyle *style_ = nullptr;   // calls find_forces; null if the fix does so itself
   bool setup_ = false;                      // during the setup of a run
   bool last_break_ = false;                 // a bond that breaks ends the run
+  bool due_ = false;                        // the forces of this step have not been asked for
+  bigint stepped_at_ = -1;                  // the last step whose forces were asked for; -1 before
 
   double longest_given();
   void remove_broken_from_lists();
   void free_broken_pairs(const int64_t (*pairs)[2], int64_t count);
+  void check_fixes();
+  void begin_forces();
   void check_special_bonds();
   std::string special_bonds_text() const;
   void check_pair_style();

@@ -90,20 +90,19 @@ void FixBondBase::follow_changes()
 {
   forget_lost_atoms();
   frozen_ = 0;
-  bodies_ = NULL;
+  body_mass_.clear();
   for (int k = 0; k < modify->nfix; k++) {
     Fix *fix = modify->fix[k];
     if (strncmp(fix->style, "freeze", 6) == 0) frozen_ |= fix->groupbit;
-    if (fix->rigid_flag) bodies_ = fix;
-  }
-  body_mass_.clear();
-  int size;
-  const int *body = bodies_ ? static_cast<const int *>(bodies_->extract("body", size)) : NULL;
-  const double *total = bodies_ ? static_cast<const double *>(bodies_->extract("masstotal", size)) : NULL;
-  if (bodies_) {
-    body_mass_.assign(atom->nlocal + atom->nghost, 0.0);
+    if (!fix->rigid_flag) continue;
+    body_mass_.resize(atom->nlocal + atom->nghost, 0.0);
+    int size;
+    const int *body = static_cast<const int *>(fix->extract("body", size));
+    const double *total = static_cast<const double *>(fix->extract("masstotal", size));
     for (int i = 0; body && total && i < atom->nlocal; i++)
       if (body[i] >= 0) body_mass_[i] = total[body[i]];
+  }
+  if (!body_mass_.empty()) {
     sends_masses_ = true;
     communicate_ghosts();
     sends_masses_ = false;
@@ -132,8 +131,10 @@ void FixBondBase::find_exclusions()
   const ExclusionsOfHost host = exclusions_of_host();
   std::vector<ConcordemRules> &rules = exclusion_rules_;
   rules.clear();
-  if (facts_.follows_exclusions != 0 && host.types + host.groups + host.molecules > 0) {
-    if (host.types + host.groups > 64 || host.molecules > 64) fail("supports up to 64 `neigh_modify exclude` for types and groups, and 64 for molecules; combine some");
+  // Pairs with an atom outside the group of `neigh_modify include` are in no list of the hosts.
+  const int included = neighbor->includegroup ? group->bitmask[neighbor->includegroup] : 0;
+  if (facts_.follows_exclusions != 0 && (included || host.types + host.groups + host.molecules > 0)) {
+    if (host.types + host.groups + (included != 0) > 64 || host.molecules > 64) fail("supports up to 64 `neigh_modify exclude` for types and groups, and 64 for molecules; combine some");
     const ConcordemRules none = {0, 0, 0, 0, 0};
     rules.assign(count, none);
     uint64_t mine[4] = {0}, all[4];
@@ -146,8 +147,14 @@ void FixBondBase::find_exclusions()
           if (in) (side ? of.second : of.first) |= UINT64_C(1) << k;
         }
       }
+      if (included) {
+        const uint64_t last = UINT64_C(1) << 63;
+        if (!(atom->mask[i] & included)) of.first |= last;
+        of.second |= last;
+      }
+      // LIGGGHTS' clumps are molecules; atoms outside have a negative one.
       for (int k = 0; k < host.molecules; k++)
-        if (atom->mask[i] & host.molecule[k])
+        if (atom->mask[i] & host.molecule[k] && (host.same_molecule || atom->molecule[i] >= 0))
           (!host.same_molecule || host.same_molecule[k] ? of.same_molecule : of.other_molecule) |= UINT64_C(1) << k;
       if (host.molecules) of.molecule = atom->molecule[i];
       if (i >= atom->nlocal || !(atom->mask[i] & groupbit)) continue;
@@ -158,7 +165,7 @@ void FixBondBase::find_exclusions()
     if (facts_.follows_exclusions < 0 && has_pair_style_for_spheres()) {
       MPI_Allreduce(mine, all, 4, MPI_UINT64_T, MPI_BOR, world);
       if (all[0] & all[1] || all[2])
-        fail(std::string("`neigh_modify exclude` names pairs of group ") + group->names[igroup] +
+        fail(std::string("`neigh_modify exclude` (or `include`) names pairs of group ") + group->names[igroup] +
              ", whose contacts this fix computes. Add `exclude ignore` if it takes them out of the pair style only, or `exclude follow` if they "
              "have no contacts");
     }
@@ -208,13 +215,17 @@ void FixBondBase::forget_lost_atoms()
 /* -------------------------------------------------------------------------------------------------------------- time step */
 
 // Atoms may be held or moved by other fixes, so that a larger step need not be wrong.
-void FixBondBase::check_step()
+// Another step, radii, or masses change the bound, also within a run.
+void FixBondBase::check_step(Since since)
 {
-  if (checked_step_ == update->dt || !made_) return;
+  if (since == SINCE_SETUP) warned_step_ = 0.0;
+  if (!made_ || (since == SINCE_LAST_CHECK && checked_step_ == update->dt)) return;
   checked_step_ = update->dt;
   const double mine = concordem_network_stable_step(network_, update->dt);
   MPI_Allreduce(&mine, &stable_step_, 1, MPI_DOUBLE, MPI_MIN, world);
-  if (stable_step_ >= update->dt || comm->me != 0) return;
+  if (stable_step_ >= update->dt || warned_step_ == update->dt) return;
+  warned_step_ = update->dt;
+  if (comm->me != 0) return;
   char text[300];
   snprintf(text, sizeof(text),
            "is unstable with `timestep %.4g`: the bonds and contacts of free atoms allow at most %.4g. Reduce it, also because damping and "

@@ -46,11 +46,26 @@ int FixConcordemBond::setmask()
   return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | (conducts() ? FixConst::INITIAL_INTEGRATE : 0);
 }
 
+namespace {
+
+// Members of LIGGGHTS' class that are not public.
+struct StyleOfComm : Comm {
+  static constexpr auto multi = &StyleOfComm::style;   // 0: one cutoff for all types
+};
+
+}
+
 void FixConcordemBond::init()
 {
+  if (comm->*StyleOfComm::multi != 0)
+    fail("does not support `communicate multi`, where each type has ghosts up to a cutoff that this fix cannot raise; use `communicate single vel yes`");
   if (!comm->ghost_velocity)
     fail("needs the velocities of ghosts; add `communicate single vel yes`");
   check_run();
+  for (int k = 0; k < modify->nfix && comm->me == 0; k++)
+    if (strncmp(modify->fix[k]->style, "heat/gran", 9) == 0)
+      warn(std::string("conducts no heat of fix ") + modify->fix[k]->id + " (" + modify->fix[k]->style +
+           ") through its bonds and contacts; use `heat` for bonds, or a pair style for the contacts");
   // In its first setup, LIGGGHTS would reset the data of all atoms after we have stored forces there.
   just_created = 0;
   if (strstr(update->integrate_style, "respa")) fail("does not support run_style respa; use run_style verlet");
@@ -121,7 +136,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
   check_resumed();
   check_pair_style();
   warn_without_contacts();
-  check_step();
+  check_step(SINCE_SETUP);
   show_temperatures();
   find_forces_and_virial(true, vflag);
 }
@@ -141,6 +156,7 @@ void FixConcordemBond::pre_force(int vflag)
     rebuild();
     check_pair_style();
   }
+  check_step(neighbor->ago == 0 && room_ > 0.0 ? SINCE_CHANGE : SINCE_LAST_CHECK);
   find_forces_and_virial(false, vflag);
   follow_growth();
   // New bonds start unstrained at the end of the step; the next step evaluates them.

@@ -258,7 +258,7 @@ void FixBondBase::make_bonds()
   }
   made_ = true;
   drop_heat_bonds();
-  check_step();
+  check_step(SINCE_CHANGE);
   double total;
   if (!concordem_count(network_, world, &total))
     fail("a bond is longer than the ghost cutoff; add `reach LENGTH` with a larger length");

@@ -96,7 +96,8 @@ class FixBondBase : public Fix {
   void send_sizes();             // before forces, after fixes have changed radii; collective
   void follow_growth();          // after forces; collective
   void follow_changes();         // before rebuild(), when the ghosts are known; collective
-  void check_step();             // after the bonds exist; collective
+  enum Since { SINCE_LAST_CHECK, SINCE_CHANGE, SINCE_SETUP };
+  void check_step(Since);        // after the bonds exist; collective
   void warn_without_contacts();
   static bool changes_radii(const Fix *);
   double ghost_cutoff() const;   // for which the host's ghosts cover reach_
@@ -130,12 +131,12 @@ class FixBondBase : public Fix {
   bool sends_masses_ = false;     // ghosts get the masses of their bodies, and nothing else
   bool sends_sizes_ = false;      // ghosts get radii and masses, and nothing else
   int frozen_ = 0;                // bits of the groups of fix freeze
-  Fix *bodies_ = nullptr;         // rigid bodies, if there are any
-  std::vector<double> body_mass_;       // of each atom's body, kg; 0 outside bodies
+  std::vector<double> body_mass_;       // of each atom's body, kg; 0 outside bodies; empty without bodies
   std::vector<double> effective_mass_;  // kg
   bigint atoms_before_ = -1;      // on all processors at the last rebuild; -1 before
   bool told_lost_ = false;        // a warning about lost bonds in this run
   double checked_step_ = 0.0;     // time step that check_step has compared, s
+  double warned_step_ = 0.0;      // time step of the last warning in this run, s
   std::vector<ConcordemRules> exclusion_rules_;               // for rebuild()
   std::vector<std::array<int64_t, 2> > excluded_pairs_;       // the same
   bool restored_ = false;         // records of a restart or data file wait for their delivery to the owners of their atoms

@@ -49,6 +49,49 @@ fn a_step_beyond_the_bound_is_named() {
     }
 }
 
+/// The bound of the first run suffices; then a command changes the step, the masses, or the radii, between runs or in one.
+#[test]
+fn steps_masses_and_radii_that_change_later_are_compared_again() {
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        row(host, folder.path(), 6, 0.01, false);
+        // `sphere 1`: LAMMPS sends radii that change. Its atoms have no molecules.
+        let head = if host == Host::Lammps {
+            data_file_for(
+                Host::Liggghts,
+                &folder.path().join("row.data"),
+                &(0..6).map(|k| Atom::resting(Vec3::x() * (0.01 * f64::from(k)), 0.005)).collect::<Vec<_>>(),
+                &[],
+                Vec3::repeat(-0.05),
+                Vec3::repeat(0.1),
+            );
+            head_for(host, "row.data", "f f f", 2e-3, 1e-5)
+                .replace("bpm/sphere", "sphere 1")
+                .replace("special_bonds lj 0 1 1 coul 0 1 1\n", "")
+        } else {
+            head_for(host, "row.data", "f f f", 2e-3, 1e-5)
+        };
+        let mass = if host == Host::Lammps { " mass yes" } else { "" };
+        let shrink = format!("variable d equal 0.01-0.0001*step\nfix shrink all adapt 1 atom diameter v_d{mass}\n");
+        let longer = "fix longer all dt/reset 5 1e-5 3e-5 1.0 units box\n";
+        let first = "fix integrate all nve/sphere\nfix bonds all concordem/bond cohesive_beam young 1e9 poisson 0.3 radius 0.004 \
+                     tensile_strength 1e7 bond distance 1.05 contact none\nthermo_style custom step f_bonds[16]\nthermo 1\nrun 2\n";
+        for (change, warnings) in
+            [("", 0), ("timestep 3e-5\n", 1), ("set group all density 100\n", 1), (longer, 1), (shrink.as_str(), 1)]
+        {
+            for processors in [1, 2] {
+                let script = format!("{head}{first}neigh_modify every 1 delay 0 check no\n{change}run 60\n");
+                let printed = run_in(host, folder.path(), &script, processors);
+                assert_eq!(
+                    printed.matches("is unstable with `timestep").count(),
+                    warnings,
+                    "{host:?} on {processors}: {change}{printed}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn unbonded_atoms_without_a_law_are_warned_about() {
     for host in BOTH {

@@ -105,6 +105,24 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
     output
 }
 
+/// What the program says about itself: its styles.
+pub fn help(host: Host) -> String {
+    let program = match host {
+        Host::Liggghts => PathBuf::from(std::env::var_os("LIGGGHTS").unwrap_or_else(|| "liggghts".into())),
+        Host::Lammps => {
+            let [_, program, _] = lammps();
+            program
+        }
+    };
+    let output = Command::new(&program)
+        .arg("-help")
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        .output()
+        .unwrap_or_else(|error| panic!("{}: {error}", program.display()));
+    text(&output)
+}
+
 /// Change the version in the head of our fix in a restart file. The head starts with the version, whether bonds were created (an
 /// `int` each), the bond law, and the contact law (32 bytes each).
 pub fn set_restart_version(file: &Path, law: &str, version: i32) {

@@ -211,8 +211,11 @@ pub struct Host {
     /// Receives the progress.
     pub progress: Listener,
     /// Receives the warnings about scenarios.
-    pub warn: Arc<dyn Fn(&Scenario, &[Problem]) + Send + Sync>,
+    pub warn: Warn,
 }
+
+/// What receives the warnings about a scenario.
+pub type Warn = Arc<dyn Fn(&Scenario, &[Problem]) + Send + Sync>;
 
 /// Folder of stored packings: `CONCORDEM_CACHE`, or `concordem` in the user's cache folder. `CONCORDEM_CACHE=off`: none.
 pub fn packings_folder() -> Option<PathBuf> {
