@@ -57,6 +57,9 @@ fn number(threads: Option<usize>) -> PyResult<Option<u16>> {
     }
 }
 
+/// Scenarios and their warnings.
+type Warnings = Vec<(Read, Vec<Problem>)>;
+
 /// Run a command of the program. Its warnings and notes become warnings of Python, then its failure an exception.
 fn call<T: Send>(
     py: Python<'_>,
@@ -64,7 +67,7 @@ fn call<T: Send>(
     work: impl FnOnce(&mut Console<'_>) -> Result<T, Failure> + Send,
 ) -> PyResult<T> {
     let code: PathBuf = py.import("concordem._core")?.getattr("__file__")?.extract()?;
-    let warned: Arc<Mutex<Vec<(Read, Vec<Problem>)>>> = Arc::default();
+    let warned: Arc<Mutex<Warnings>> = Arc::default();
     let found = warned.clone();
     let (outcome, told) = commanded(py, progress, move |progress, interrupted| {
         let warn = Arc::new(move |scenario: &Read, problems: &[Problem]| {

@@ -9,6 +9,8 @@
 #![allow(clippy::needless_pass_by_value, clippy::unnecessary_wraps, clippy::elidable_lifetime_names)]
 // Every keyword argument of a Python function is an argument of the Rust function.
 #![allow(clippy::too_many_arguments)]
+// Doc comments are docstrings, whose examples are Python: `x["name"]` is no link.
+#![allow(clippy::doc_link_with_quotes)]
 
 mod addresses;
 pub mod arrays;

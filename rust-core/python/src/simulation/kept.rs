@@ -161,7 +161,9 @@ pub const HISTORIES: [&str; 2] = ["history of bond_law", "history of contact_law
 impl WriteColumns for Kept<'_> {
     fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
         let Records { samples, operators, events, moments, given } = self.records;
-        let calls: String = given.iter().map(|(call, (step, count))| format!("{step}\t{count}\t{call}\n")).collect();
+        let calls: Vec<String> =
+            given.iter().map(|(call, (step, count))| format!("{step}\t{count}\t{call}\n")).collect();
+        let calls = calls.concat();
         sink.column(CALLS, Column::u8(calls.as_bytes()))?;
         for (k, moment) in moments.iter().enumerate() {
             moment.write(&format!("snapshots/{k:06}"), sink)?;

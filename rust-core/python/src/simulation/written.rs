@@ -7,7 +7,7 @@ use concordem::output::sealed::target;
 use concordem::output::{OutputError, RunFiles};
 use concordem::program::Failure;
 use concordem::program::recording::{Recording, check_result_name, refuse_existing};
-use concordem::schedule::Simulation as Run;
+use concordem::schedule::{Advance, Simulation as Run};
 
 use super::Inner;
 use super::kept::Records;
@@ -63,7 +63,7 @@ fn kept(error: impl Into<Failure>) -> Failure {
 
 /// Append all rows and snapshots. A run that has not ended also gets those of its present state, as a run has them at its end.
 fn append(files: &mut RunFiles, run: &mut Run, records: &Records, recording: &Recording) -> Result<(), Failure> {
-    let present = if run.stopped().is_none() { run.present().unwrap_or_default() } else { Default::default() };
+    let present = if run.stopped().is_none() { run.present().unwrap_or_default() } else { Advance::default() };
     for sample in records.samples.iter().chain(&present.sample) {
         files.append_sample(&sample.to_row())?;
     }
