@@ -1,7 +1,7 @@
 //! The state as NumPy arrays.
 //!
 //! Particle arrays are views without copies. This is sound because the core guarantees never to move, grow, or replace these arrays (a
-//! test of the core and the comparison of their [addresses](crate::addresses) after every run check it), and because a view keeps the simulation alive.
+//! test of the core and the comparison of their addresses (`addresses.rs`) after every run check it), and because a view keeps the simulation alive.
 //! Contacts change at every neighbor-list rebuild, so their tables are copies.
 
 use concordem::law::state::COLUMNS_OF_EVERY_CONTACT;

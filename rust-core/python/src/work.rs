@@ -213,7 +213,7 @@ pub fn watched<T: Send>(
 /// a thread would take as long as the work.
 const LONG: usize = 20_000;
 
-/// As [`detach`](crate::errors::detach), for work on `size` particles, contacts, or points: where that is long, signals may stop it with an
+/// As [`detach`], for work on `size` particles, contacts, or points: where that is long, signals may stop it with an
 /// exception.
 pub fn answering<T: Send>(py: Python<'_>, size: usize, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     if size < LONG { detach(py, work) } else { guarded(py, None, None, |_| work()) }
