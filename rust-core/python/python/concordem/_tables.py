@@ -56,7 +56,8 @@ def to_pandas(table: NDArray[np.void]) -> pandas.DataFrame:
         for place in product(*(range(n) for n in values.shape[1:])):
             axes = ["xyz"[k] if n == 3 else str(k) for k, n in zip(place, values.shape[1:])]
             column = f"{name}_{''.join(axes)}" if axes else name
-            columns[column] = np.ascontiguousarray(values[(slice(None), *place)])
+            index: Any = (slice(None), *place)
+            columns[column] = np.ascontiguousarray(values[index])
             kept[column] = of[name]
     frame = pandas.DataFrame(columns)
     frame.attrs["units"] = kept
