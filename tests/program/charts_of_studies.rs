@@ -33,7 +33,14 @@ fn cell_of(table: &[Vec<String>], name: &str) -> String {
 #[test]
 fn radii_and_rose_of_a_packing_are_those_of_its_json_file() {
     let folder = TempDir::new().expect("a temporary folder");
-    let cell = write(folder.path(), "cell.toml", &CELL.replace("count = 60", "count = 120\ndispersion = 0.6"));
+    let cell = write(
+        folder.path(),
+        "cell.toml",
+        &CELL.replace(
+            "count = 60\nradius = \"1 mm\"",
+            "count = 120\nradii = { kind = \"uniform\", minimum = \"0.7 mm\", maximum = \"1.3 mm\" }",
+        ),
+    );
     let given = concordem(["characterise", text(&cell)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     let page = std::fs::read_to_string(folder.path().join("cell.structure.html")).expect("a page");
@@ -99,7 +106,7 @@ fn page_of_a_sweep_of_structures_has_the_means_of_its_points() {
         .replace("count = 60", "count = 200");
     write(folder.path(), "block.toml", &block);
     let sweep = "version = 1\nscenario = \"block.toml\"\nstudy = \"structure\"\n\
-                 [[axis]]\nname = \"z\"\nkey = \"bonds.coordination\"\nvalues = [6, 8, 10]\n\
+                 [[axis]]\nname = \"z\"\nkey = \"bonds.coordination\"\nvalues = [8, 9, 10]\n\
                  [[axis]]\nkey = \"packing.seed\"\nvalues = [1, 2]\naverage = true\n";
     let sweep = write(folder.path(), "sweep.toml", sweep);
     let given = concordem(["sweep", "-q", "--csv", text(&sweep)]);
@@ -115,7 +122,7 @@ fn page_of_a_sweep_of_structures_has_the_means_of_its_points() {
     assert_eq!(along.len(), 6);
     let means = |name: &str| {
         let values = column(name);
-        [6.0, 8.0, 10.0].map(|at| {
+        [8.0, 9.0, 10.0].map(|at| {
             let own = along.iter().zip(&values).filter(|(other, _)| **other == at).map(|(_, value)| *value);
             (at, own.clone().sum::<f64>() / own.count() as f64)
         })

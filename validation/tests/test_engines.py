@@ -242,8 +242,9 @@ def test_friction_is_translated_by_the_rules_of_our_laws():
     # An angle keeps its bits; not all of these come back from their tangents.
     angles = [0.01 * k for k in range(1, 150)]
     assert [translate.friction_angle({"friction_angle": angle}) for angle in angles] == angles
-    spheres = [{"hertz_mindlin": {"young": 1e7, "poisson": 0.2, "friction_coefficient": f}} for f in (0.8, 0.3)]
-    springs = [{"frictional": {"normal_stiffness": 2, "shear_stiffness": 1, "friction_coefficient": f}} for f in (0.8, 0.3)]
+    named = (("rough", 0.8), ("smooth", 0.3))
+    spheres = [{"name": n, "hertz_mindlin": {"young": 1e7, "poisson": 0.2, "friction_coefficient": f}} for n, f in named]
+    springs = [{"name": n, "frictional": {"normal_stiffness": 2, "shear_stiffness": 1, "friction_coefficient": f}} for n, f in named]
     for translated in (liggghts._hertz_mindlin({"material": spheres}), liggghts._frictional({"material": springs})):
         assert "coefficientFriction peratomtypepair 2 0.8 0.3 0.3 0.3" in translated[1]
 

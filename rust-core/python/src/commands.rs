@@ -217,7 +217,11 @@ fn resume(
     let threads = number(threads)?;
     match call(py, progress.as_ref(), |console| resume_run(&path, threads, console))? {
         Some(ended) => opened(ended, &path),
-        None => PyResultFile::of_path(&path),
+        // The run is finished. Its parts are FILE.h5.parts.
+        None if path.extension().is_some_and(|extension| extension == "parts") => {
+            PyResultFile::of_path(&path.with_extension(""))
+        }
+        None => PyResultFile::of_path(&path.with_extension("h5")),
     }
 }
 

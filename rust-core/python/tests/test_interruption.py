@@ -90,7 +90,7 @@ def structure():
 
 def damage_plastic():
     law = coupling.DamagePlastic(30e9, 0.2, 30e6, 3e6, 200.0)
-    strain = 1e-3 * rng.uniform(-1, 1, (1_000_000, 3, 3))
+    strain = 1e-3 * rng.uniform(-1, 1, (300_000, 3, 3))
     strain += strain.transpose(0, 2, 1)
     state = np.zeros((len(strain), 8))
     return lambda: law.update(strain, state, 0.01, True)
