@@ -89,7 +89,7 @@ fn radii_and_rose_of_a_packing_are_those_of_its_json_file() {
         assert!(drawn.contains(&polygon), "a face of density {density} is not drawn: {polygon:?}");
         colors.insert(polygon.1);
     }
-    assert!(colors.len() > 20, "{colors:?}");
+    assert!(colors.len() > 10, "{colors:?}");
     let links: f64 = densities.iter().zip(geode.shares()).map(|(density, share)| density * share).sum();
     assert!((links - 1.0).abs() < 1e-12, "shares of all links: {links}");
 }
