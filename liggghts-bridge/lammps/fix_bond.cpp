@@ -177,7 +177,7 @@ void FixConcordemBond::setup_pre_force(int)
   check_resumed();
   check_pair_style();
   warn_without_contacts();
-  check_step(SINCE_SETUP);
+  check_step(SINCE_CHANGE);
   show_temperatures();
 }
 

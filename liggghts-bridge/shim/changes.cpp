@@ -214,11 +214,10 @@ void FixBondBase::forget_lost_atoms()
 
 /* -------------------------------------------------------------------------------------------------------------- time step */
 
-// Atoms may be held or moved by other fixes, so that a larger step need not be wrong.
-// Another step, radii, or masses change the bound, also within a run.
+// Another step, radii, or masses change the bound, also within a run. Atoms may be held or moved by other fixes, so that a larger step need
+// not be wrong.
 void FixBondBase::check_step(Since since)
 {
-  if (since == SINCE_SETUP) warned_step_ = 0.0;
   if (!made_ || (since == SINCE_LAST_CHECK && checked_step_ == update->dt)) return;
   checked_step_ = update->dt;
   const double mine = concordem_network_stable_step(network_, update->dt);

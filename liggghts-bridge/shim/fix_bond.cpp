@@ -136,7 +136,7 @@ void FixConcordemBond::setup_pre_force(int vflag)
   check_resumed();
   check_pair_style();
   warn_without_contacts();
-  check_step(SINCE_SETUP);
+  check_step(SINCE_CHANGE);
   show_temperatures();
   find_forces_and_virial(true, vflag);
 }

@@ -140,6 +140,7 @@ void FixBondBase::check_run()
   if (!changer.empty())
     fail("does not support boxes that change in a run, but fix " + changer + " changes it; remove that fix");
   check_other_fixes();
+  warned_step_ = 0.0;
 }
 
 // The contacts of a fix are between all atoms of its group, also those that another fix bonds.

@@ -96,7 +96,7 @@ class FixBondBase : public Fix {
   void send_sizes();             // before forces, after fixes have changed radii; collective
   void follow_growth();          // after forces; collective
   void follow_changes();         // before rebuild(), when the ghosts are known; collective
-  enum Since { SINCE_LAST_CHECK, SINCE_CHANGE, SINCE_SETUP };
+  enum Since { SINCE_LAST_CHECK, SINCE_CHANGE };
   void check_step(Since);        // after the bonds exist; collective
   void warn_without_contacts();
   static bool changes_radii(const Fix *);
