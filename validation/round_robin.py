@@ -91,7 +91,7 @@ def page(data):
              "The benchmarks that all codes know: the impacts of Chung & Ooi 2011, and silo, drum, and penetration of Dosta et al. 2024. Every code gets the",
              "same start state. Written by `validation/round_robin.py` from `validation/results/round-robin.json`.", "",
              "The published packings are files that we do not have, and the cases of Dosta et al. are small: their materials, restitutions, frictions, and",
-             "counted quantities are those of the publication and of YADE's deck of it, sizes and speeds are not. So codes are compared with each other there,",
+             "counted quantities follow the publication and YADE's deck of it, sizes and speeds do not. So codes are compared with each other there,",
              "not with published curves. Penetration of the published size: `--full`.", "", "## Times", "",
              "Seconds of processor time of one process, with start and output. They compare codes on one machine in one hour, and say nothing of another.", ""]
     engines = list(dict.fromkeys(t["engine"] for one in data.values() for t in one["times"]))

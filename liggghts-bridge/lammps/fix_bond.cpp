@@ -151,7 +151,7 @@ void FixConcordemBond::begin_forces()
 {
   // `rerun` sets up again and again, at steps that no run has reached.
   if (setup_ && stepped_at_ >= 0 && update->ntimestep != stepped_at_)
-    fail(fmt::format("a command (rerun?) asks for forces at positions that are not those of a run, {}", ONCE));
+    fail(fmt::format("a command (rerun?) asks for forces at positions that no run has reached, {}", ONCE));
   if (!setup_ && update->ntimestep == stepped_at_) fail(fmt::format("a command asks a second time for the forces of step {}, {}", stepped_at_, ONCE));
   stepped_at_ = update->ntimestep;
   due_ = true;

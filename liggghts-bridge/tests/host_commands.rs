@@ -48,7 +48,7 @@ struct Row {
     decks: Option<Vec<String>>,
     /// Our styles, if not all of the deck.
     with: Option<Vec<String>>,
-    /// LAMMPS' atom style, if not that of the deck.
+    /// LAMMPS' atom style, if it is not the deck's.
     atoms: Option<String>,
     /// Lines before the box is read.
     #[serde(default)]
@@ -60,7 +60,7 @@ struct Row {
     between: Option<String>,
     /// The group that is compared, if not all atoms.
     of: Option<String>,
-    /// Columns of dumps that are compared, too.
+    /// Further columns of dumps to compare.
     #[serde(default)]
     also: String,
     /// LIGGGHTS: the fix stands beside our pair style, without which the host refuses the command.

@@ -94,7 +94,7 @@ fn radii_and_rose_of_a_packing_are_those_of_its_json_file() {
     assert!((links - 1.0).abs() < 1e-12, "shares of all links: {links}");
 }
 
-/// Curves and rows of a sweep of structures are the means of its points; each curve has a name of its own.
+/// Curves and rows of a sweep of structures are the means of its points; each curve has its own name.
 #[test]
 fn page_of_a_sweep_of_structures_has_the_means_of_its_points() {
     let folder = TempDir::new().expect("a temporary folder");

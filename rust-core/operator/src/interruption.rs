@@ -65,7 +65,7 @@ impl Watch {
         look_at(self.0.as_ref());
     }
 
-    /// Run a part of the work, whose own loops look, too.
+    /// Run a part of the work, whose own loops also look.
     pub fn part<T>(&self, work: impl FnOnce() -> T) -> T {
         stoppable(self.0.clone(), work)
     }

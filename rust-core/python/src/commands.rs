@@ -30,7 +30,7 @@ use crate::work::{commanded, guarded};
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
-/// The scenario that is given, or that of a file.
+/// The scenario that is given, or the scenario of a file.
 fn scenario_of<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Scenario>> {
     if let Ok(scenario) = object.cast::<Scenario>() {
         return Ok(scenario.clone());
@@ -40,7 +40,7 @@ fn scenario_of<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Scenario>
     Bound::new(object.py(), Scenario::of_file(object.py(), path)?)
 }
 
-/// The result that is given, or that of a file.
+/// The result that is given, or the result of a file.
 fn result_of(object: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     if let Ok(result) = object.cast::<PyResultFile>() {
         return Ok(result.get().file().path().to_owned());
@@ -145,7 +145,7 @@ fn check<'py>(
 /// Parameters
 /// ----------
 /// scenario : Scenario, or path of a scenario.
-/// output : path of the result; by default that of the scenario.
+/// output : path of the result; by default the scenario's.
 /// start : result or checkpoint to continue from, as with `--from`.
 /// overwrite : whether to replace a result, or to discard an unfinished run.
 /// threads : number of threads; by default one per processor. The numbers do not depend on it.
@@ -192,7 +192,7 @@ fn opened(ended: Outcome, output: &std::path::Path) -> PyResult<PyResultFile> {
     PyResultFile::of_path(&path)
 }
 
-/// Continue an interrupted or killed run as `concordem resume` does; the result equals that of an uninterrupted run.
+/// Continue an interrupted or killed run as `concordem resume` does; the result equals an uninterrupted run's.
 ///
 /// Parameters
 /// ----------
@@ -205,7 +205,7 @@ fn opened(ended: Outcome, output: &std::path::Path) -> PyResult<PyResultFile> {
 ///
 /// Raises
 /// ------
-/// ResultError : there is no such run, or its files are damaged. Those of `run`.
+/// ResultError : there is no such run, or its files are damaged. The errors of `run`.
 #[pyfunction]
 #[pyo3(signature = (path, threads=None, progress=None))]
 fn resume(
@@ -339,7 +339,7 @@ fn export(
 /// ----------
 /// sweep : path of the sweep.
 /// output : path of the result; by default the name of the sweep with .h5. The page has the same name with .html.
-/// csv : whether to write all points as comma-separated text, too.
+/// csv : whether to write all points also as comma-separated text.
 /// overwrite : whether to replace a result, and to discard points of an unfinished sweep.
 /// threads, progress : see `run`.
 ///

@@ -148,7 +148,7 @@ impl Simulation {
         Self::build(scenario, Options { threads, snapshots, laws }, progress.as_ref(), None)
     }
 
-    /// Continue from a checkpoint that `save` wrote, or from a result; the records so far come with it, those of a result without its
+    /// Continue from a checkpoint that `save` wrote, or from a result; the records so far come with it, from a result without its
     /// snapshots. `scenario`: continue with this scenario instead of the stored one; other tables `[[sample]]` begin new records.
     ///
     /// `bond_law`, `contact_law`: the laws in Python with which the checkpoint was written; `snapshots`: see Scenario.simulation.
@@ -186,12 +186,12 @@ impl Simulation {
         detach_here(py, || self.pool.inside(|| checkpoint::write_with(&path, state, text, &kept)))?.or_raise()
     }
 
-    /// Write the result of the run so far, as the program writes that of a run: time series, operators, events, snapshots, and the state,
+    /// Write the result of the run so far, as the program does: time series, operators, events, snapshots, and the state,
     /// for reports, exports, measurements, and ParaView. Returns its path.
     ///
     /// Parameters
     /// ----------
-    /// path : path of the HDF5 file; by default that of the scenario, as for the program.
+    /// path : path of the HDF5 file; by default the scenario's, as for the program.
     /// overwrite : whether to replace a file that exists.
     ///
     /// A run that has ended gives the file that the program gives for the same scenario, but for the entries `run_id`, `wall_time_s`,
@@ -404,7 +404,7 @@ impl Simulation {
         self.changed(settings)
     }
 
-    /// Energies, works, and dissipations so far, J: those of the last step, by the names of the samples.
+    /// Energies, works, and dissipations so far, J, of the last step, by the names of the samples.
     fn energies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         evaluated::energies(py, &self.lock()?.run)
     }

@@ -121,7 +121,7 @@ pub fn guarded<T: Send>(
 /// Stages that end by themselves when they are told to, and keep what they have.
 const KEEPING: [&str; 2] = ["running", "sweep"];
 
-/// Run a command of the program as [`guarded`] does, on a thread of its own, from which it starts others. It gets a flag that asks it to
+/// Run a command of the program as [`guarded`] does, on its own thread, from which it starts others. It gets a flag that asks it to
 /// end, and a function that receives its progress.
 pub fn commanded<T: Send>(
     py: Python<'_>,

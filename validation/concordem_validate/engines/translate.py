@@ -224,7 +224,7 @@ def _slope(shape, name):
 
 
 def interfaces(document, law, known):
-    """Tables of a law for pairs of materials, by their numbers: those of the scenario's interfaces."""
+    """Tables of a law for pairs of materials, by their numbers, from the scenario's interfaces."""
     names, found = [m["name"] for m in document["material"]], {}
     for one in document.get("interface", []):
         if set(one) != {"between", law}:

@@ -61,7 +61,7 @@ pub struct Exported {
 /// Exports a result as the command does, for a host. `output`: beginning of the names of the files.
 ///
 /// # Errors
-/// Those of the command.
+/// The errors of the command.
 pub fn export_result(
     file: &Path,
     format: &str,

@@ -54,7 +54,7 @@ pub(super) fn report(arguments: &ReportArguments, console: &mut Console<'_>) -> 
 /// Writes the page as the command does, for a host; returns its path.
 ///
 /// # Errors
-/// Those of the command.
+/// The errors of the command.
 pub fn report_on(
     files: &[PathBuf],
     output: Option<&Path>,

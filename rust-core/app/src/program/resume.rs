@@ -49,7 +49,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
 /// Continues a run as the command does, for a host; `None`: it is finished. `run`: its result, or its folder.
 ///
 /// # Errors
-/// Those of the command.
+/// The errors of the command.
 pub fn resume_run(run: &Path, threads: Option<u16>, console: &mut Console<'_>) -> Result<Option<Outcome>, Failure> {
     let arguments = ResumeArguments {
         run: run.to_owned(),

@@ -54,11 +54,11 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
     conclude(outcome, arguments.work.quiet, console)
 }
 
-/// Runs a scenario as the command does, for a host. `output`: result file, by default that of the scenario; `from`: result or checkpoint
+/// Runs a scenario as the command does, for a host. `output`: result file, by default the scenario's; `from`: result or checkpoint
 /// to continue.
 ///
 /// # Errors
-/// Those of the command.
+/// The errors of the command.
 pub fn run_scenario(
     scenario: &Scenario,
     output: Option<&Path>,

@@ -102,7 +102,7 @@ pub struct Swept {
 /// Computes a sweep as the command does, for a host.
 ///
 /// # Errors
-/// Those of the command.
+/// The errors of the command.
 pub fn sweep_file(
     sweep: &Path,
     output: Option<&Path>,

@@ -24,7 +24,7 @@ def _checked(table: NDArray[np.void]) -> NDArray[np.void]:
 
 
 def to_pandas(table: NDArray[np.void]) -> pandas.DataFrame:
-    """A structured array of the package as a data frame; each component of vectors and tensors has a column of its own.
+    """A structured array of the package as a data frame; each component of vectors and tensors has its own column.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ pub enum Origin {
         /// Parameters of all pairs of materials.
         #[serde(rename = "rows")]
         pairs: Vec<PairParameters>,
-        /// Parameters of contacts that differ from those of their materials.
+        /// Parameters of contacts that differ from their materials'.
         #[serde(default)]
         own: Vec<CpmParameters>,
     },

@@ -1,6 +1,6 @@
 """What would happen to a script, before a night's run: what a bonded engine follows, what it refuses, and what this YADE does not know.
 
-The script is read, not run (:func:`examine`): names of classes and their keyword arguments are compared with those of the running YADE. Of the
+The script is read, not run (:func:`examine`): names of classes and their keyword arguments are compared with the running YADE. Of the
 present scene, :func:`doctor` also says whether it can be taken over.
 """
 

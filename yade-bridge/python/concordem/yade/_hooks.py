@@ -425,7 +425,7 @@ def _lost_of_states(state: Any) -> None:
 
 
 #: Why a method of another law than concrete is refused.
-_OF_ITS_LAW = "reads interactions of its own law, which bonds do not have; use concordem.operators with the engine's forces()"
+_OF_ITS_LAW = "reads interactions of its law, which bonds do not have; use concordem.operators with the engine's forces()"
 
 
 def _refusing(name: str, function: Any, why: str = _OF_ITS_LAW) -> Any:

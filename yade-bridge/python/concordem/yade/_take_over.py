@@ -115,7 +115,7 @@ def bond(
 
     `material`, `bonds`, and `contacts` are tables of a scenario; `tables` are its other tables and keys (`deformable`, `dimension`,
     ...). Without `bonds`, all contacts are unbonded; without `contacts`, unbonded particles pass through each other. `ids`: the
-    spheres; default all. Masses and motion are those of YADE's bodies. `motion`: as in :func:`take_over`. Raises YadeError if the scene is not supported,
+    spheres; default all. Masses and motion come from YADE's bodies. `motion`: as in :func:`take_over`. Raises YadeError if the scene is not supported,
     ScenarioError if the tables are invalid.
 
     >>> concordem.yade.bond(                                                       # doctest: +SKIP

@@ -235,7 +235,7 @@ impl StoredSnapshot {
     /// Writes it as columns below `path`, for a checkpoint.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The errors of the sink.
     pub fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
         sink.column(&format!("{path}/time"), Column::f64(&[self.time], 1, "s"))?;
         sink.column(&format!("{path}/step"), Column::u64(&[self.step]))?;

@@ -1,5 +1,5 @@
 //! What a run writes besides its time series: its description, its snapshots, and its end. The loop of the program uses it, and so do
-//! loops of others, such as Python's, whose results therefore are those of the program.
+//! loops of others, such as Python's, which therefore give the program's results.
 
 mod header;
 mod snapshot;
@@ -117,9 +117,9 @@ pub fn refuse_existing(path: &Path, csv: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Removes the CSV table of an older result that the new result replaces: it could be mistaken for that of the new result.
+/// Removes the CSV table of an older result that the new result replaces: it could be mistaken for the table of the new result.
 ///
-/// `expected`: the new result will have a table, too.
+/// `expected`: the new result will have a table.
 fn remove_old_csv(path: &Path, expected: bool) -> Result<(), Failure> {
     let table = csv_path(path);
     let of_old_result = || {

@@ -39,7 +39,7 @@ const BONDS: [(&str, &str, &str); 6] = [
     ("shear_force", "N", "Magnitude of the force across the bond"),
     ("opening", "m", "Length less the length without strain"),
     ("broken", "1", "1 if the bond has broken, otherwise 0"),
-    ("branch", "m", "From the center of the first particle to that of the second or its periodic image"),
+    ("branch", "m", "From the center of the first particle to the center of the second or its periodic image"),
 ];
 
 /// Unit and description of a field.
@@ -67,7 +67,7 @@ impl Moment {
     /// Writes it as columns below `path`, for a checkpoint.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// The errors of the sink.
     pub fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
         self.particles.write(&format!("{path}/particles"), sink)?;
         self.bonds.as_ref().map_or(Ok(()), |bonds| bonds.write(&format!("{path}/bonds"), sink))
