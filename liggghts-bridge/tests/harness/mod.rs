@@ -98,7 +98,9 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
         // Open MPI 4 fails if two runs create or remove its common folder below /tmp at the same time.
-        .env("OMPI_MCA_orte_tmpdir_base", folder);
+        .env("OMPI_MCA_orte_tmpdir_base", folder)
+        // Memory that a program reads before it writes it has the same content in each run: negative integers, huge numbers.
+        .env("MALLOC_PERTURB_", "1");
     let mut once = || command.output().expect("timeout and mpirun (Debian packages coreutils, openmpi-bin) are needed");
     let mut output = once();
     // On a busy machine a launcher may lose the last words of a process that ends the others. They say why.
