@@ -8,7 +8,7 @@ use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_g
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{
     BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
-    HertzMindlin, Kinematics, LinearBond, Section, Status,
+    HertzMindlin, Kinematics, LinearBond, PairRadius, Section, Status,
 };
 use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
 use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
@@ -319,12 +319,13 @@ fn cpm_equals_direct_calls() {
 #[test]
 fn cohesive_beam_equals_direct_calls() {
     let after = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.0).unwrap();
-    for (model, text, strength) in [
-        (BeamModel::EulerBernoulli, "euler-bernoulli", f64::INFINITY),
-        (BeamModel::Timoshenko { shear_coefficient: 0.9 }, "timoshenko", f64::INFINITY),
-        (BeamModel::EulerBernoulli, "euler-bernoulli", 3e8),
+    let smaller = Section::RatioOfPair { ratio: 0.6, radius: PairRadius::Smaller };
+    for (model, text, section, strength) in [
+        (BeamModel::EulerBernoulli, "euler-bernoulli", Section::Ratio(0.6), f64::INFINITY),
+        (BeamModel::Timoshenko { shear_coefficient: 0.9 }, "timoshenko", Section::Ratio(0.6), f64::INFINITY),
+        (BeamModel::EulerBernoulli, "euler-bernoulli radius_rule smaller", smaller, 3e8),
     ] {
-        let mut beam = CohesiveBeam::new(70e9, 0.25, Section::Ratio(0.6)).unwrap();
+        let mut beam = CohesiveBeam::new(70e9, 0.25, section).unwrap();
         beam.model = model;
         beam.strength = strength;
         let legs = path(1.0);

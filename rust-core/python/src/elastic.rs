@@ -196,7 +196,7 @@ fn calibrate_cohesive_beam<'py>(
     let found: Result<_, concordem::calibration::cohesive_beam::CalibrationError> = found;
     let (found, spheres, beams, achieved, text) = found.or_raise()?;
     let ratio = match found.beam.section {
-        Section::Ratio(ratio) => ratio,
+        Section::Ratio(ratio) | Section::RatioOfPair { ratio, .. } => ratio,
         Section::Radius(radius) => radius / recipe.mean_radius,
     };
     let fields =

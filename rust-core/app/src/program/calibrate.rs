@@ -169,6 +169,7 @@ fn cohesive_beam(arguments: &CalibrateBeamArguments, meter: &Meter) -> Result<(F
     let mut facts = Facts::default();
     let section = match found.beam.section {
         Section::Ratio(ratio) => format!("radius ratio {ratio:.5}"),
+        Section::RatioOfPair { ratio, radius } => format!("radius ratio {ratio:.5} ({})", radius.key()),
         Section::Radius(radius) => format!("radius {radius:.5e} m"),
     };
     facts.add("beam", format!("young {:.5e} Pa, poisson {}, {section}", found.beam.young, found.beam.poisson));

@@ -31,7 +31,7 @@ crate::for_each_law!(laws);
 pub use crate::elastic::Elastic;
 pub use crate::geometry::{ContactGeometry, Reference};
 pub use crate::kinematics::Kinematics;
-pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, Section, ShearStrength};
+pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, PairRadius, Section, ShearStrength};
 pub use common::ParameterError;
 pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};
 pub use cpm::{CpmParameters, CpmState};

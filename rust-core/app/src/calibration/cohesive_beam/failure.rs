@@ -60,6 +60,9 @@ pub fn scenario_text(
     let threshold = criterion_keys(criterion);
     let section = match beam.section {
         Section::Ratio(ratio) => format!("radius_ratio = {ratio:?}"),
+        Section::RatioOfPair { ratio, radius } => {
+            format!("radius_ratio = {ratio:?}\nradius_rule = {:?}", radius.key())
+        }
         Section::Radius(radius) => format!("radius = {radius:e}"),
     };
     format!(

@@ -42,7 +42,7 @@ mod table;
 mod tests;
 
 #[cfg(feature = "std")]
-pub use table::{BeamKind, CohesiveBeamTable};
+pub use table::{BeamKind, CohesiveBeamTable, RadiusRule};
 
 use core::f64::consts::{FRAC_2_SQRT_PI, PI};
 
@@ -99,10 +99,49 @@ pub enum BendingTerm {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub enum Section {
-    /// Radius over the mean radius of the bonded particles, r̃; every bond gets the same radius ([2.22] ff.).
+    /// Radius over the mean radius of all bonded particles, r̃; every bond gets the same radius ([2.22] ff.).
     Ratio(f64),
+    /// Radius over a radius of the two particles, as in bonded-particle models (λ̄ of Potyondy and Cundall 2004, with the smaller one).
+    RatioOfPair {
+        /// Radius of the beam over that radius, 1.
+        ratio: f64,
+        /// Which radius.
+        radius: PairRadius,
+    },
     /// Radius, m.
     Radius(f64),
+}
+
+/// A radius of two particles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+pub enum PairRadius {
+    /// `min(r_A, r_B)`.
+    Smaller,
+    /// `½(r_A + r_B)`.
+    Mean,
+    /// `2 r_A r_B/(r_A + r_B)`.
+    HarmonicMean,
+}
+
+impl PairRadius {
+    /// Its value of `radius_rule`.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Smaller => "smaller",
+            Self::Mean => "mean",
+            Self::HarmonicMean => "harmonic-mean",
+        }
+    }
+
+    /// Its value for particles of the radii `a` and `b`, m.
+    pub fn of(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Smaller => a.min(b),
+            Self::Mean => 0.5 * (a + b),
+            Self::HarmonicMean => 2.0 * (a * b) / (a + b),
+        }
+    }
 }
 
 /// Strength in shear by Mohr and Coulomb.
@@ -216,7 +255,7 @@ impl CohesiveBeam {
         let poisson = self.poisson;
         require(poisson > -1.0 && poisson <= 0.5, Self::NAME, "poisson", poisson, "above -1 and at most 0.5")?;
         match self.section {
-            Section::Ratio(ratio) => {
+            Section::Ratio(ratio) | Section::RatioOfPair { ratio, .. } => {
                 require(positive(ratio), Self::NAME, "radius_ratio", ratio, "positive and finite")?;
             }
             Section::Radius(radius) => {
@@ -480,9 +519,10 @@ impl ContactLaw for CohesiveBeam {
         Some(reference)
     }
 
-    fn bonded_area(&self, _radius_a: f64, _radius_b: f64, mean_radius: f64) -> f64 {
+    fn bonded_area(&self, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
         let radius = match self.section {
             Section::Ratio(ratio) => ratio * mean_radius,
+            Section::RatioOfPair { ratio, radius } => ratio * radius.of(radius_a, radius_b),
             Section::Radius(radius) => radius,
         };
         PI * (radius * radius)

@@ -1,6 +1,6 @@
 //! The cohesive beam in scenarios: its parameter table and the pair coefficients computed from two tables.
 
-use super::{BeamModel, BendingTerm, CohesiveBeam, Section, ShearStrength};
+use super::{BeamModel, BendingTerm, CohesiveBeam, PairRadius, Section, ShearStrength};
 use crate::law::common::mean_strength;
 use crate::law::factors::times;
 use crate::law::table::{Fault, LawTable, RegisteredLaw};
@@ -21,9 +21,11 @@ pub struct CohesiveBeamTable {
     #[serde(default = "beam_poisson")]
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub poisson: Number,
-    /// Radius of the beam divided by the mean radius of the bonded particles; or give `radius`.
+    /// Radius of the beam divided by the radius that `radius_rule` names; or give `radius`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_ratio: Option<Number>,
+    /// Radius that `radius_ratio` multiplies; only with `radius_ratio`. Default: the mean over all bonded particles.
+    pub radius_rule: Option<RadiusRule>,
     /// Radius of the beam, m; or give `radius_ratio`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: Option<Length>,
@@ -76,6 +78,34 @@ pub enum BeamKind {
     Spring,
 }
 
+/// Radius that the ratio of a beam's radius refers to.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RadiusRule {
+    /// Mean over all bonded particles: every beam has the same radius.
+    #[default]
+    MeanOfAll,
+    /// Smaller one of the two particles.
+    Smaller,
+    /// Mean of the two particles.
+    Mean,
+    /// Harmonic mean of the two particles, `2 r_A r_B/(r_A + r_B)`.
+    HarmonicMean,
+}
+
+impl RadiusRule {
+    /// A section with this ratio.
+    fn section(self, ratio: f64) -> Section {
+        let radius = match self {
+            Self::MeanOfAll => return Section::Ratio(ratio),
+            Self::Smaller => PairRadius::Smaller,
+            Self::Mean => PairRadius::Mean,
+            Self::HarmonicMean => PairRadius::HarmonicMean,
+        };
+        Section::RatioOfPair { ratio, radius }
+    }
+}
+
 fn beam_poisson() -> Number {
     Number::new(0.3)
 }
@@ -120,11 +150,15 @@ impl CohesiveBeamTable {
 impl LawTable for CohesiveBeamTable {
     fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let help = "give `radius_ratio` (relative to the mean radius of the bonded particles) or `radius`";
+        let help = "give `radius_ratio` (relative to the mean radius of all bonded particles, or as `radius_rule` says) or `radius`";
         match (self.radius_ratio.is_some(), self.radius.is_some()) {
             (true, true) => faults.push(Fault::conflict("radius", "the radius of the beam is given twice", help)),
             (false, false) => faults.push(Fault::missing("", "the radius of the beam is missing", help)),
             _ => {}
+        }
+        if self.radius_rule.is_some() && self.radius_ratio.is_none() {
+            let help = "give `radius_ratio` in place of `radius`, or remove this key";
+            faults.push(Fault::conflict("radius_rule", "has no effect without `radius_ratio`", help));
         }
         if self.shear_coefficient.is_some() && self.model != BeamKind::Timoshenko {
             let help = "write model = \"timoshenko\", or remove this key";
@@ -171,7 +205,15 @@ impl RegisteredLaw for CohesiveBeam {
     fn row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
         let mean = |of: fn(&CohesiveBeamTable) -> f64| 0.5 * (of(a) + of(b));
         let section = match (a.radius_ratio, b.radius_ratio, a.radius, b.radius) {
-            (Some(a), Some(b), _, _) => Section::Ratio(0.5 * (a.si() + b.si())),
+            (Some(ratio_a), Some(ratio_b), _, _) => {
+                let rule = a.radius_rule.unwrap_or_default();
+                if rule != b.radius_rule.unwrap_or_default() {
+                    return Err(ParameterError::Unlike(
+                        "the materials have different `radius_rule`; give both the same, or an [[interface]]",
+                    ));
+                }
+                rule.section(0.5 * (ratio_a.si() + ratio_b.si()))
+            }
             (_, _, Some(a), Some(b)) => Section::Radius(0.5 * (a.si() + b.si())),
             _ => {
                 return Err(ParameterError::Unlike(

@@ -398,6 +398,8 @@ fn bad_parameters_are_named() {
     assert_eq!(message, "law cohesive_beam: young = -1 must be positive and finite (Pa)");
     assert!(CohesiveBeam::new(1.0, 0.6, Section::Ratio(0.5)).is_err());
     assert!(CohesiveBeam::new(1.0, 0.3, Section::Radius(0.0)).is_err());
+    let of_pair = Section::RatioOfPair { ratio: f64::NAN, radius: PairRadius::Smaller };
+    assert!(CohesiveBeam::new(1.0, 0.3, of_pair).is_err());
     assert!(CohesiveBeam { strength: f64::NAN, ..beam() }.validate().is_err());
     for shear in [
         ShearStrength { cohesion: 0.0, ..ROCK },
@@ -410,13 +412,20 @@ fn bad_parameters_are_named() {
     assert!(CohesiveBeam { model: BeamModel::DualSpring { ratio: -0.1 }, ..beam() }.validate().is_err());
 }
 
-/// A section is that of the mean radius of the bonded particles, or a given one, whatever the two particles are; the axial force is `ES` times
-/// the strain; and the faces of a crack touch where they parted.
+/// A section is that of the mean radius of the bonded particles or a given one, whatever the two particles are, or that of their
+/// smaller, mean, or harmonic mean radius in either order; the axial force is `ES` times the strain; and the faces of a crack touch where
+/// they parted.
 #[test]
 fn sections_belong_to_the_specimen() {
     let ratio = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(0.5)).unwrap();
     assert_eq!(ratio.bonded_area(0.8, 1.2, 2.0), PI);
     assert_eq!(beam().bonded_area(0.8, 1.2, 2.0), PI * (0.3 * 0.3));
+    // 2·0.5·1.5/2 = 0.75.
+    for (radius, value) in [(PairRadius::Smaller, 0.5), (PairRadius::Mean, 1.0), (PairRadius::HarmonicMean, 0.75)] {
+        let of_pair = CohesiveBeam::new(YOUNG, POISSON, Section::RatioOfPair { ratio: 0.5, radius }).unwrap();
+        let area = PI * (0.25 * value * value);
+        assert_eq!([of_pair.bonded_area(0.5, 1.5, 2.0), of_pair.bonded_area(1.5, 0.5, 7.0)], [area; 2], "{radius:?}");
+    }
     let geometry = subject("beam", beam()).geometry;
     let force = beam().axial_force(&geometry, 2.1 * 1.25).unwrap();
     // A few roundings.
