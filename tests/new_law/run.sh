@@ -21,7 +21,7 @@ started=$SECONDS
 # The law files themselves: formatted, and with the conformance tests that the tutorial asks for.
 rustfmt --edition 2024 --check rust-core/contact/src/law/{adhesive,hinge}.rs
 $cargo test --quiet --release -p concordem-contact --lib -- law::adhesive law::hinge | tee "$root/conformance.txt"
-grep -q '2 passed' "$root/conformance.txt"
+grep -q '3 passed' "$root/conformance.txt"
 # As the tutorial says.
 liggghts-bridge/build
 liggghts-bridge/lammps/build
@@ -39,6 +39,7 @@ export CONCORDEM=$root/concordem
 echo "built in $((SECONDS - started)) s"
 started=$SECONDS
 "$python" "$here/hosts.py" "$tree" "$root"
+"$python" "$here/speed.py" "$tree" "$root/speed"
 CI=1 PYTHONPATH=validation:$root/site "$python" -m concordem_validate run --verbose --fresh --output "$root/validate" new-adhesion new-hinge
 # Native functors of YADE, whose classes are generated from the laws, in the Debian 13 of yade-bridge/tests/native.
 chroot=$tree/yade-bridge/tests/native/chroot.sh

@@ -3,7 +3,8 @@
     scratch.py ROOT FOLDER
 
 The adhesive contact is taken from the code blocks of the tutorial that are marked `<!-- file: adhesive.rs -->`, the bond with moments
-from hinge.rs. What is not new keeps its time, so that a second call compiles nothing again.
+from hinge.rs. `adhesive_scalar` is the adhesive contact without the line that declares its straight form: speed.py compares both.
+What is not new keeps its time, so that a second call compiles nothing again.
 """
 import re
 import shutil
@@ -13,6 +14,7 @@ from pathlib import Path
 
 LAW = "rust-core/contact/src/law"
 PAGE = "docs/book/tutorials/write-a-law.md"
+NEW = ["adhesive: Adhesive", "adhesive_scalar: AdhesiveScalar", "hinge: Hinge"]
 BLOCK = re.compile(r"^<!-- file: (\S+) -->\n(?:<!-- code: [^\n]* -->\n)?```\w+\n(.*?)^```$", re.M | re.S)
 
 
@@ -52,11 +54,15 @@ def main(root, to):
     copy(root, to)
     files = files_of(root / PAGE)
     write(to / LAW / "adhesive.rs", files["adhesive.rs"], root / PAGE)
+    scalar = re.sub(r"\n *const COLUMNS: [^;]*;\n", "\n", files["adhesive.rs"]).replace("{ColumnUse, ", "{")
+    assert "ColumnUse" not in scalar, "the tutorial declares its straight form otherwise"
+    scalar = scalar.replace("Adhesive", "AdhesiveScalar").replace('"adhesive"', '"adhesive_scalar"')
+    write(to / LAW / "adhesive_scalar.rs", scalar, root / PAGE)
     shutil.copy2(root / "tests/new_law/hinge.rs", to / LAW / "hinge.rs")
     registry = root / LAW / "registry.rs"
     last = "            hertz_mindlin: HertzMindlin,\n"
     assert registry.read_text().count(last) == 1, "the list of laws ends otherwise than the tutorial says"
-    write(to / LAW / "registry.rs", registry.read_text().replace(last, last + "            adhesive: Adhesive,\n            hinge: Hinge,\n"), registry)
+    write(to / LAW / "registry.rs", registry.read_text().replace(last, last + "".join(f"            {law},\n" for law in NEW)), registry)
     (to / "pull.toml").write_text(files["pull.toml"])
     # What is tested, not a part of the law: cases of the harness.
     for case in sorted((root / "tests/new_law/cases").iterdir()):
