@@ -123,7 +123,8 @@ class Runner:
     def key(self, task, engine):
         """Hash of all that a run depends on: engine, translation, case, start state, planted defects."""
         one = registry.ENGINES[engine]
-        plant = [fingerprint(f) for name in ("concordem", engine) for f in task.plant.get(name, [])]
+        # what is planted in another engine changes nothing here; the start state is hashed itself
+        plant = [fingerprint(f) for name in dict.fromkeys([engine, engine.split("@")[0]]) for f in task.plant.get(name, [])]
         also = getattr(one, "also", lambda _: "")(task)
         if engine == concordem.NAME and task.peer:
             also += self.key(self.with_start(copy.copy(task), task.peer), task.peer)

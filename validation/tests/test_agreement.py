@@ -230,3 +230,13 @@ def test_compare_sees_fields(tmp_path, capsys):
     assert compared("b") == rounds.AGREES
     capsys.readouterr()
     assert compared("c") == rounds.FAILED and "beyond" in next(line for line in capsys.readouterr().out.splitlines() if line.startswith("mass"))
+
+
+def test_a_mistake_in_one_engine_makes_only_that_engine_run_again(folder, engines):
+    case = cases.load("small", folder / "cases")
+    one = runner.Runner(folder / "out", quiet=True)
+    key = lambda engine, plant: one.key(runner.replace(case.tasks[0], plant=plant), engine)
+    monkeyed = {"two": [still]}
+    assert key("one", {}) == key("one", monkeyed) and key("two", {}) != key("two", monkeyed)
+    # also on a turned scenario
+    assert cases.know("two@rotated") and key("two@rotated", {}) != key("two@rotated", monkeyed)
