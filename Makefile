@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -18,11 +18,12 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, msrv, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make new-operator   a new operator, in a copy of the sources: scenario, result, report, book, Python (minutes)"
 	@echo "make new-wall       a new kind of wall, in a copy of the sources: scenario, servo, restart, report, book, Python (minutes)"
 	@echo "make test-crates    the crates as packages, each built alone, and a crate of somebody else on top of them (minutes)"
+	@echo "make msrv           all crates and tests with the oldest Rust that they promise (minutes)"
 	@echo "make test-bigbig    the tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, with ids of 64 bits (minutes); as root"
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
@@ -170,10 +171,11 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates msrv test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
+	cd rust-core/python/tests && CONCORDEM_TEST_FULL=1 ../../../.venv/bin/python -m pytest -q -p no:cacheprovider --rootdir . test_memory.py
 	docs/build --hosts --slow
 
 # Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
@@ -249,6 +251,11 @@ new-operator new-wall: new-%:
 # The crates as they would be published.
 test-crates:
 	@.ci/timed $@ tests/outside_crate/run.sh
+
+# The oldest Rust that the crates promise.
+msrv:
+	.ci/setup build
+	@.ci/timed $@ .ci/msrv
 
 # The tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, of another version and with ids of 64 bits.
 test-bigbig: test-build

@@ -12,14 +12,15 @@
 * python.md: the package, from its stub, its docstrings, and the doc comments of its Rust functions; nothing is imported
 
 The folder reference_pages has one module for each of them. Generated blocks of committed pages (the table of operators in theory/operators.md, the
-tables of recorded sweeps in how-to/how-large-how-fast.md) must be up to date; `--write` writes them.
+tables of recorded sweeps in how-to/how-large-how-fast.md) and concordem/tables.py of the Python package must be up to date; `--write` writes them.
 """
 
 import argparse
+import json
 import subprocess
 from pathlib import Path
 
-from reference_pages import commands, hosts, laws, lists, python_package, results, scenario, yade_classes, yade_functions
+from reference_pages import commands, hosts, laws, lists, python_package, python_tables, results, scenario, yade_classes, yade_functions
 from reference_pages.text import ROOT
 
 TARGET = Path(__file__).resolve().parent / "reference/generated"
@@ -51,6 +52,7 @@ def main():
         **lists.pages(program, run),
     }
     lists.committed(program, run, options.write)
+    python_tables.committed(json.loads(run(program, "schema")), options.write)
     TARGET.mkdir(parents=True, exist_ok=True)
     for path in TARGET.glob("*.md"):
         if path.name not in pages:

@@ -63,16 +63,23 @@ def load(folder):
     return {(case, variant, engine): folder / name for case, variant, engine, name, _ in named}
 
 
-def against(round_, folder, tolerance=0.0):
-    """A verdict about each result that the baseline also has: the same bits, or what changed, and why."""
+def against(round_, folder, tolerance=0.0, few=False):
+    """A verdict about each result that the baseline has of the round's cases: the same bits, or what changed, and why. `few`: the round
+    was asked for some engines only."""
     stored = load(folder)
+    if not stored.keys() & round_.outcomes.keys():
+        raise HarnessError(f"the round has no result that the baseline {folder} also has, so nothing is compared with it; bless a round of these cases")
     out = []
+    ran = {case for case, _, _ in round_.outcomes}
+    for case, variant, engine in stored.keys() - round_.outcomes.keys():
+        if case in ran and not few:
+            check = _check(folder, engine, tolerance)
+            out.append(compare.Verdict(case, variant, check, "fail", cause="error", reference=engine, message=(
+                f"{engine} is in the baseline, but this round did not run it; bless a new baseline if the case was changed")))
     for key, outcome in round_.outcomes.items():
         if key not in stored:
             continue
-        check = Check(f"as in {folder.name}", "baseline", folder.name, ["*"], "The same code on the same case gives the same result.",
-                      of="all series", tolerance=tolerance, reference=key[2])
-        verdict = compare.Verdict(key[0], key[1], check, "fail", reference=key[2])
+        verdict = compare.Verdict(key[0], key[1], _check(folder, key[2], tolerance), "fail", reference=key[2])
         out.append(verdict)
         if outcome.status != "done":
             verdict.status, verdict.cause = ("missing", "") if outcome.status == "missing" else ("fail", outcome.status)
@@ -83,6 +90,11 @@ def against(round_, folder, tolerance=0.0):
         except HarnessError as error:
             compare.fail(verdict, error)
     return out
+
+
+def _check(folder, engine, tolerance):
+    return Check(f"as in {folder.name}", "baseline", folder.name, ["*"], "The same code on the same case gives the same result.",
+                 of="all series", tolerance=tolerance, reference=engine)
 
 
 def _one(verdict, new, old, tolerance):

@@ -292,7 +292,7 @@ def _checks(file, number, table, engines, reference, known):
         raise error("reference", f"`{reference}` is not one of the case's engines: {', '.join(engines)}")
     peers = table.pop("peer")
     for peer in [peers] if isinstance(peers, str) else peers:
-        if table.get("twin") is not None and not (table["kind"] == "series" and table["twin"] >= 1):
+        if table.get("twin") is not None and not (table["kind"] == "series" and 1 <= table["twin"] < math.inf):
             raise error("twin", "`twin` is for series; give the allowed multiple of the twins' difference, from 1")
         if peer == reference:
             raise error("peer", f"`{peer}` would be compared with itself; give another `peer` or `reference`")
@@ -316,6 +316,8 @@ def _limits(error, table):
         range_ = table["known"]
         if len(range_) != 2 or not all(isinstance(v, (int, float)) for v in range_) or not 0 <= range_[0] <= range_[1]:
             raise error("known", f"`known` is {range_}; give [least, most]")
+        if range_[0] == 0:
+            raise error("known", f"`known` is {range_}: a difference that may be zero is not known; give a least one, or `tolerance`")
     if "scale" in table and isinstance(table["scale"], str) and table["scale"] not in ("maximum", "displacement", "sum"):
         _quantity(error, "scale", table["scale"])
     for key in ("band", "repeats"):

@@ -172,7 +172,7 @@ def _run(options):
 def _finish(options, made, loaded, round_, strict):
     """Compare with a baseline, write all outputs, and say what happened."""
     if options.against:
-        round_.changes = baseline.against(round_, options.store / options.against, options.tolerance)
+        round_.changes = baseline.against(round_, options.store / options.against, options.tolerance, few=bool(options.engines))
     code = round_.exit_code(strict, made.require)
     known = {name: q for root in made.roots for name, q in quirks.load_all(root).items() if _seen(name, q, loaded)}
     record = rounds.write(made.output, round_, code)
@@ -202,6 +202,7 @@ def _again(options, made, round_, starts):
     there = lambda case: {(v, e) for c, v, e in round_.outcomes if c == case.name}
     loaded = [c.only({v for v, _ in there(c)}, {e for _, e in there(c)}) for c in loaded]
     for case in loaded:
+        runner.refuse_stale(case, round_.outcomes)
         round_.verdicts += compare.judge(case, round_.outcomes, times=round_.times)
     round_.starts = [outputs.start_verdict(one) for one in starts]
     return _finish(options, made, loaded, round_, _strict(options, made))

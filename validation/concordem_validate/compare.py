@@ -77,23 +77,25 @@ def _matched(check, pair, ours, theirs):
     return pair
 
 
-def _moved(check, pair):
+def _moved(check, ours, theirs, unit):
     """The reference's particles moved as a rigid body onto the peer's at each point (Kabsch 1976), where the check asks for shape only."""
     if check.frame == "fixed":
-        return pair
-    if pair.a.ndim != 3 or pair.unit != "m":
-        raise Incomparable("error", f"`frame = \"{check.frame}\"` needs positions of particles")
-    for k, (a, b) in enumerate(zip(pair.a.copy(), pair.b)):
+        return ours
+    if ours.ndim != 3 or unit != "m" or ours.shape[1] < 2:
+        raise Incomparable("error", f"`frame = \"{check.frame}\"` needs positions of several particles")
+    moved = np.empty_like(ours)
+    for k, (a, b) in enumerate(zip(ours, theirs)):
         left, _, right = np.linalg.svd((a - a.mean(axis=0)).T @ (b - b.mean(axis=0)))
         turn = left @ np.diag([1, 1, np.sign(np.linalg.det(left @ right))]) @ right
-        pair.a[k] = (a - a.mean(axis=0)) @ turn + b.mean(axis=0)
-    return pair
+        moved[k] = (a - a.mean(axis=0)) @ turn + b.mean(axis=0)
+    return moved
 
 
 def series(check, ours, theirs, names=("concordem", None), planned=None):
     """The common points, the difference over the scale at each, and the two curves; refuses a check that could not fail."""
     names = (names[0], names[1] or check.peer)
-    pair = _moved(check, _matched(check, meeting.meet(check, ours, theirs, names, planned), ours, theirs))
+    pair = _matched(check, meeting.meet(check, ours, theirs, names, planned), ours, theirs)
+    pair.a = _moved(check, pair.a, pair.b, pair.unit)
     size = scale_of(check.scale, pair.b)
     number = norms.NORMS[check.norm](pair.x, pair.a, pair.b, size)
     _can_fail(check, pair, size)
@@ -109,8 +111,8 @@ def _can_fail(check, pair, size):
         if not pair.b.any():
             return
     else:
-        held = np.broadcast_to(pair.b[:1], pair.b.shape)
-        if np.array_equal(held, pair.b):
+        held = _held(check, pair)
+        if np.array_equal(pair.b[:1].repeat(len(pair.b), axis=0), pair.b):
             raise Incomparable("blind", f"`{check.of}` is constant, so the check sees no motion; give `constant = true` if it must be")
     try:
         blind = norms.NORMS[check.norm](pair.x, held, pair.b, size) <= limit
@@ -119,6 +121,11 @@ def _can_fail(check, pair, size):
     if blind:
         raise Incomparable("blind", f"the check cannot fail: {'zero' if check.constant else 'the first value, held,'} is within the tolerance "
                                     f"{limit:g}; lower it")
+
+
+def _held(check, pair):
+    """The peer's first value at all points: what an engine gives that does nothing."""
+    return _moved(check, pair.b[:1].repeat(len(pair.b), axis=0), pair.b, pair.unit)
 
 
 def scalar(check, ours, theirs, names=("concordem", None)):
@@ -142,6 +149,8 @@ def scalar(check, ours, theirs, names=("concordem", None)):
         off = float(np.max(np.abs(x - y)))
     if not size > 0:
         raise Incomparable("error", f"the scale of `{check.of}` is {size}; give `scale`")
+    if not (x.any() or y.any() or check.may_be_zero):
+        raise Incomparable("blind", f"`{check.of}` is zero in both, as in a run that does nothing; give `may_be_zero = true` if it must be")
     limit = check.known[1] if check.known else check.tolerance
     if y.any() and not check.may_be_zero and (1.0 if check.scale == "sum" else float(np.max(np.abs(y))) / size) <= limit:
         raise Incomparable("blind", f"the check cannot fail: zero is within the tolerance {limit:g}; lower it")
@@ -268,9 +277,16 @@ class Judge:
             if check.twin is not None:
                 number, verdict.message = self._beside_twins(verdict, ours, names, pair)
         elif check.kind == "bits":
+            for one, name in zip((ours, theirs), names):
+                _whole_run(one, _end(task, ours), name)
+            if ours.series and not any((one.values != one.values[:1]).any() for one in ours.series.values()):
+                raise Incomparable("blind", f"nothing changes in the run of {names[0]}, so equal bits say nothing")
             found = bits.same_bits(ours, theirs)
             number, verdict.message = float(len(found)), "; ".join(found[:3])
         elif check.kind == "speed":
+            # who does half of the work is twice as fast
+            for one, name in zip((ours, theirs), names):
+                _whole_run(one, _end(task, ours), name)
             number, verdict.message = timing.ratio(self.times.get((self.case.name, variant, *names)), names)
         else:
             for one, name in zip((ours, theirs), names):
@@ -295,8 +311,11 @@ class Judge:
             raise Incomparable("error", f"the twin of {names[0]} is needed: {bad[2]}")
         twins, _ = series(replace(check, twin=None), ours, self.result(verdict.variant, name), (names[0], name))
         parted = np.interp(pair.x, twins.x, np.maximum.accumulate(twins.growth))
-        beyond = pair.growth > check.twin * parted
-        at = float(pair.growth[beyond].max(initial=0.0))
+        largest = lambda growth: float(growth[growth > check.twin * parted].max(initial=0.0))
+        at, size = largest(pair.growth), scale_of(check.scale, pair.b)
+        if largest(norms.sizes(_held(check, pair) - pair.b).max(axis=1) / size) <= check.tolerance:
+            raise Incomparable("blind", "the check cannot fail: the twins part before the first value, held, is beyond the tolerance; "
+                                        "compare an earlier part, or lower `twin`")
         chaos = np.flatnonzero(check.twin * parted > check.tolerance)
         return at, f"twins part beyond the tolerance at {check.over} {pair.x[chaos[0]]:.4g}" if len(chaos) else "twins stay together"
 
@@ -327,6 +346,10 @@ class Judge:
                     raise Incomparable("nan", f"{variant}: `{check.of}` of {name} is missing or not a finite number")
             numbers.append([values[check.of] for values in pair])
         ours, theirs = np.array(numbers, float).T
+        for values, name in zip((ours, theirs), names):
+            if len(values) > 1 and np.ptp(values) == 0:
+                raise Incomparable("blind", f"`{check.of}` of {name} is {values[0]:g} in all {len(values)} members: they are one and the same run, "
+                                            "or the number does not depend on it")
         scale = np.abs(theirs) if check.scale == "maximum" else np.full(len(theirs), si(check.scale))
         limit = check.known[1] if check.known else check.tolerance
         if theirs.any() and np.max(np.abs(theirs) / scale) <= limit:
@@ -351,7 +374,12 @@ def planned_steps(task, dt):
 
 def _whole_run(result, end, name):
     """Numbers computed from a run need the whole run, up to the time `end`."""
-    for one in result.series if end is not None else ():
+    if end is None or not result.series:
+        return
+    last = max(np.max(result.time(one), initial=0.0) for one in result.series)
+    if last < end and all(len(result.time(one)) < 2 for one in result.series):
+        raise Incomparable("short", f"the run of {name} has one sample, at {last:.9g} s, but the run ends at {end:.9g} s")
+    for one in result.series:
         time = result.time(one)
         if len(time) < 2:
             continue

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import meeting, norms, rounds
 from .errors import HarnessError, Incomparable
+from .quantity import factor
 from .result import Result
 
 # Two codes that sum in another order differ by some last bits; more is another computation.
@@ -105,11 +106,33 @@ def folders(a, b):
     return lines + [f"{len(x.keys() & y.keys())} results compared" + (", all bitwise equal" if good else "")], good
 
 
+def _field(lines, name, ours, theirs, tolerance):
+    """A line about a field that both have, and whether it is within the tolerance."""
+    (x, unit), (y, other) = ours, theirs
+    x, y = np.asarray(x), np.asarray(y)
+    try:
+        scale = factor(other, unit)
+    except HarnessError as error:
+        lines.append(f"{name:24} cannot be compared: {error}")
+        return False
+    if x.shape != y.shape or x.dtype.kind not in "biuf" or y.dtype.kind not in "biuf":
+        same = x.shape == y.shape and np.array_equal(x, y)
+        lines.extend([] if same else [f"{name:24} has shapes {x.shape} and {y.shape}, or is no number in one"])
+        return same
+    x, y = x.astype(float), y.astype(float) * scale
+    off, size = float(np.abs(x - y).max(initial=0.0)), float(np.abs(y).max(initial=0.0))
+    relative = off / size if size > 0 else off
+    lines.append(f"{name:24} {off:.3e} {unit} of {size:.3e} {unit}: {relative:.2e}{'' if relative <= tolerance else '  beyond ' + format(tolerance, 'g')}")
+    return relative <= tolerance
+
+
 def files(a, b, tolerance, *, over="time", meet="common", names=("the first", "the second")):
     """Lines about all series of two results, and whether both have all series, whole, and within the tolerance."""
     lines, good = [], bool(a.series.keys() & b.series.keys())
     if not good:
         lines.append("no common series")
+    for name in sorted(a.fields.keys() & b.fields.keys()):
+        good &= _field(lines, name, a.fields[name], b.fields[name], tolerance)
     if any("time_step" in r.provenance for r in (a, b)) and over == "time":
         over = "step"
     for name in sorted(a.series.keys() | b.series.keys()):

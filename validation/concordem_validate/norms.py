@@ -33,7 +33,9 @@ def _end(x, a, b, scale):
 
 
 def _peak(x, a, b, scale):
-    return abs(float(np.abs(_curve(a)).max()) - float(np.abs(_curve(b)).max())) / scale
+    """Largest and smallest values, of each particle and component: a peak of the other sign, or of another particle, is another peak."""
+    ends = lambda values: np.array([(flat := values.reshape(len(values), -1)).max(axis=0), flat.min(axis=0)])
+    return float(np.abs(ends(a) - ends(b)).max()) / scale
 
 
 def _place(x, a, b, scale):

@@ -26,7 +26,7 @@ class Outcome:
     case: str
     variant: str
     engine: str
-    status: str  # done, missing, skipped, timeout, crashed, unsupported, empty, error
+    status: str  # done, missing, skipped, timeout, crashed, unsupported, empty, stale, error
     message: str = ""
     path: Path = None
     kept: bool = False
@@ -174,5 +174,8 @@ def merge(folders, target):
                 outcome.path = place
             merged.outcomes[key] = outcome
         merged.times |= times(folder)
-        starts |= {(s["case"], s["variant"]): s for s in record(folder)["starts"]}
+        for start in record(folder)["starts"]:
+            # a start state that was wrong on one machine stays wrong: peers had it
+            if starts.get((start["case"], start["variant"]), {}).get("status") != "fail":
+                starts[start["case"], start["variant"]] = start
     return merged, list(starts.values())

@@ -52,6 +52,20 @@ def case_hash(task):
     return one.hexdigest()[:24]
 
 
+def refuse_stale(case, outcomes):
+    """Stored results of a case that has changed since say nothing about it."""
+    for task in case.tasks:
+        hashes = {case_hash(task)}
+        if task.peer_scenario:
+            hashes.add(case_hash(replace(task, scenario=task.peer_scenario)))
+        for outcome in outcomes.values():
+            if (outcome.case, outcome.variant, outcome.status) == (task.case, task.variant, "done"):
+                about = outcome.provenance()
+                if about and about.get("case_hash") not in hashes:
+                    outcome.status = "stale"
+                    outcome.message = "the case has changed since this run; make the round again"
+
+
 def _is_file(path):
     try:
         return path.is_file()
@@ -109,7 +123,8 @@ class Runner:
     def key(self, task, engine):
         """Hash of all that a run depends on: engine, translation, case, start state, planted defects."""
         one = registry.ENGINES[engine]
-        plant = [fingerprint(f) for name in ("concordem", engine) for f in task.plant.get(name, [])]
+        # what is planted in another engine changes nothing here; the start state is hashed itself
+        plant = [fingerprint(f) for name in dict.fromkeys([engine, engine.split("@")[0]]) for f in task.plant.get(name, [])]
         also = getattr(one, "also", lambda _: "")(task)
         if engine == concordem.NAME and task.peer:
             also += self.key(self.with_start(copy.copy(task), task.peer), task.peer)

@@ -33,10 +33,6 @@ def test_comments_and_strings_do_not_count():
     assert [line for line, name in names.identifiers_of_python(python) if name == "push"] == [3]
 
 
-def test_sources_use_the_words_of_the_glossary(capsys):
-    assert names.main() == 0, capsys.readouterr().err
-
-
 def test_a_wrong_identifier_is_told_with_file_and_line(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(names, "ROOT", tmp_path)
     monkeypatch.setattr(names, "GLOSSARY", tmp_path / "glossary.md")

@@ -67,7 +67,7 @@ def test_results_survive_writing(tmp_path):
     assert np.array_equal(two.series["s"].values, one.series["s"].values) and two.series["s"].unit == "N"
     assert np.array_equal(two.fields["contacts/cpm/area"][0], np.arange(3.0))
     lines, good = difference.files(one, two, 0.0)
-    assert good and len(lines) == 1
+    assert good and len(lines) == 2
 
 
 def compared(one, ours, theirs):

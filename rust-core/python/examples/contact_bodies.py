@@ -63,7 +63,7 @@ def three_balls(steps=1000, folder=None, radius=0.2, cover=0.8):
     scenario = concordem.Scenario(
         **coupling.contact_tables(bodies), integration={"time_step": BALL_STEP}, output={"sample_interval": 1}, stop={"steps": 10**9},
     )
-    simulation = scenario.simulation()
+    simulation = scenario.simulation(threads=1)
     contact = coupling.ContactCoupling(simulation, bodies)
     all_elements = [body.elements for body in bodies]
 
@@ -132,7 +132,7 @@ def two_bars(longer=1.0, bricks=40, speed=0.1):
         coupling.ContactBody("second", second, law, skin=coupling.Skin(second, where=ends[1])),
     ]
     scenario = concordem.Scenario(**coupling.contact_tables(bodies), integration={"time_step": step}, stop={"steps": 10**9})
-    contact = coupling.ContactCoupling(scenario.simulation(), bodies)
+    contact = coupling.ContactCoupling(scenario.simulation(threads=1), bodies)
     times, forces = [], []
     for k in range(round((gap / speed + 1.4 * 2.0 / wave) / step)):
         contact.step()
@@ -194,7 +194,7 @@ def hertz(finest=0.08, depth=0.03, steps=1200, stiffness=15.0):
         coupling.ContactBody("tool", tool, law, skin=coupling.Skin(tool, where=low)),
     ]
     scenario = concordem.Scenario(**coupling.contact_tables(bodies), integration={"time_step": step}, stop={"steps": 10**9})
-    simulation = scenario.simulation()
+    simulation = scenario.simulation(threads=1)
     contact = coupling.ContactCoupling(simulation, bodies)
     ramp = steps // 2
     for k in range(steps):

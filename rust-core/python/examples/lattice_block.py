@@ -190,35 +190,71 @@ def below_a_surface(columns, length, below, kind):
     return now - pressed, settled * abs(now) / abs(now - pressed)
 
 
+def upper_end(elements, columns):
+    """Nodes of the upper end, and their places from its middle."""
+    top = np.nonzero(elements.nodes[:, 2] == elements.nodes[:, 2].max())[0]
+    return top, elements.nodes[top] - [0.5 * columns * SPACING, 0.5 * columns * SPACING, elements.nodes[top[0], 2]]
+
+
+def answer(elements, columns, what):
+    """A component of the force or moment on the upper end."""
+    top, arm = upper_end(elements, columns)
+    force, (kind, axis) = elements.internal_forces()[top], what
+    return (force if kind == "force" else np.cross(arm, force)).sum(axis=0)[axis]
+
+
 def driven(step, elements, columns, length, kind):
     """Move the upper end of elements, wait, and return force or moment on it, and its change over the last tenth, over its size."""
-    shift, turn, (what, axis) = LOADS[kind] if isinstance(kind, str) else kind
+    shift, turn, what = LOADS[kind] if isinstance(kind, str) else kind
     shift, turn = np.array(shift) * length * SPACING, np.array(turn) * length * SPACING
-    top = np.nonzero(elements.nodes[:, 2] == elements.nodes[:, 2].max())[0]
-    arm = elements.nodes[top] - [0.5 * columns * SPACING, 0.5 * columns * SPACING, elements.nodes[top[0], 2]]
+    top, arm = upper_end(elements, columns)
     ramp, hold = RAMP * length, HOLD * length
-
-    def answer():
-        force = elements.internal_forces()[top]
-        return (force if what == "force" else np.cross(arm, force)).sum(axis=0)[axis]
-
     before = 0.0
     for k in range(ramp + hold):
         rate = 0.5 * np.pi / (ramp * STEP) * np.sin(np.pi * (k + 0.5) / ramp) if k < ramp else 0.0
         elements.prescribed[top] = rate * (shift + np.cross(turn, arm))
         step()
         if k == ramp + hold - hold // 10:
-            before = answer()
-    now = answer()
+            before = answer(elements, columns, what)
+    now = answer(elements, columns, what)
     return now, abs(now - before) / abs(now)
 
 
-def in_contact(columns, length, kind=None):
+class Pressed:
+    """Two halves of bricks in contact, pressed together: the state from which loads start."""
+
+    def __init__(self, columns, length):
+        self.contact, self.upper = halves(columns, length)
+        self.force, self.settled = driven(self.contact.step, self.upper, columns, length, ([0, 0, COMPRESSION], [0, 0, 0], ("force", 2)))
+        self.snapshot = self.contact.simulation.snapshot()
+        self.elements = [body.elements.save() for body in self.contact.bodies]
+
+    def again(self):
+        """The pressed state, after a load."""
+        self.contact.simulation.restore(self.snapshot)
+        for body, state in zip(self.contact.bodies, self.elements, strict=True):
+            body.elements.restore(state)
+        return self.contact, self.upper
+
+
+def in_contact(columns, length, kind=None, pressed=None):
     """Two halves of bricks in contact, pressed together; then loaded, if `kind` is given.
 
     Returns the force (or moment) of pressing or of the load, that of one block with a layer of the stiffness of the contacts, and how far it
     has settled.
     """
+    pressed = pressed or Pressed(columns, length)
+    if kind is None:
+        # In series: `length` layers of bricks and one of contacts, each of the stiffness of a layer of bonds.
+        return pressed.force, COMPRESSION * length * SPACING * STIFFNESS * columns**2 / (length + 1), pressed.settled
+    contact, upper = pressed.again()
+    before = answer(upper, columns, LOADS[kind][2])
+    now, settled = driven(contact.step, upper, columns, length, kind)
+    return now - before, with_a_layer(columns, length, 0.5 * SPACING, kind), settled * abs(now) / abs(now - before)
+
+
+def halves(columns, length):
+    """Two halves of bricks, half a spacing apart, with spheres on the lower one: the coupling, and the upper half."""
     half, radius = 0.5 * length * SPACING, 0.5 * SPACING
     lower, upper = bricks(columns, half, length // 2), bricks(columns, half, length // 2, half + radius)
     # The upper end of the upper half moves, the lower one is free.
@@ -234,14 +270,7 @@ def in_contact(columns, length, kind=None):
         coupling.ContactBody("upper", upper, law, skin=coupling.Skin(upper, where=faces[1])),
     ]
     scenario = concordem.Scenario(**coupling.contact_tables(bodies), integration={"time_step": STEP, "allow_energy_error": True}, stop={"steps": 10**9})
-    contact = coupling.ContactCoupling(scenario.simulation(threads=1), bodies)
-    what = ("force", 2) if kind is None else LOADS[kind][2]
-    pressed, settled = driven(contact.step, upper, columns, length, ([0, 0, COMPRESSION], [0, 0, 0], what))
-    if kind is None:
-        # In series: `length` layers of bricks and one of contacts, each of the stiffness of a layer of bonds.
-        return pressed, COMPRESSION * length * SPACING * STIFFNESS * columns**2 / (length + 1), settled
-    now, settled = driven(contact.step, upper, columns, length, kind)
-    return now - pressed, with_a_layer(columns, length, radius, kind), settled * abs(now) / abs(now - pressed)
+    return coupling.ContactCoupling(scenario.simulation(threads=1), bodies), upper
 
 
 def with_a_layer(columns, length, thickness, kind):
@@ -280,11 +309,12 @@ def main():
             if kind != "torsion":
                 row[kind]["surface"] = below_a_surface(columns, length, length // 2, kind)[0] / reference - 1
             print(columns, kind, row[kind], flush=True)
-        force, expected, _ = in_contact(columns, 2 * (length // 2))
+        pressed = Pressed(columns, 2 * (length // 2))
+        force, expected, _ = in_contact(columns, 2 * (length // 2), pressed=pressed)
         row["compression"] = {"contact": force / expected - 1}
         print(columns, "compression", row["compression"], flush=True)
         for kind in LOADS:
-            force, expected, _ = in_contact(columns, 2 * (length // 2), kind)
+            force, expected, _ = in_contact(columns, 2 * (length // 2), kind, pressed)
             row[kind]["contact"] = force / expected - 1
             print(columns, kind, "contact", row[kind]["contact"], flush=True)
         result[columns] = row

@@ -7,6 +7,11 @@ from pathlib import Path
 import concordem
 import pytest
 
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "once: says the same of every interpreter, so that test.sh runs it in the first one only")
+
+
 TWO = {
     "packing": {"kind": "spheres", "spheres": [[0, 0, 0, "1 mm"], ["2 mm", 0, 0, "1 mm"]]},
     "material": {

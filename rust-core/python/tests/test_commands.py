@@ -115,6 +115,7 @@ def seen(stage, share):
 """
 
 
+@pytest.mark.once
 def test_ctrl_c_leaves_a_checkpoint(small, tmp_path):
     small.write_text(SMALL.replace("steps = 900", "steps = 60000"))
     script = BEGIN + """
@@ -130,6 +131,7 @@ except KeyboardInterrupt:
         concordem.run(small, threads=1)
 
 
+@pytest.mark.once
 def test_resume_gives_the_result_of_one_go(small, tmp_path):
     whole = tmp_path / "whole.toml"
     for path in (small, whole):
@@ -150,6 +152,7 @@ except KeyboardInterrupt:
         assert concordem.resume(small).path == result.path
 
 
+@pytest.mark.once
 def test_ctrl_c_while_the_packing_is_made(small, tmp_path):
     small.write_text(SMALL.replace("count = 150", "count = 20000"))
     script = BEGIN.replace("stage == wanted and ", "") + """
@@ -172,6 +175,7 @@ def test_a_progress_function_that_fails_stops_the_run(small):
         concordem.run(small, threads=1, progress=seen)
 
 
+@pytest.mark.once
 def test_threads_beside_each_other(small, tmp_path):
     """Runs in several threads do not wait for each other, and give the same."""
     with ThreadPoolExecutor(4) as pool:
@@ -191,6 +195,7 @@ def job(path):
     return concordem.run(path, path.with_suffix(f".{os.getpid()}.h5"), threads=2).state_hash
 
 
+@pytest.mark.once
 def test_forked_children(small, finished):
     with multiprocessing.get_context("fork").Pool(2) as pool:
         assert set(pool.map_async(job, [small] * 2).get(timeout=60)) == {finished.state_hash}
@@ -246,6 +251,7 @@ values = ["10 1/s", "20 1/s"]
 """
 
 
+@pytest.mark.once
 def test_sweep(small, tmp_path):
     (tmp_path / "rates.toml").write_text(SWEEP)
     found = concordem.sweep(tmp_path / "rates.toml", threads=2)

@@ -9,6 +9,7 @@ import concordem
 import numpy as np
 import pytest
 from concordem import coupling
+from concordem.coupling._protocol import cross
 from test_cells import cell_scenario, rotation
 
 LAW = coupling.DamagePlastic(30e9, 0.2, 30e6, 3e6, 200.0)
@@ -16,6 +17,13 @@ LAW = coupling.DamagePlastic(30e9, 0.2, 30e6, 3e6, 200.0)
 
 def skfem():
     return pytest.importorskip("skfem")
+
+
+def test_cross_products_have_the_bits_of_numpy():
+    random = np.random.default_rng(3)
+    a, b = random.normal(size=(2, 4, 5, 3)) * 10.0 ** random.integers(-8, 8, size=(2, 4, 5, 3))
+    for left, right in ((a, b), (a[:, :1], b), (a, b[0, 0]), (a[0, 0], b[0, 0])):
+        assert cross(left, right).tobytes() == np.cross(left, right).tobytes()
 
 
 # ---- The damage-plastic model --------------------------------------------------------------------------------------------------

@@ -12,6 +12,8 @@ import pytest
 from concordem import coupling
 from concordem import operators as op
 
+pytestmark = pytest.mark.once
+
 rng = np.random.default_rng(1)
 
 
@@ -116,7 +118,7 @@ WORK = [coarse_grain, region_stress, fabric, affine_fit, solid_fraction, delauna
 @pytest.mark.parametrize("work", WORK, ids=lambda work: work.__name__)
 def test_long_work_answers_ctrl_c(work):
     call = work()
-    start = time.monotonic()
+    start, used = time.monotonic(), time.process_time()
     timer = threading.Timer(0.3, _thread.interrupt_main)
     timer.start()
     try:
@@ -124,8 +126,8 @@ def test_long_work_answers_ctrl_c(work):
             call()
     finally:
         timer.join()
-    # Most of it is the load of the machine.
-    assert 0.3 <= time.monotonic() - start < 3.0
+    # Time of processors: that of the clock depends on what else the machine does.
+    assert time.monotonic() - start >= 0.3 and time.process_time() - used < 3.0
 
 
 def test_handlers_of_other_signals_are_called_meanwhile():

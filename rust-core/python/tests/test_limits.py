@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.once
+
 # What remains of the address space is limited after the modules are there.
 HEAD = """
 import resource, threading

@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.once
+
 SCRIPT = """
 import copy, gc, pickle, sys
 import numpy as np

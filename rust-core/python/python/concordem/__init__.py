@@ -22,12 +22,12 @@ A scenario describes a run, a simulation computes it, and its state is available
 
 :meth:`Simulation.write` writes a run as the program does, and :class:`Result` reads such files. :func:`check`, :func:`run`, :func:`resume`,
 :func:`measure`, :func:`report`, :func:`export`, :func:`characterise`, :func:`sweep`, and :func:`explain` are the commands of the program.
-:func:`plot`, also a method of simulations and results, draws curves with
-matplotlib. Operators on arrays are in :mod:`concordem.operators`, packings in
-:mod:`concordem.packing`, couplings with finite elements in :mod:`concordem.coupling`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
+:func:`plot`, also a method of simulations and results, draws curves with matplotlib. Tables of scenarios with their types are in
+:mod:`concordem.tables`, operators on arrays in :mod:`concordem.operators`, packings in :mod:`concordem.packing`, couplings with finite elements
+in :mod:`concordem.coupling`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
 """
 
-from . import operators, packing
+from . import operators, packing, tables
 from ._core import (
     Result,
     Scenario,
@@ -121,6 +121,7 @@ __all__ = [
     "run",
     "schema",
     "sweep",
+    "tables",
     "to_pandas",
     "to_xarray",
     "units",

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, Protocol, TypeAlias, final
+from typing import Any, Literal, Protocol, TypeAlias, Unpack, final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _types
 from .laws import Law
+from .tables import ScenarioTables
 
 _Reals: TypeAlias = NDArray[np.float64]
 _Progress: TypeAlias = bool | Callable[[str, float], object] | None
@@ -178,7 +179,7 @@ def _law_conformance(
 def _panic(place: str, simulation: Simulation | None = None) -> None: ...
 @final
 class Scenario:
-    def __new__(cls, **tables: Any) -> Scenario: ...
+    def __new__(cls, **tables: Unpack[ScenarioTables]) -> Scenario: ...
     @staticmethod
     def from_dict(mapping: Mapping[str, Any], folder: _Path | None = None) -> Scenario: ...
     @staticmethod

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._embedding import couples_of, spins_of
-from ._protocol import FiniteElements, Reals, _vectors, check_scenario
+from ._protocol import FiniteElements, Reals, _vectors, check_scenario, cross
 from ._record import MotionRecord, written
 from ._rescue import rescued
 from ._surface import Skin, _check_steps
@@ -336,7 +336,7 @@ class ContactCoupling:
         force, moment = np.zeros((len(state), 3)), np.zeros((len(state), 3))
         arm = walls.point - positions[walls.particle]
         np.add.at(force, walls.particle, walls.force)
-        couple = np.cross(arm, walls.force)
+        couple = cross(arm, walls.force)
         if walls.moment is not None:
             couple = couple + walls.moment
         np.add.at(moment, walls.particle, couple)
@@ -453,7 +453,7 @@ class ContactCoupling:
             # Forces at an instant work over the half steps before and after it.
             work = float(np.vdot(nodal, 0.5 * elements.time_step * (before + after)))
             total: Reals = nodal.sum(axis=0)
-            self.last.append(ContactExchange(total, np.cross(vertices, nodal).sum(axis=0), work, nodal))
+            self.last.append(ContactExchange(total, cross(vertices, nodal).sum(axis=0), work, nodal))
             self.work[k] += work
             self.impulse[k] += elements.time_step * total
         simulation.set_motion(targets, spins)
@@ -473,7 +473,7 @@ def _on_surface(corners: Reals, points: Reals) -> tuple[NDArray[np.int64], Reals
     # Around the origin, against rounding.
     middle = corners.mean(axis=(0, 1))
     a, edge, other = corners[:, 0] - middle, corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(edge, other)
+    normal = cross(edge, other)
     square = np.einsum("ti,ti->t", normal, normal)
 
     def along(directions: Reals) -> Reals:
@@ -481,8 +481,8 @@ def _on_surface(corners: Reals, points: Reals) -> tuple[NDArray[np.int64], Reals
         components: Reals = (points - middle) @ directions.T - np.einsum("ti,ti->t", a, directions)
         return components
 
-    v = along(np.cross(other, normal) / square[:, None])
-    w = along(np.cross(normal, edge) / square[:, None])
+    v = along(cross(other, normal) / square[:, None])
+    w = along(cross(normal, edge) / square[:, None])
     height = np.abs(along(normal / square[:, None] ** 0.75))
     # Contact points are closest points of a triangle, up to rounding.
     outside = np.maximum(-np.minimum(np.minimum(v, w), 1 - v - w), height)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
-from ._protocol import Reals, _vectors
+from ._protocol import Reals, _vectors, cross
 
 # Corners of the reference elements, in the order of VTK.
 _CORNERS: dict[int, list[list[float]]] = {
@@ -123,13 +123,13 @@ class Embedding:
     def motion(self, velocity: ArrayLike, gradients: Reals) -> tuple[Reals, Reals]:
         """Velocities (m/s) and angular velocities (rad/s) of the points for velocities of the nodes, (k, 3) each."""
         nodal = _vectors("velocity", velocity, len(self.nodes))
-        return self._mean(nodal), 0.5 * np.cross(gradients, nodal[self.cells]).sum(axis=1)
+        return self._mean(nodal), 0.5 * cross(gradients, nodal[self.cells]).sum(axis=1)
 
     def distribute(self, force: ArrayLike, moment: ArrayLike, gradients: Reals) -> Reals:
         """Nodal forces (N) of forces (N) and moments (N m) on the points, (n, 3)."""
         count = len(self.cells)
         pull, couple = _vectors("force", force, count), _vectors("moment", moment, count)
-        local = self.weights[..., None] * pull[:, None, :] + 0.5 * np.cross(couple[:, None, :], gradients)
+        local = self.weights[..., None] * pull[:, None, :] + 0.5 * cross(couple[:, None, :], gradients)
         result = np.empty_like(self.nodes)
         for i in range(3):
             result[:, i] = np.bincount(self.cells.ravel(), weights=local[..., i].ravel(), minlength=len(result))
@@ -142,7 +142,7 @@ def spins_of(places: Reals, velocities: Reals) -> Reals:
     `places`, m, and `velocities`, m/s: (k, n, 3). r: from the middle of the group, ``T = sum of (r.r 1 - r r)``.
     """
     arms, inverse = _arms_of(places)
-    spins: Reals = np.einsum("kij,kj->ki", inverse, np.cross(arms, velocities).sum(axis=1))
+    spins: Reals = np.einsum("kij,kj->ki", inverse, cross(arms, velocities).sum(axis=1))
     return spins
 
 
@@ -152,7 +152,7 @@ def couples_of(places: Reals, moments: Reals) -> Reals:
     Their sum is zero, their moment M; in a motion with the spin w of `spins_of` their power is M.w.
     """
     arms, inverse = _arms_of(places)
-    forces: Reals = np.cross(np.einsum("kij,kj->ki", inverse, moments)[:, None, :], arms)
+    forces: Reals = cross(np.einsum("kij,kj->ki", inverse, moments)[:, None, :], arms)
     return forces
 
 

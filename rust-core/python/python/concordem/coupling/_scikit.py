@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._materials import Material
-from ._protocol import Reals, _vectors
+from ._protocol import Reals, _vectors, cross
 
 _ORDERS = {"MeshHex1": 2, "MeshTet1": 1, "MeshQuad1": 2, "MeshTri1": 1}
 
@@ -172,7 +172,7 @@ class ScikitDynamics:
     def angular_momentum(self) -> Reals:
         """Angular momentum about the origin, N m s, (3,), at the half step."""
         middle = self._nodes + self._displacement - 0.5 * self._time_step * self._velocity
-        total: Reals = self.mass @ np.cross(middle, self._velocity)
+        total: Reals = self.mass @ cross(middle, self._velocity)
         return total
 
     def points(self) -> Reals:

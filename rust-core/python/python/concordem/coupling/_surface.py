@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._embedding import _cells_of
-from ._protocol import FiniteElements, Reals, _vectors, check_scenario
+from ._protocol import FiniteElements, Reals, _vectors, check_scenario, cross
 from ._record import MotionRecord, written
 from ._rescue import rescued
 
@@ -44,7 +44,7 @@ class Skin:
         # Meshes may number their cells as mirror images: turn the faces outwards.
         middle = elements.nodes[table].mean(axis=1)[outside % len(table)]
         corners = elements.nodes[outer]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         inward = np.einsum("fi,fi->f", normal, corners.mean(axis=1) - middle) < 0
         outer[inward] = outer[inward][:, ::-1]
         if where is not None:
@@ -184,7 +184,7 @@ class SurfaceCoupling:
         # Forces at an instant work over the half steps before and after it.
         work = float(np.vdot(force, 0.5 * dt * (before + after)))
         total: Reals = force.sum(axis=0)
-        self.last = SurfaceExchange(total, np.cross(present, force).sum(axis=0), work, force)
+        self.last = SurfaceExchange(total, cross(present, force).sum(axis=0), work, force)
         self.work += work
         self.impulse = self.impulse + dt * total
 

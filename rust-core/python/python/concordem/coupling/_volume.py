@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._errors import CouplingError
 from ._embedding import Embedding, _cells_of
-from ._protocol import FiniteElements, Reals, _vectors, check_pair, check_scenario
+from ._protocol import FiniteElements, Reals, _vectors, check_pair, check_scenario, cross
 from ._record import MotionRecord, written
 from ._rescue import rescued
 
@@ -75,7 +75,7 @@ def slave_forces(simulation: Simulation, slaves: NDArray[np.int64]) -> tuple[Rea
     for end, sign in [(0, 1.0), (1, -1.0)]:
         chosen = side[:, end] >= 0
         pull = sign * contacts.force[chosen]
-        couple = np.cross(contacts.point[chosen] - positions[contacts.pair[chosen, end]], pull)
+        couple = cross(contacts.point[chosen] - positions[contacts.pair[chosen, end]], pull)
         if contacts.moment is not None:
             couple += sign * contacts.moment[chosen]
         np.add.at(force, side[chosen, end], pull)
@@ -201,9 +201,9 @@ class VolumeCoupling:
         shift, turn = embedding.motion(path, gradients)
         work = float(np.vdot(nodal, path))
         places = embedding.positions(displacement)
-        total, couple = nodal.sum(axis=0), np.cross(present, nodal).sum(axis=0)
+        total, couple = nodal.sum(axis=0), cross(present, nodal).sum(axis=0)
         self.last = Exchange(
-            total, couple, work, force.sum(axis=0) - total, (np.cross(places, force) + moment).sum(axis=0) - couple,
+            total, couple, work, force.sum(axis=0) - total, (cross(places, force) + moment).sum(axis=0) - couple,
             float(np.vdot(force, shift) + np.vdot(moment, turn)) - work,
         )
         self.work += work
