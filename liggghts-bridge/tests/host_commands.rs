@@ -1,5 +1,5 @@
 //! Commands of LIGGGHTS and LAMMPS beside our styles: every style that the programs list, and the commands of scripts that act on atoms, bonds, lists, or
-//! boxes, has a row or a class in `host_commands/*.toml`, of which the book prints a table.
+//! boxes, has a row or a class in a file of `host_commands/HOST/`, of which the book prints a table.
 //!
 //! A row has a small deck. Stock runs it with its own contacts or bonds, our styles with the same law: the atoms must end alike. The command must have an
 //! effect, or the row says that it has none. Or our styles refuse the command, with the text of the row. Keys of rows: see [`Row`].
@@ -114,11 +114,14 @@ const TOLERANCE: f64 = 1e-9;
 const RADIUS: f64 = 0.005;
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 
+/// All files of the host's folder as one table.
 fn table(host: Host) -> Table {
     let name = if host == Host::Liggghts { "liggghts" } else { "lammps" };
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/host_commands/{name}.toml"));
-    toml::from_str(&std::fs::read_to_string(&path).unwrap())
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/host_commands").join(name);
+    let mut files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let text = files.iter().fold(String::new(), |out, file| out + &std::fs::read_to_string(file).unwrap());
+    toml::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
 }
 
 /// 27 spheres of 10 mm: in touch, bonded (LAMMPS), or pressed together (LIGGGHTS); and surfaces.
@@ -137,6 +140,11 @@ fn write_files(host: Host, folder: &Path) {
     };
     let (low, high) = (Vec3::new(-0.05, -0.05, -0.015), Vec3::new(0.05, 0.05, 0.025));
     std::fs::write(folder.join("clump.txt"), "-0.001 0 0 0.002\n0.001 0 0 0.002\n").unwrap();
+    // Tables and parameters that fixes read.
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/host_commands/files")).unwrap() {
+        let file = entry.unwrap().path();
+        std::fs::copy(&file, folder.join(file.file_name().unwrap())).unwrap();
+    }
     // In LAMMPS' data files, atoms without bonds have style sphere.
     let write = |name: &str, atoms: &[Atom]| data_file_for(Host::Liggghts, &folder.join(name), atoms, &[], low, high);
     write("contact.data", &cube(0.0098, 1e-4));
