@@ -401,3 +401,68 @@ fn every_command_of_the_programs_has_a_row_or_a_class() {
         }
     }
 }
+
+/// Rows of one line without a part before the box, which can stand in a script together. The integrator is chosen by one row only.
+fn combinable<'a>(table: &'a Table, deck: &str) -> Vec<&'a Row> {
+    let fits = |row: &&Row| {
+        let line = row.lines.trim();
+        let plain = row.refused.is_none() && row.warned.is_none() && row.test.is_none() && row.between.is_none();
+        let whole = row.first.is_empty() && row.of.is_none() && row.atoms.is_none() && row.also.is_empty();
+        plain
+            && whole
+            && row.tolerance.is_none()
+            && row.decks.as_ref().is_none_or(|of| of.iter().any(|own| own == deck))
+            && row.with.is_none()
+            && !line.is_empty()
+            && !line.contains('\n')
+    };
+    table.row.iter().filter(fits).collect()
+}
+
+/// Three commands at a time, in scripts drawn at random on 1, 2, or 4 processes: ours beside stock on as many. `CONCORDEM_HOST_DECKS` sets the number of
+/// scripts, `CONCORDEM_HOST_DECKS_SEED` the first one. Random numbers of hosts are those of the process, so other numbers are not compared here.
+#[test]
+fn random_commands_together_do_what_they_do_with_stock() {
+    let number = |name: &str, default: u64| {
+        std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
+    };
+    let (count, seed) = (number("CONCORDEM_HOST_DECKS", 12), number("CONCORDEM_HOST_DECKS_SEED", 1));
+    let mut ran = 0;
+    let mut wrong = String::new();
+    for k in seed..seed + count {
+        let mut dice = Dice(k);
+        let mut pick = |of: usize| (dice.roll() * of as f64) as usize;
+        let host = BOTH[(k % 2) as usize];
+        let table = table(host);
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        write_files(host, folder);
+        let name = table.decks.keys().nth(pick(table.decks.len())).unwrap();
+        let (deck, rows) = (&table.decks[name], combinable(&table, name));
+        assert!(rows.len() > 15, "{host:?} {name}: {}", rows.len());
+        let mut lines = String::new();
+        for n in 0..3 {
+            let line = rows[pick(rows.len())].lines.trim();
+            if lines.contains("fix integrate") && line.contains("fix integrate") {
+                continue;
+            }
+            writeln!(lines, "{}", line.replacen("fix x ", &format!("fix x{n} "), 1)).unwrap();
+        }
+        let processors = [1, 2, 4][pick(3)];
+        let style = deck.ours.keys().nth(pick(deck.ours.len())).unwrap();
+        let row: Row = toml::from_str(&format!("commands = []\nlines = '''\n{lines}'''\nbeside_pair = true")).unwrap();
+        let stock = script(host, deck, &deck.stock, &row, true, "stock");
+        let output = attempt_in(host, folder, &stock, processors);
+        if !output.status.success() || text(&output).contains("ERROR") {
+            continue; // The host alone does not take these together.
+        }
+        ran += 1;
+        run_all(host, folder, &[script(host, deck, &styles_of(deck, style, &row), &row, true, "ours")], processors);
+        let far = apart(&last(folder, "ours"), &last(folder, "stock"));
+        if far > TOLERANCE {
+            writeln!(wrong, "script {k}, {host:?} {name} {style} on {processors}: {far:.1e}\n{lines}").unwrap();
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    assert!(2 * ran >= count, "stock takes {ran} of {count} scripts");
+}
