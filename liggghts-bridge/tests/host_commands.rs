@@ -78,6 +78,9 @@ struct Row {
     two_processes: bool,
     /// Largest relative difference from stock, if not [`TOLERANCE`]; `says` has the reason.
     tolerance: Option<f64>,
+    /// Not in random scripts; `says` has the reason.
+    #[serde(default)]
+    alone: bool,
     /// The test that shows it, instead of a deck: `FILE::FUNCTION`.
     test: Option<String>,
     /// For the page: what a user must know.
@@ -410,6 +413,7 @@ fn combinable<'a>(table: &'a Table, deck: &str) -> Vec<&'a Row> {
         let whole = row.first.is_empty() && row.of.is_none() && row.atoms.is_none() && row.also.is_empty();
         plain
             && whole
+            && !row.alone
             && row.tolerance.is_none()
             && row.decks.as_ref().is_none_or(|of| of.iter().any(|own| own == deck))
             && row.with.is_none()
