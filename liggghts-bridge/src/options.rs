@@ -54,6 +54,8 @@ pub struct Options {
     pub mode: MotionMeasure,
     /// How bonds are created.
     pub creation: Creation,
+    /// Pairs of atom types (from 0, ascending) that `bond distance` bonds; `None`: all.
+    pub between: Option<Vec<[u16; 2]>>,
     /// Step at which bonds are created; `None` for the first step of the run.
     pub at: Option<i64>,
     /// Data file with the bonds, contacts, and histories to continue with.
@@ -109,6 +111,7 @@ struct Arguments {
     follows_exclusions: Option<bool>,
     mode: Option<MotionMeasure>,
     creation: Option<Creation>,
+    between: Option<Vec<[u16; 2]>>,
     at: Option<i64>,
     reach: Option<f64>,
     sample_every_step: Option<bool>,
@@ -176,13 +179,27 @@ impl<'a> OptionWords<'a, '_> {
     }
 }
 
+/// `A-B`, two types from 1, as two types from 0, ascending.
+fn type_pair(text: &str) -> Option<[u16; 2]> {
+    let (a, b) = text.split_once('-')?;
+    let from_0 = |word: &str| word.parse::<u16>().ok()?.checked_sub(1);
+    let [a, b] = [from_0(a)?, from_0(b)?];
+    Some([a.min(b), a.max(b)])
+}
+
 impl Arguments {
     /// Read the words after the law.
-    fn read(words: &[String]) -> Result<Self, OptionError> {
+    fn read(words: &[String], types: usize) -> Result<Self, OptionError> {
         let mut arguments = Self::default();
         let mut rest = words.iter();
         while let Some(key) = rest.next() {
             arguments.read_option(OptionWords { key, rest: &mut rest })?;
+        }
+        if arguments.between.is_some() && !matches!(arguments.creation, Some(Creation::Distance(_))) {
+            return Err(OptionError::BetweenWhat);
+        }
+        if let Some([a, b]) = arguments.between.iter().flatten().find(|[_, b]| usize::from(*b) >= types) {
+            return Err(OptionError::NoSuchType { a: a + 1, b: b + 1, types });
         }
         Ok(arguments)
     }
@@ -207,6 +224,9 @@ impl Arguments {
                 self.creation = Some(words.creation()?);
                 Ok(())
             }
+            "between" => words.fill(&mut self.between, "pairs of atom types without spaces, such as 1-1,1-2", |word| {
+                word.split(',').map(type_pair).collect()
+            }),
             "at" => {
                 words.fill(&mut self.at, "a step number, 0 or more", |word| word.parse().ok().filter(|step| *step >= 0))
             }
@@ -281,7 +301,7 @@ impl Options {
                     .ok_or_else(|| OptionError::Law { name: name.to_owned() })?,
             ),
         };
-        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default())?;
+        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default(), types)?;
         if units == Units::Consistent {
             arguments.refuse_units()?;
         }
@@ -343,6 +363,7 @@ impl Options {
             follows_exclusions: arguments.follows_exclusions,
             mode: arguments.mode.unwrap_or_default(),
             creation: arguments.creation.ok_or(OptionError::NoBonds)?,
+            between: arguments.between,
             at: arguments.at,
             state: arguments.state,
             reach: arguments.reach.unwrap_or(0.0),

@@ -111,3 +111,54 @@ fn wrong_lists_are_refused_with_line_and_remedy() {
         refused_in(host, &cases, |folder| prepare(host, folder));
     }
 }
+
+/// `between` bonds the pairs of the chosen types and no others, also across borders of processors: the bytes of a list of these pairs.
+#[test]
+fn bonds_between_types_are_those_of_a_list() {
+    let mut dice = Dice(5);
+    let edge = 4;
+    let mut atoms = Vec::new();
+    for k in 0..edge * edge * edge {
+        let place = [k % edge, k / edge % edge, k / (edge * edge)].map(|n| 0.01 * f64::from(n));
+        let mut atom = Atom::resting(Vec3::from(place), 0.005);
+        atom.velocity = dice.vector() * 0.1;
+        atom.kind = 1 + usize::from(dice.roll() < 0.5);
+        atoms.push(atom);
+    }
+    let mut list = String::new();
+    let mut left_out = 0;
+    for (b, second) in atoms.iter().enumerate() {
+        for (a, first) in atoms[..b].iter().enumerate() {
+            if (first.position - second.position).norm() < 0.0105 {
+                if first.kind == 2 && second.kind == 2 {
+                    left_out += 1;
+                } else {
+                    writeln!(list, "{} {}", a + 1, b + 1).unwrap();
+                }
+            }
+        }
+    }
+    assert!(left_out > 20 && list.lines().count() > 60, "{left_out} {list}");
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        std::fs::write(folder.join("list.txt"), &list).unwrap();
+        data_file_for(host, &folder.join("body.data"), &atoms, &[], Vec3::repeat(-0.01), Vec3::repeat(0.05));
+        let run = |creation: &str, processes: usize| {
+            let head = head_for(host, "body.data", "f f f", 1e-3, 1e-6);
+            let dump = dump_for(host, "out.dump", 20);
+            run_in(
+                host,
+                folder,
+                &format!("{head}fix move all nve/sphere\n{FIX} {creation}\n{dump}run 20\n"),
+                processes,
+            );
+            std::fs::read_to_string(folder.join("out.dump")).unwrap()
+        };
+        let wanted = run("list list.txt", 1);
+        for processes in [1, 2] {
+            assert!(run("distance 1.05 between 1-1,2-1", processes) == wanted, "{host:?} on {processes}");
+        }
+        assert!(run("distance 1.05", 1) != wanted, "{host:?}: all pairs");
+    }
+}

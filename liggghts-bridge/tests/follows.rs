@@ -6,6 +6,7 @@ mod harness;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use concordem_contact::law::restitution::{End, damping_of_restitution};
 use concordem_contact::math::Vec3;
 use harness::{Atom, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 
@@ -122,6 +123,47 @@ fn growing_spheres_press_with_their_present_radii() {
             !output.status.success() && text(&output).contains("radii have grown by"),
             "{host:?}: {}",
             text(&output)
+        );
+    }
+}
+
+/// Free spheres that grow into each other are pushed apart as a fine integration says: radii, masses, and the dashpot's ratio are those of the
+/// present step. The dashpot never pulls, so that they fly apart; with the pulling dashpots of LAMMPS the growth catches up with them.
+#[test]
+fn growing_spheres_push_each_other_apart() {
+    const STEPS: usize = 6000;
+    let dt = 1e-6;
+    let diameter = |step: usize| 0.01 + 1.5e-7 * (step - step % 10) as f64;
+    let ratio = damping_of_restitution(0.5, End::ForceSpent);
+    let (mut distance, mut speed) = (0.0105, 0.0);
+    for step in 0..STEPS {
+        let overlap = diameter(step) - distance;
+        let mass = 2500.0 * std::f64::consts::PI / 6.0 * diameter(step).powi(3);
+        let spring = force(diameter(step), distance);
+        // α√(m k) δ^¼, α = √5 ζ, k = F/δ^1.5.
+        let dashpot = (5.0 * 0.5 * mass * spring / overlap).sqrt() * ratio;
+        let push = if overlap > 0.0 { (spring - dashpot * speed).max(0.0) } else { 0.0 };
+        speed += 2.0 * push / mass * dt;
+        distance += speed * dt;
+    }
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        let mut head = row(host, folder.path(), &[0.0, 0.0105]);
+        if host == Host::Lammps {
+            head = head.replace("bpm/sphere", "bpm/sphere 1");
+        }
+        let script = format!(
+            "{head}{}variable d equal 0.01+1.5e-7*step\nfix grow all adapt 10 atom diameter v_d\nfix integrate all nve/sphere\n{}run {STEPS}\n",
+            contacts(0.5),
+            dump_for(host, "out.dump", STEPS)
+        );
+        run_in(host, folder.path(), &script, 1);
+        let last = frames(&folder.path().join("out.dump")).pop().unwrap().1;
+        let (far, fast) = (last[1].position.x - last[0].position.x, last[1].velocity.x - last[0].velocity.x);
+        // The same sums in another order. The ratio of pulling dashpots gives 4 % more speed.
+        assert!(
+            (far / distance - 1.0).abs() < 1e-9 && (fast / speed - 1.0).abs() < 1e-9 && speed > 0.2,
+            "{host:?}: {far} {distance}, {fast} {speed}"
         );
     }
 }

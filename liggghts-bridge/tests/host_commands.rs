@@ -1,5 +1,5 @@
 //! Commands of LIGGGHTS and LAMMPS beside our styles: every style that the programs list, and the commands of scripts that act on atoms, bonds, lists, or
-//! boxes, has a row or a class in `host_commands/*.toml`, of which the book prints a table.
+//! boxes, has a row or a class in a file of `host_commands/HOST/`, of which the book prints a table.
 //!
 //! A row has a small deck. Stock runs it with its own contacts or bonds, our styles with the same law: the atoms must end alike. The command must have an
 //! effect, or the row says that it has none. Or our styles refuse the command, with the text of the row. Keys of rows: see [`Row`].
@@ -78,6 +78,9 @@ struct Row {
     two_processes: bool,
     /// Largest relative difference from stock, if not [`TOLERANCE`]; `says` has the reason.
     tolerance: Option<f64>,
+    /// Not in random scripts; `says` has the reason.
+    #[serde(default)]
+    alone: bool,
     /// The test that shows it, instead of a deck: `FILE::FUNCTION`.
     test: Option<String>,
     /// For the page: what a user must know.
@@ -114,11 +117,14 @@ const TOLERANCE: f64 = 1e-9;
 const RADIUS: f64 = 0.005;
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 
+/// All files of the host's folder as one table.
 fn table(host: Host) -> Table {
     let name = if host == Host::Liggghts { "liggghts" } else { "lammps" };
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/host_commands/{name}.toml"));
-    toml::from_str(&std::fs::read_to_string(&path).unwrap())
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/host_commands").join(name);
+    let mut files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let text = files.iter().fold(String::new(), |out, file| out + &std::fs::read_to_string(file).unwrap());
+    toml::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
 }
 
 /// 27 spheres of 10 mm: in touch, bonded (LAMMPS), or pressed together (LIGGGHTS); and surfaces.
@@ -137,6 +143,11 @@ fn write_files(host: Host, folder: &Path) {
     };
     let (low, high) = (Vec3::new(-0.05, -0.05, -0.015), Vec3::new(0.05, 0.05, 0.025));
     std::fs::write(folder.join("clump.txt"), "-0.001 0 0 0.002\n0.001 0 0 0.002\n").unwrap();
+    // Tables and parameters that fixes read.
+    for entry in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/host_commands/files")).unwrap() {
+        let file = entry.unwrap().path();
+        std::fs::copy(&file, folder.join(file.file_name().unwrap())).unwrap();
+    }
     // In LAMMPS' data files, atoms without bonds have style sphere.
     let write = |name: &str, atoms: &[Atom]| data_file_for(Host::Liggghts, &folder.join(name), atoms, &[], low, high);
     write("contact.data", &cube(0.0098, 1e-4));
@@ -392,4 +403,70 @@ fn every_command_of_the_programs_has_a_row_or_a_class() {
             assert!(source.contains(&format!("fn {function}(")), "{test} does not exist");
         }
     }
+}
+
+/// Rows of one line without a part before the box, which can stand in a script together. The integrator is chosen by one row only.
+fn combinable<'a>(table: &'a Table, deck: &str) -> Vec<&'a Row> {
+    let fits = |row: &&Row| {
+        let line = row.lines.trim();
+        let plain = row.refused.is_none() && row.warned.is_none() && row.test.is_none() && row.between.is_none();
+        let whole = row.first.is_empty() && row.of.is_none() && row.atoms.is_none() && row.also.is_empty();
+        plain
+            && whole
+            && !row.alone
+            && row.tolerance.is_none()
+            && row.decks.as_ref().is_none_or(|of| of.iter().any(|own| own == deck))
+            && row.with.is_none()
+            && !line.is_empty()
+            && !line.contains('\n')
+    };
+    table.row.iter().filter(fits).collect()
+}
+
+/// Three commands at a time, in scripts drawn at random on 1, 2, or 4 processes: ours beside stock on as many. `CONCORDEM_HOST_DECKS` sets the number of
+/// scripts, `CONCORDEM_HOST_DECKS_SEED` the first one. Random numbers of hosts are those of the process, so other numbers are not compared here.
+#[test]
+fn random_commands_together_do_what_they_do_with_stock() {
+    let number = |name: &str, default: u64| {
+        std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
+    };
+    let (count, seed) = (number("CONCORDEM_HOST_DECKS", 12), number("CONCORDEM_HOST_DECKS_SEED", 1));
+    let mut ran = 0;
+    let mut wrong = String::new();
+    for k in seed..seed + count {
+        let mut dice = Dice(k);
+        let mut pick = |of: usize| (dice.roll() * of as f64) as usize;
+        let host = BOTH[(k % 2) as usize];
+        let table = table(host);
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        write_files(host, folder);
+        let name = table.decks.keys().nth(pick(table.decks.len())).unwrap();
+        let (deck, rows) = (&table.decks[name], combinable(&table, name));
+        assert!(rows.len() > 15, "{host:?} {name}: {}", rows.len());
+        let mut lines = String::new();
+        for n in 0..3 {
+            let line = rows[pick(rows.len())].lines.trim();
+            if lines.contains("fix integrate") && line.contains("fix integrate") {
+                continue;
+            }
+            writeln!(lines, "{}", line.replacen("fix x ", &format!("fix x{n} "), 1)).unwrap();
+        }
+        let processors = [1, 2, 4][pick(3)];
+        let style = deck.ours.keys().nth(pick(deck.ours.len())).unwrap();
+        let row: Row = toml::from_str(&format!("commands = []\nlines = '''\n{lines}'''\nbeside_pair = true")).unwrap();
+        let stock = script(host, deck, &deck.stock, &row, true, "stock");
+        let output = attempt_in(host, folder, &stock, processors);
+        if !output.status.success() || text(&output).contains("ERROR") {
+            continue; // The host alone does not take these together.
+        }
+        ran += 1;
+        run_all(host, folder, &[script(host, deck, &styles_of(deck, style, &row), &row, true, "ours")], processors);
+        let far = apart(&last(folder, "ours"), &last(folder, "stock"));
+        if far > TOLERANCE {
+            writeln!(wrong, "script {k}, {host:?} {name} {style} on {processors}: {far:.1e}\n{lines}").unwrap();
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+    assert!(2 * ran >= count, "stock takes {ran} of {count} scripts");
 }

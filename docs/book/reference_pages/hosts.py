@@ -5,7 +5,7 @@ import tomllib
 from .text import ROOT, sentence
 
 TABLES = ROOT / "liggghts-bridge/tests/host_commands"
-HOSTS = {"LIGGGHTS": "liggghts.toml", "LAMMPS": "lammps.toml"}
+HOSTS = {"LIGGGHTS": "liggghts", "LAMMPS": "lammps"}
 INTRODUCTION = """# Commands of the hosts
 
 What commands of LIGGGHTS 3.8.0 and LAMMPS (22 July 2025) do beside styles of ConcorDEM: every style that the programs list, and commands of scripts that
@@ -54,6 +54,6 @@ def pages():
     """The page, by file name."""
     lines = [INTRODUCTION]
     for host, name in HOSTS.items():
-        with (TABLES / name).open("rb") as file:
-            lines += page(host, tomllib.load(file))
+        text = "".join(file.read_text() for file in sorted((TABLES / name).glob("*.toml")))
+        lines += page(host, tomllib.loads(text))
     return {"host-commands.md": "\n".join(lines)}

@@ -105,6 +105,7 @@ impl Network {
         let particles = &self.state.particles;
         // Search slightly farther: rounding in the search depends on the other atoms of this processor and must not affect the result.
         let reach: Vec<f64> = particles.radius.iter().map(|r| r * factor * (1.0 + 1e-9)).collect();
+        let between = self.options.between.as_deref();
         let present = self.state.bonds[0].contacts().pairs();
         let mut pairs = candidate_pairs(&particles.position, &reach, self.state.cell.as_ref())?;
         pairs.retain(|pair| {
@@ -113,6 +114,10 @@ impl Network {
             let distance = initial_geometry(&particles.position[a], &particles.position[b], &shift).length;
             distance < factor * (particles.radius[a] + particles.radius[b])
                 && (self.owned[a] || self.owned[b])
+                && between.is_none_or(|types| {
+                    let [a, b] = [particles.material[a], particles.material[b]];
+                    types.contains(&[a.min(b), a.max(b)])
+                })
                 && self.bond_coefficients.get(particles.material[a], particles.material[b]).is_some()
                 && present.binary_search(&Pair { a: pair.a, b: pair.b }).is_err()
         });

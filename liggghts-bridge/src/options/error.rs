@@ -53,6 +53,19 @@ pub enum OptionError {
     /// Option `bond` is missing.
     #[error("option `bond` is missing; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
     NoBonds,
+    /// Pairs of types without `bond distance`.
+    #[error("`between` chooses pairs of `bond distance FACTOR`; add that, or remove `between`")]
+    BetweenWhat,
+    /// A pair of types that the host does not have.
+    #[error("`between {a}-{b}`: atom types are 1 to {types}")]
+    NoSuchType {
+        /// The lower type.
+        a: u16,
+        /// The higher type.
+        b: u16,
+        /// Number of types.
+        types: usize,
+    },
     /// Neither bonds nor contacts.
     #[error("law `none` without `contact LAW` computes no forces; add `contact LAW`, or choose a bond law")]
     Nothing,

@@ -29,6 +29,23 @@ fn inline_parameters_use_the_keys_of_a_scenario() {
 }
 
 #[test]
+fn bonds_between_chosen_types() {
+    let of = |end: &str| parse(&format!("linear_bond normal_stiffness 1e6 shear_stiffness 1e6 {end}"));
+    assert_eq!(of("bond distance 1.2 between 1-1,2-1").unwrap().between, Some(vec![[0, 0], [0, 1]]));
+    assert_eq!(of("bond distance 1.2").unwrap().between, None);
+    for (end, wanted) in [
+        ("bond none between 1-1", "`between` chooses pairs of `bond distance FACTOR`"),
+        ("bond distance 1.2 between 1-3", "`between 1-3`: atom types are 1 to 2"),
+        ("bond distance 1.2 between 0-1", "`between 0-1` is invalid; give pairs of atom types"),
+        ("bond distance 1.2 between 1", "`between 1` is invalid"),
+        ("bond distance 1.2 between 1-1 between 2-2", "given twice"),
+    ] {
+        let message = of(end).unwrap_err().to_string();
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
+#[test]
 fn without_a_bond_law_the_parameters_belong_to_contacts() {
     let options =
         parse("none contact frictional normal_stiffness 2e6 shear_stiffness 1e6 friction_coefficient 0.3").unwrap();
