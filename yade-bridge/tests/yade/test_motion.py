@@ -15,6 +15,7 @@ from own_run import TABLES, alone, in_yade
 from yade import utils
 
 import concordem.yade as bridge
+from concordem.yade import _lending
 from concordem import YadeError
 
 WORK = os.environ.get("BRIDGE_WORK") or tempfile.mkdtemp()
@@ -151,7 +152,7 @@ def test_steps_at_once():
         O.run(400, True)
         O.engines = [e for e in O.engines if getattr(e, "command", "") not in {e.command for e in before + after}]
         O.timingEnabled = True
-        (mine,) = [e for e in O.engines if "concordem" in getattr(e, "command", "")]
+        (mine,) = [e for e in _lending.raw_engines() if getattr(e, "command", "") == engine.command]
         mine.execCount = 0
         O.run(300, True)
         O.timingEnabled = False

@@ -163,7 +163,7 @@ class _Engine:
     """A `BondedEngine_Rust` of the scene, or with `lost` the reason why the scene has lost it."""
 
     def __init__(self, engine: Any, place: int = -1, lost: str = "") -> None:
-        self._engine, self._place, self._lost = engine, place, lost
+        self._engine, self._place, self._lost, self.command = engine, place, lost, ""
         self._shown = engine is not None and _native_bonds.is_shown(engine)
 
     def check(self, deep: bool) -> None:
@@ -190,6 +190,11 @@ class _Engine:
         """The bonds as objects of YADE."""
         self._refuse_lost()
         return _native_bonds.mirror(self._engine)
+
+    @property
+    def moves_bodies(self) -> bool:
+        """Whether it moves its bodies: NewtonIntegrator does."""
+        return False
 
     @property
     def lends(self) -> bool:

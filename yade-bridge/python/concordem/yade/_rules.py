@@ -100,6 +100,12 @@ def refuse_blind_engines(engines: Sequence[Any], replaced: str = "", lends: bool
         raise refuse(f"O.engines has {loops} active engines InteractionLoop; keep exactly one", "Engines")
     for engine, is_slave in _with_slaves(engines):
         name = type(engine).__name__
+        if is_a(engine, "InteractionLoop") and engine.callbacks:
+            raise refuse(
+                f"InteractionLoop has the callback {type(engine.callbacks[0]).__name__}, which YADE calls for its own contacts only, not for the bonds; "
+                "set callbacks=[], and read the bonds in a PyRunner",
+                "BlindEngine",
+            )
         if name == replaced or (lends and not is_slave and is_followed(engine)):
             continue
         remedy = "take it out of the ParallelEngine" if lends and is_slave and is_followed(engine) else _remedy(engine)
@@ -134,6 +140,17 @@ def refuse_blind_call(engine: Any) -> None:
         )
 
 
+def refuse_idle_loop(engines: Sequence[Any], what: str) -> None:
+    """Raise YadeError if no InteractionLoop is alive: in stock YADE, no contact acts then."""
+    loops = [engine for engine in engines if is_a(engine, "InteractionLoop")]
+    if loops and all(engine.dead for engine in loops):
+        raise refuse(
+            f"InteractionLoop has dead=True, and stock YADE would compute no contact, but the bonds of {what} act; set dead=False, or delete its bonds "
+            "(its remove() or release())",
+            "Engines",
+        )
+
+
 def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None:
     """Raise YadeError unless the engine `what`, at the places `mine`, is in O.engines once, alive, after ForceResetter and before
     NewtonIntegrator."""
@@ -151,8 +168,7 @@ def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None
     resetters, integrators = ([k for k, e in enumerate(engines) if is_a(e, name)] for name in ("ForceResetter", "NewtonIntegrator"))
     if not integrators:
         raise refuse(
-            f"O.engines has no NewtonIntegrator; add it after {what} (the take-over has moved the engines behind {what} by one, so "
-            "O.engines[:4] may have lost it: give engines a label instead of their number)",
+            f"O.engines has no NewtonIntegrator; add it after {what}",
             "EngineOrder",
         )
     if not resetters or resetters[-1] > place:
@@ -188,6 +204,12 @@ def functors_of_concrete(engines: Iterable[Any]) -> list[Any]:
         if not matching:
             raise refuse(f"InteractionLoop has no {name}, which concrete needs; add it, {_OR_BOND}", "NotConcrete")
         found.append(matching[-1])
+    if getattr(found[1], "E", None) is not None:
+        raise refuse(
+            "Ip2_CpmMat_CpmMat_CpmPhys has E, a MatchMaker, which contacts that begin later would lack; set E=None, and young of the materials, "
+            "or phys.E of single contacts",
+            "NotConcrete",
+        )
     return found
 
 
@@ -245,6 +267,18 @@ def check_creation(limit: int, now: int) -> None:
         )
     if now < limit:
         raise refuse(f"YADE creates bonds until iteration {limit} (cohesiveThresholdIter); take over after it", "Engines")
+
+
+def refuse_later_bonds(engines: Iterable[Any], now: int, what: str) -> None:
+    """Raise YadeError if a script lets YADE bond contacts that begin from now on."""
+    for loop in engines:
+        for functor in loop.physDispatcher.functors if is_a(loop, "InteractionLoop") and not loop.dead else ():
+            if is_a(functor, _FUNCTORS["physDispatcher"]) and (functor.cohesiveThresholdIter < 0 or now < functor.cohesiveThresholdIter):
+                raise refuse(
+                    f"cohesiveThresholdIter is {functor.cohesiveThresholdIter} now, so YADE would bond contacts that begin in this iteration, {now}, but "
+                    f"new contacts of {what} stay unbonded; set it back, or call give_back() before, and take_over() after that iteration",
+                    "Changed",
+                )
 
 
 def check_distance(factor: float) -> None:
@@ -339,6 +373,7 @@ def refuse_changes(before: dict[str, str], now: dict[str, str], what: str) -> No
 def check_native(engines: Sequence[Any], mine: Sequence[int], what: str, replaced: str) -> None:
     """Raise YadeError unless the native engine works in these engines."""
     refuse_order(engines, mine, what)
+    refuse_idle_loop(engines, what)
     refuse_blind_engines(engines, replaced)
 
 
