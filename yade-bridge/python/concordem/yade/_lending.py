@@ -103,7 +103,7 @@ def lend(number: int) -> None:
         for engine in found:
             engine.update_lost()
     settle()
-    _loan = Loan(found)
+    _loan = Loan(found, stiffness=is_a(engines[place + 1], "GlobalStiffnessTimeStepper"))
 
 
 def take_back() -> None:

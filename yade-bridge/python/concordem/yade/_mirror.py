@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from . import _changes
-from ._concrete import keys_of, scatter, write_constants, write_images, write_own, write_values
+from ._concrete import NORMAL_HISTORY, keys_of, scatter, write_constants, write_images, write_normal_force, write_own, write_values
 from ._interactions import Bonds, table_of
 from ._memory import known_address_of, memory
 from ._own import STORED
@@ -52,6 +52,10 @@ class Mirror:
     def __init__(self, bonds: Callable[[], Bonds], moment: Callable[[], Any], parameters: bool = False) -> None:
         self._bonds, self._moment, self._parameters = bonds, moment, parameters
         self._at: Any = None
+        #: The last step whose normals and normal forces are written, and the rows of the solver then, with their order in the objects.
+        self._stiff_at: Any = None
+        self._rows: dict[str, Any] = {}
+        self._order = np.zeros(0, np.int64)
         self._keys = np.zeros(0, np.int64)
         self._contacts: list[Any] = []
         none: Addresses = np.zeros(0, np.uint64)
@@ -84,14 +88,29 @@ class Mirror:
         self._write(bonds, table, bodies)
         self._at, self._before = moment, {}
 
+    def refresh_stiffness(self) -> None:
+        """As :meth:`refresh`, of what GlobalStiffnessTimeStepper reads alone: normals and normal forces of the same contacts as before."""
+        moment = self._moment()
+        if moment == self._at or moment == self._stiff_at:
+            return
+        table = _table(self._bonds())
+        if self._before or not _same_rows(table, self._rows):
+            self.refresh()
+            return
+        columns = {name: table[name][self._order] for name in ("a", "normal", *NORMAL_HISTORY)}
+        write_normal_force(self._geom, self._phys, columns, np.where(columns["a"] == self._one, 1.0, -1.0))
+        self._stiff_at = moment
+
     def _write(self, bonds: Bonds, table: Any, bodies: dict[str, Any]) -> None:
         self._concrete = bonds._kind["kind"] == "concrete"
+        self._rows = {name: table[name] for name in _ROW}
         keys = keys_of(table["a"], table["b"], table["bonded"])
         order = np.argsort(keys, kind="stable")
         keys = keys[order]
         if (keys[1:] >> 1 == keys[:-1] >> 1).any():
             raise refuse("two bodies touch through two periodic images, which YADE cannot store; enlarge the cell", "TwoImages")
-        table = table[order] if isinstance(table, np.ndarray) else {name: column[order] for name, column in table.items()}
+        names = table.dtype.names if isinstance(table, np.ndarray) else table
+        table = {name: table[name][order] for name in names}
         row = np.zeros(int(bodies["id"].max(initial=0)) + 1, np.int64)
         row[bodies["id"]] = np.arange(len(bodies["id"]))
         if not np.array_equal(keys, self._keys):
@@ -103,6 +122,7 @@ class Mirror:
         else:
             _write_forces(self._geom, self._phys, first, table, sign)
         write_images(self._address, table["image"] * sign.astype(np.int32)[:, None])
+        self._order = order
 
     def _match(self, keys: NDArray[np.int64], table: Any, radius: Any, kind: dict[str, Any]) -> None:
         """Keep the objects of contacts that still exist, and make those of new ones."""
@@ -184,9 +204,12 @@ class Mirror:
             return []
         return [self._contacts[k] for k in order[starts[number] : starts[number + 1]].tolist()]
 
-    def pointers(self) -> NDArray[np.uint64]:
-        """Addresses of the interactions, with their present values."""
-        self.refresh()
+    def pointers(self, stiffness: bool = False) -> NDArray[np.uint64]:
+        """Addresses of the interactions, with their present values; `stiffness`: those that a time step needs."""
+        if stiffness:
+            self.refresh_stiffness()
+        else:
+            self.refresh()
         return self._address
 
     def interactions(self) -> Interactions:
@@ -232,7 +255,7 @@ class Mirror:
 
     def followed(self) -> None:
         """The engine has the changes."""
-        self._at, self._before, self._erased = None, {}, 0
+        self._at, self._stiff_at, self._before, self._erased, self._rows = None, None, {}, 0, {}
 
     def values(self) -> dict[str, Any]:
         """Attributes of the physics that the law reads, row by row."""
@@ -270,6 +293,7 @@ class Mirror:
 
     def _forget(self, keep: NDArray[np.bool_]) -> None:
         self._erased += int((~keep).sum())
+        self._rows = {}
         self._contacts = [contact for contact, kept in zip(self._contacts, keep.tolist()) if kept]
         self._keys, self._one, self._two = self._keys[keep], self._one[keep], self._two[keep]
         self._address, self._geom, self._phys = (np.ascontiguousarray(column[keep]) for column in (self._address, self._geom, self._phys))
@@ -277,12 +301,21 @@ class Mirror:
         self._index = self._of_body = None
 
 
+#: What tells a contact of the solver.
+_ROW = ("a", "b", "bonded")
+
+
+def _same_rows(table: Any, rows: dict[str, Any]) -> bool:
+    return bool(rows) and all(np.array_equal(table[name], rows[name]) for name in _ROW)
+
+
 def _table(bonds: Bonds) -> Any:
     """All contacts of the last step, one row each."""
     if bonds._kind["kind"] != "concrete":
         return table_of(bonds.solver)
     tables = bonds.solver.contacts()
-    return np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
+    found = [tables[name] for name in ("cpm", "unbonded") if len(tables.get(name, ()))]
+    return found[0] if len(found) == 1 else np.concatenate(found or list(tables.values()))
 
 
 def _write_forces(geom: Addresses, phys: Addresses, first: Any, table: Any, sign: Any) -> None:
