@@ -36,15 +36,21 @@ def taken_over(native, **options):
     return O.engines[place]
 
 
+#: Attributes that are numbers or have numbers, by class.
+_numeric = {}
+
+
 def numbers(thing, prefix=""):
     """Every attribute that is a number or has numbers."""
+    if type(thing) not in _numeric:
+        values = {name: getattr(thing, name) for name in dir(thing) if not name.startswith("_")}
+        _numeric[type(thing)] = [
+            name for name, value in values.items() if isinstance(value, (bool, int, float)) or (hasattr(value, "__len__") and not isinstance(value, str))
+        ]
     found = {}
-    for name in dir(thing):
-        value = None if name.startswith("_") else getattr(thing, name)
-        if isinstance(value, (bool, int, float)):
-            found[prefix + name] = (float(value),)
-        elif hasattr(value, "__len__") and not isinstance(value, str):
-            found[prefix + name] = tuple(float(x) for x in value)
+    for name in _numeric[type(thing)]:
+        value = getattr(thing, name)
+        found[prefix + name] = (float(value),) if isinstance(value, (bool, int, float)) else tuple(float(x) for x in value)
     return found
 
 
@@ -82,7 +88,7 @@ def block(rate=4.0, **options):
 def test_every_attribute_is_that_of_stock_yade():
     """The same scene, with and without a bonded engine; the engine's sums are in another order. In tension with damage, in compression with
     slip and crushing, and with isotropic prestress."""
-    for options in (dict(rate=4.0, spheres=packing()), dict(rate=-20.0, law=dict(epsSoft=-3e-4, relKnSoft=0.3)), dict(material=dict(MATERIAL, isoPrestress=-1e6))):
+    for options in (dict(rate=4.0, spheres=sorted(packing(), key=lambda s: s[2])[:300]), dict(rate=-20.0, law=dict(epsSoft=-3e-4, relKnSoft=0.3)), dict(material=dict(MATERIAL, isoPrestress=-1e6))):
         block(**options)
         O.run(3, True)
         stock = attributes()

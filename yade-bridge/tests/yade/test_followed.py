@@ -326,19 +326,20 @@ def deposit():
 
 def test_bodies_that_come_and_go():
     for change, rate in ((erode, 4.0), (deposit, 4.0), (lambda: (erode(), deposit()), -20.0)):
+
+        def run(take, change=change, rate=rate):
+            block(rate=rate)
+            take()
+            O.run(30, True)
+            change()
+            O.run(150, True)
+            counts = O.interactions.countReal()
+            alive = np.array([tuple(b.state.pos) for b in O.bodies if b is not None])
+            return moved(alive), counts, sum(b.state.numBrokenCohesive for b in O.bodies if b is not None)
+
+        stock = run(lambda: None)
         for motion in (False, True):
-
-            def run(take, change=change, rate=rate, motion=motion):
-                block(rate=rate)
-                take(**(dict(motion=True) if motion else {}))
-                O.run(30, True)
-                change()
-                O.run(150, True)
-                counts = O.interactions.countReal()
-                alive = np.array([tuple(b.state.pos) for b in O.bodies if b is not None])
-                return moved(alive), counts, sum(b.state.numBrokenCohesive for b in O.bodies if b is not None)
-
-            stock, ours = both(run)
+            ours = run(lambda motion=motion: bridge.take_over(motion=motion))
             close(stock[0], ours[0], 1e-8)
             assert stock[1:] == ours[1:]
             # Given back, nothing of YADE's own is lost.

@@ -106,9 +106,9 @@ def use_threads(count):
         engine.ompThreads = count
 
 
-def breaking():
+def breaking(spheres=None):
     """The specimen after one step of YADE on one thread, because YADE's sums depend on its threads."""
-    concrete(rate=40.0, law=dict(omegaThreshold=0.99), before=lambda: use_threads(1))
+    concrete(rate=40.0, spheres=spheres, law=dict(omegaThreshold=0.99), before=lambda: use_threads(1))
     use_threads(-1)
 
 
@@ -169,7 +169,7 @@ def meddled(meddle, place, ours, count=200):
     import builtins
 
     builtins.meddle = meddle
-    breaking()
+    breaking([s for s in packing() if s[2] < 0.0275])
     engines = O.engines
     where = {"first": 0, "before": 1, "after": len(engines)}[place]
     O.engines = engines[:where] + [runner("meddle()", iterPeriod=17)] + engines[where:]
