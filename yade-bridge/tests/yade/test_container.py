@@ -189,6 +189,35 @@ def test_all_ways_to_ask():
         assert type(O.interactions).__module__.startswith("yade") and O.interactions.countReal() == stock["real"], "YADE's own again"
 
 
+def test_a_contact_that_opens_and_closes_between_two_looks():
+    """It is another one, with a reference length of its own: an edit of any bond must not give it the old one."""
+
+    def run(native):
+        concrete(rate=0.0, damping=0.0, spheres=[(0, 0, 0, 1e-3), (0, 0, 2e-3, 1e-3), (0, 0, 3.9e-3, 1e-3), (0, 2e-3, 0, 1e-3)])
+        for b in O.bodies:
+            b.state.blockedDOFs = ""
+        if native is not None:
+            taken_over(native)
+        O.interactions.erase(1, 2)
+        O.run(2, True)
+        seen = []
+        O.bodies[2].state.vel = Vector3(0, 0, 0.1)
+        for _ in range(6):
+            contact = O.interactions[1, 2] if O.interactions.has(1, 2, True) else None
+            seen.append((contact.phys.refLength, contact.phys.isCohesive, contact.phys.kn) if contact else None)
+            O.interactions[0, 1].phys.setDamage(0.1 + 0.05 * len(seen))
+            O.run(3, True)
+        return seen, [tuple(b.state.pos) for b in O.bodies]
+
+    stock, x = run(None)
+    assert len({row for row in stock if row}) > 2
+    for native in FORMS:
+        seen, y = run(native)
+        assert [row is None for row in seen] == [row is None for row in stock]
+        assert np.allclose([row for row in seen if row], [row for row in stock if row], rtol=1e-12, atol=0)
+        assert abs(np.array(x) - np.array(y)).max() < 1e-15
+
+
 def test_it_ends_with_the_engine():
     block()
     e = bridge.take_over()

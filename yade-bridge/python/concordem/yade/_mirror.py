@@ -57,6 +57,8 @@ class Mirror:
         self._rows: dict[str, Any] = {}
         self._order = np.zeros(0, np.int64)
         self._keys = np.zeros(0, np.int64)
+        #: Reference lengths, bit by bit. A contact that opened and closed between two looks has another one, and nothing of the earlier contact.
+        self._reference = np.zeros(0, np.int64)
         self._contacts: list[Any] = []
         none: Addresses = np.zeros(0, np.uint64)
         self._address, self._geom, self._phys = none, none, none
@@ -113,7 +115,7 @@ class Mirror:
         table = {name: table[name][order] for name in names}
         row = np.zeros(int(bodies["id"].max(initial=0)) + 1, np.int64)
         row[bodies["id"]] = np.arange(len(bodies["id"]))
-        if not np.array_equal(keys, self._keys):
+        if not (np.array_equal(keys, self._keys) and np.array_equal(_bits(table["reference_length"]), self._reference)):
             self._match(keys, table, bodies["radius"][row], bonds._kind)
         sign = np.where(table["a"] == self._one, 1.0, -1.0)
         first = bodies["position"][row[self._one]]
@@ -127,7 +129,9 @@ class Mirror:
     def _match(self, keys: NDArray[np.int64], table: Any, radius: Any, kind: dict[str, Any]) -> None:
         """Keep the objects of contacts that still exist, and make those of new ones."""
         place = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
-        known = self._keys[place] == keys if len(self._keys) else np.zeros(len(keys), bool)
+        known = np.zeros(len(keys), bool)
+        if len(self._keys):
+            known = (self._keys[place] == keys) & (self._reference[place] == _bits(table["reference_length"]))
         one, two = (keys >> 32).astype(np.int32), (keys >> 1 & 0x7FFFFFFF).astype(np.int32)
         old = self._contacts
         contacts: list[Any] = [old[k] if kept else None for k, kept in zip(place.tolist(), known.tolist())]
@@ -152,6 +156,7 @@ class Mirror:
             write_own(phys[new], keys[new] & 1, one[new], two[new], kind)
             write_constants(geom[new], phys[new], table["reference_length"][new], table["area"][new])
         self._keys, self._contacts, self._one, self._two = keys, contacts, one, two
+        self._reference = _bits(table["reference_length"])
         self._address, self._geom, self._phys = address, geom, phys
         self._index = self._of_body = None
 
@@ -295,14 +300,18 @@ class Mirror:
         self._erased += int((~keep).sum())
         self._rows = {}
         self._contacts = [contact for contact, kept in zip(self._contacts, keep.tolist()) if kept]
-        self._keys, self._one, self._two = self._keys[keep], self._one[keep], self._two[keep]
+        self._keys, self._one, self._two, self._reference = self._keys[keep], self._one[keep], self._two[keep], self._reference[keep]
         self._address, self._geom, self._phys = (np.ascontiguousarray(column[keep]) for column in (self._address, self._geom, self._phys))
         self._before = {name: np.ascontiguousarray(column[keep]) for name, column in self._before.items()}
         self._index = self._of_body = None
 
 
 #: What tells a contact of the solver.
-_ROW = ("a", "b", "bonded")
+_ROW = ("a", "b", "bonded", "reference_length")
+
+
+def _bits(numbers: Any) -> NDArray[np.int64]:
+    return np.ascontiguousarray(numbers, dtype=float).view(np.int64)
 
 
 def _same_rows(table: Any, rows: dict[str, Any]) -> bool:
