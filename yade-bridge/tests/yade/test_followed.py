@@ -88,6 +88,33 @@ def test_the_time_step_is_that_of_yade():
         assert len(set(stock[0])) > 1, "the stiffnesses change"
 
 
+def test_the_time_step_after_a_block():
+    """`with engine.interactions():` exchanges the collider; the stepper finds the bonds again behind it."""
+
+    def run(take):
+        block()
+        behind_loop(GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.4))
+        O.run(3, True)
+        take()
+        O.run(3, True)
+        for engine in bridge.engines():
+            with engine.interactions():
+                assert O.interactions.countReal() > 100
+        # Softer bonds, a longer step.
+        for i in O.interactions:
+            i.phys.E, i.phys.G, i.phys.kn, i.phys.ks = 0.5 * i.phys.E, 0.5 * i.phys.G, 0.5 * i.phys.kn, 0.5 * i.phys.ks
+        O.interactions.erase(60, 61)
+        O.run(5, True)
+        for i in sorted(O.interactions, key=lambda i: (i.id1, i.id2))[::2]:
+            O.interactions.erase(i.id1, i.id2)
+        O.run(20, True)
+        return [O.dt], moved(positions())
+
+    stock, ours = both(run)
+    close(stock[0], ours[0])
+    close(stock[1], ours[1], 1e-7)
+
+
 def test_the_numbers_of_engines_stay():
     """What the bonded engine adds is not seen by a script, and ends with it."""
     block()
@@ -382,6 +409,8 @@ def test_clumps_masks_and_colliders_are_refused():
         (lambda: O.bodies.clump([3, 4]), "O.bodies.clump(): body 3 belongs to a bonded engine"),
         (lambda: (setattr(O.bodies[5], "groupMask", 1), O.run(2, True)), "body 5 has groupMask=1 without the bit"),
         (lambda: (setattr(O.engines[1], "avoidSelfInteractionMask", 0), O.run(2, True)), "avoidSelfInteractionMask=0 without the bit"),
+        (lambda: (setattr(O.engines[1], "avoidSelfInteractionMask", O.engines[1].avoidSelfInteractionMask | 1), O.run(2, True)), "with which YADE makes no contacts"),
+        (lambda: (setattr(O.bodies[5], "groupMask", O.bodies[5].groupMask ^ 5), O.run(2, True)), "which in YADE do not touch each other"),
         (
             lambda: (setattr(O, "engines", [O.engines[0], InsertionSortCollider([Bo1_Sphere_Aabb()])] + O.engines[2:]), O.step()),
             "InsertionSortCollider has avoidSelfInteractionMask=0",

@@ -327,6 +327,8 @@ class BondedEngine:
         masks = gather(self._bodies, "Body.groupMask", "i32")
         if (unmasked := np.flatnonzero(masks & self._kind.get("mask", 0) != self._kind.get("mask", 0))).size:
             _rules.refuse_mask(int(self.ids[unmasked[0]]), int(masks[unmasked[0]]), self._kind["mask"], self._title)
+        if self._kind.get("mask"):
+            _rules.refuse_apart(omega.engines, np.unique(masks & ~self._kind["mask"]).tolist(), self._kind["mask"], self._title)
         materials, radii = self._facts_of_bodies()
         if self._settings and (materials != self._materials).any():
             _rules.refuse_material(int(self.ids[materials != self._materials][0]), self._title)

@@ -333,6 +333,26 @@ def refuse_collider(engines: Iterable[Any], mask: int, what: str) -> None:
             )
 
 
+def refuse_apart(engines: Iterable[Any], masks: Sequence[int], mask: int, what: str) -> None:
+    """Raise YadeError if YADE would not let bonded bodies touch that have these values of `groupMask`, but for the engine's bit `mask`."""
+    for one in masks:
+        for two in masks:
+            if not one & two:
+                raise refuse(
+                    f"bonded bodies have groupMask={one | mask} and groupMask={two | mask}, which in YADE do not touch each other, but new contacts of "
+                    f"{what} do not ask for it; give them a common bit, or call give_back() before, and take_over() after it",
+                    "Masks",
+                )
+            for collider in (engine for engine in engines if is_a(engine, "Collider") and not engine.dead):
+                if one & two & collider.avoidSelfInteractionMask & ~mask:
+                    raise refuse(
+                        f"{type(collider).__name__} has avoidSelfInteractionMask={collider.avoidSelfInteractionMask}, with which YADE makes no contacts "
+                        f"between bodies of groupMask={one | mask}, but new contacts of {what} do not ask for it; set "
+                        f"avoidSelfInteractionMask={collider.avoidSelfInteractionMask & ~(one & two) | mask}, or call give_back() before, and take_over() after it",
+                        "Masks",
+                    )
+
+
 def refuse_mask(body: int, found: int, mask: int, what: str) -> None:
     """Raise YadeError: a bonded body lost its bit of `groupMask`."""
     raise refuse(
