@@ -170,8 +170,10 @@ def files(chance, ours):
 def back_and_forth(chance, ours):
     if ours:
         for engine in bridge.engines():
-            engine.give_back()
-            bridge.take_over(motion=ours["motion"])
+            # After O.interactions.clear(), there is nothing to take over again.
+            if engine.bond_count:
+                engine.give_back()
+                bridge.take_over(motion=ours["motion"])
 
 
 def look(chance, ours):
