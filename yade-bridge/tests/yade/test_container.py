@@ -316,12 +316,11 @@ def meddled(native, change, rate, motion=False, within=False):
 
 def test_changes_of_bonds_act_as_in_yade():
     for change, rate in ((cut, 4.0), (cut, -20.0), (weaken, 4.0), (lambda: O.interactions.clear(), -20.0)):
-        x, count, bonds = meddled(None, change, rate)
+        stock = {False: meddled(None, change, rate), True: meddled(None, change, rate, within=True)}
         way = 0.5e-3
         for native in FORMS:
             for motion, within in ((False, False), (True, False), (False, True)) if not native else ((False, False),):
-                if within:
-                    x, count, bonds = meddled(None, change, rate, within=True)
+                x, count, bonds = stock[within]
                 y, ours, found = meddled(native, change, rate, motion, within)
                 print("%.1e of the way" % (abs(x - y).max() / way), count, native, motion, within)
                 assert ours == count and set(found) == set(bonds)
