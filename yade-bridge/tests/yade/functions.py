@@ -232,6 +232,7 @@ ENGINES = {
     "ForceEngine": dict(ids=[3], force=(0, 0, 1)),
     "ForceRecorder": dict(iterPeriod=1, initRun=True, ids=[3], file="FOLDER/force"),
     "GlobalStiffnessTimeStepper": dict(timeStepUpdateInterval=1),
+    "ServoPIDController": dict(translationAxis=(0, 0, 1)),
     "PyRunner": dict(iterPeriod=1, initRun=True, command="pass"),
     "TorqueRecorder": dict(iterPeriod=1, initRun=True, ids=[3], file="FOLDER/torque"),
     "TorqueEngine": dict(ids=[3], moment=(0, 0, 1)),

@@ -23,6 +23,7 @@ from yade import utils
 
 import concordem
 import concordem.yade as bridge
+from concordem.yade import _lending
 
 steps = int(os.environ.get("SPEED_STEPS", "60"))
 unit = concordem.packing.random_dense(2000, 1.2e-3, dispersion=0.2, seed=1)
@@ -90,10 +91,10 @@ for _ in range(2):
         times[name].append(timed(run, 2 * steps))
         if name == "engine_finite":
             O.timingEnabled = True
-            for e in O.engines:
+            for e in _lending.raw_engines():
                 e.execTime = 0
             run(steps)
-            spent = {type(e).__name__: e.execTime for e in O.engines}
+            spent = {type(e).__name__: e.execTime for e in _lending.raw_engines()}
             O.timingEnabled = False
             total = sum(spent.values())
             found["share"] = {k: round(v / total, 3) for k, v in spent.items()}

@@ -17,7 +17,7 @@ from yade import export, utils
 
 import concordem.yade as bridge
 from concordem import YadeError
-from concordem.yade import _concrete, _layout, _scene
+from concordem.yade import _concrete, _layout, _lending, _scene
 
 VOLUME = 1e-6
 
@@ -45,15 +45,9 @@ def engine(**options):
 
 
 def runner():
-    """The PyRunner of the engine."""
-    (found,) = [e for e in O.engines if "concordem" in getattr(e, "command", "")]
+    """The PyRunner of the engine, which scripts do not see."""
+    (found,) = [e for e in _lending.raw_engines() if getattr(e, "command", "") == bridge.engines()[0].command]
     return found
-
-
-def without(gone):
-    """O.engines without one engine; compares commands, because Python makes new objects of engines."""
-    command = getattr(gone, "command", "")
-    return [e for e in O.engines if getattr(e, "command", None) != command]
 
 
 # -- the memory ---------------------------------------------------------------------------------------------------------
@@ -261,25 +255,84 @@ def refused(text, run=lambda: O.run(5, True)):
     assert O.iter == at, "nothing moved"
 
 
-def test_a_lost_engine_is_noticed():
-    e = engine()
-    good = O.engines
-    O.engines = without(runner())
-    refused("O.engines lacks the bonded engine")
-    O.engines = good
-    O.run(5, True)
-    assert e.solver.steps == 5
+def test_the_numbers_of_engines_stay():
+    """What a script sees and assigns are its engines: `O.engines[3]` stays NewtonIntegrator, and no assignment loses the bonds."""
+
+    def run(take):
+        scene()
+        start = positions()
+        O.run(2, True)
+        before = [type(engine).__name__ for engine in O.engines]
+        take()
+        assert [type(engine).__name__ for engine in O.engines] == before == ["ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"]
+        O.engines[3].damping = 0.9
+        O.engines = O.engines[:4] + [PyRunner(command="pass", iterPeriod=10)]
+        O.run(20, True)
+        O.engines = [ForceResetter(), *O.engines[1:3], NewtonIntegrator(damping=0.1)]
+        O.run(20, True)
+        O.engines = O.engines + [PyRunner(command="O.engines = O.engines[:3] + [NewtonIntegrator(damping=0.5)]", iterPeriod=10, firstIterRun=O.iter + 10)]
+        O.run(40, True)
+        return positions() - start
+
+    stock, ours = run(lambda: None), run(bridge.take_over)
+    assert abs(stock - ours).max() < 1e-9 * abs(stock).max()
+    assert bridge.engines()[0].solver.steps == 80
 
 
-def test_an_engine_lost_during_a_run_is_noticed():
-    import builtins
-
+def test_a_scene_without_active_loop_is_refused():
+    """In stock YADE, no bond acts then."""
     engine()
-    builtins.without, builtins.runner = without, runner
-    O.engines = O.engines + [PyRunner(command="O.engines = without(runner())", iterPeriod=10, firstIterRun=10)]
-    with raises((YadeError, RuntimeError), "O.engines lacks the bonded engine"):
-        O.run(1000, True)
-    assert O.iter <= 11, "the run stops at once"
+    good = O.engines
+    O.engines = []
+    refused("O.engines has no InteractionLoop, behind which")
+    O.engines = good
+    O.engines[2].dead = True
+    refused("set dead=False, or delete its bonds")
+    O.engines[2].dead = False
+    O.run(2, True)
+
+
+def test_what_would_act_in_stock_yade_alone_is_refused():
+    """The clock set to 0, later bonds, callbacks, a MatchMaker; an integrator that a script stops although it is dead already."""
+    loop = lambda: O.engines[2]  # noqa: E731
+    engine()
+    with raises(YadeError, "O.resetTime() sets the iteration to 0"):
+        O.resetTime()
+    loop().physDispatcher.functors[0].cohesiveThresholdIter = O.iter
+    O.run(2, True)
+    loop().physDispatcher.functors[0].cohesiveThresholdIter = O.iter + 100
+    with raises(YadeError, "so YADE would bond contacts that begin in this iteration"):
+        O.run(5, True)
+    for text, change in (
+        ("callback SumIntrForcesCb", lambda: setattr(loop(), "callbacks", [SumIntrForcesCb()])),
+        ("MatchMaker", lambda: setattr(loop().physDispatcher.functors[0], "E", MatchMaker(matches=((0, 0, 1e9),)))),
+    ):
+        scene()
+        O.run(2, True)
+        change()
+        with raises(YadeError, text):
+            bridge.take_over()
+    e = engine(motion=True)
+    O.engines[3].damping = 0.2
+    with raises(YadeError, "because a bonded engine with motion=True moves its bodies"):
+        O.engines[3].dead = True
+    O.run(3, True)
+    e.give_back()
+    O.engines[3].dead = True
+    O.engines[3].dead = False
+
+
+def test_a_refused_take_over_changes_nothing():
+    """The bonds stay YADE's."""
+    scene()
+    O.run(2, True)
+    O.engines = O.engines[1:3] + O.engines[:1] + O.engines[3:]
+    before = [type(e).__name__ for e in O.engines]
+    count = O.interactions.countReal()
+    with raises(YadeError, "ForceResetter must come before"):
+        bridge.take_over()
+    assert O.interactions.countReal() == count > 0 and [type(e).__name__ for e in O.engines] == before and bridge.engines() == []
+    assert all(b.groupMask == 1 for b in O.bodies) and O.engines[0].avoidSelfInteractionMask == 0
 
 
 def test_a_dead_engine_is_noticed():
@@ -305,23 +358,14 @@ def test_an_engine_that_missed_steps_is_noticed():
 
 
 def test_the_order_of_engines_is_checked():
-    for place, text in ((0, "ForceResetter must come before"), (4, "NewtonIntegrator must come after")):
+    for order, text in (((1, 2, 0, 3), "ForceResetter must come before"), ((0, 1, 3, 2), "NewtonIntegrator must come after"), ((0, 1, 2), "no NewtonIntegrator")):
         e = engine()
         good = O.engines
-        others = without(runner())
-        O.engines = others[:place] + [runner()] + others[place:]
+        O.engines = [good[k] for k in order]
         refused(text)
         O.engines = good
         O.run(1, True)
-        # Also during a run.
         assert e.solver.steps == 1
-
-
-def test_shifted_numbers_of_engines_are_noticed():
-    """The idiom O.engines[:4] + [...] loses NewtonIntegrator, because the engine is in front of it."""
-    engine()
-    O.engines = O.engines[:4] + [PyRunner(command="pass", iterPeriod=10)]
-    refused("has moved the engines behind")
 
 
 def test_blind_engines_are_refused_with_their_kin():

@@ -88,17 +88,44 @@ def test_the_time_step_is_that_of_yade():
         assert len(set(stock[0])) > 1, "the stiffnesses change"
 
 
+def test_the_time_step_after_a_block():
+    """`with engine.interactions():` exchanges the collider; the stepper finds the bonds again behind it."""
+
+    def run(take):
+        block()
+        behind_loop(GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.4))
+        O.run(3, True)
+        take()
+        O.run(3, True)
+        for engine in bridge.engines():
+            with engine.interactions():
+                assert O.interactions.countReal() > 100
+        # Softer bonds, a longer step.
+        for i in O.interactions:
+            i.phys.E, i.phys.G, i.phys.kn, i.phys.ks = 0.5 * i.phys.E, 0.5 * i.phys.G, 0.5 * i.phys.kn, 0.5 * i.phys.ks
+        O.interactions.erase(60, 61)
+        O.run(5, True)
+        for i in sorted(O.interactions, key=lambda i: (i.id1, i.id2))[::2]:
+            O.interactions.erase(i.id1, i.id2)
+        O.run(20, True)
+        return [O.dt], moved(positions())
+
+    stock, ours = both(run)
+    close(stock[0], ours[0])
+    close(stock[1], ours[1], 1e-7)
+
+
 def test_the_numbers_of_engines_stay():
-    """The helpers are not seen by a script, and end with the bonded engine."""
+    """What the bonded engine adds is not seen by a script, and ends with it."""
     block()
     behind_loop(GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.4), CpmStateUpdater(iterPeriod=5))
     before = [type(e).__name__ for e in O.engines]
     e = bridge.take_over()
-    assert [type(e).__name__ for e in O.engines] == before[:3] + ["PyRunner"] + before[3:]
-    assert len(_lending.raw_engines()) == len(O.engines) + 4
+    assert [type(e).__name__ for e in O.engines] == before
+    assert len(_lending.raw_engines()) == len(O.engines) + 5
     O.run(10, True)
     O.engines = O.engines[:4] + [PyRunner(command="pass", iterPeriod=1)] + O.engines[4:]
-    assert len(_lending.raw_engines()) == len(O.engines) + 4
+    assert len(_lending.raw_engines()) == len(O.engines) + 5
     O.run(10, True)
     e.give_back()
     assert len(_lending.raw_engines()) == len(O.engines) == len(before) + 1
@@ -326,19 +353,20 @@ def deposit():
 
 def test_bodies_that_come_and_go():
     for change, rate in ((erode, 4.0), (deposit, 4.0), (lambda: (erode(), deposit()), -20.0)):
+
+        def run(take, change=change, rate=rate):
+            block(rate=rate)
+            take()
+            O.run(30, True)
+            change()
+            O.run(150, True)
+            counts = O.interactions.countReal()
+            alive = np.array([tuple(b.state.pos) for b in O.bodies if b is not None])
+            return moved(alive), counts, sum(b.state.numBrokenCohesive for b in O.bodies if b is not None)
+
+        stock = run(lambda: None)
         for motion in (False, True):
-
-            def run(take, change=change, rate=rate, motion=motion):
-                block(rate=rate)
-                take(**(dict(motion=True) if motion else {}))
-                O.run(30, True)
-                change()
-                O.run(150, True)
-                counts = O.interactions.countReal()
-                alive = np.array([tuple(b.state.pos) for b in O.bodies if b is not None])
-                return moved(alive), counts, sum(b.state.numBrokenCohesive for b in O.bodies if b is not None)
-
-            stock, ours = both(run)
+            ours = run(lambda motion=motion: bridge.take_over(motion=motion))
             close(stock[0], ours[0], 1e-8)
             assert stock[1:] == ours[1:]
             # Given back, nothing of YADE's own is lost.
@@ -381,6 +409,8 @@ def test_clumps_masks_and_colliders_are_refused():
         (lambda: O.bodies.clump([3, 4]), "O.bodies.clump(): body 3 belongs to a bonded engine"),
         (lambda: (setattr(O.bodies[5], "groupMask", 1), O.run(2, True)), "body 5 has groupMask=1 without the bit"),
         (lambda: (setattr(O.engines[1], "avoidSelfInteractionMask", 0), O.run(2, True)), "avoidSelfInteractionMask=0 without the bit"),
+        (lambda: (setattr(O.engines[1], "avoidSelfInteractionMask", O.engines[1].avoidSelfInteractionMask | 1), O.run(2, True)), "with which YADE makes no contacts"),
+        (lambda: (setattr(O.bodies[5], "groupMask", O.bodies[5].groupMask ^ 5), O.run(2, True)), "which in YADE do not touch each other"),
         (
             lambda: (setattr(O, "engines", [O.engines[0], InsertionSortCollider([Bo1_Sphere_Aabb()])] + O.engines[2:]), O.step()),
             "InsertionSortCollider has avoidSelfInteractionMask=0",

@@ -15,6 +15,7 @@ from own_run import TABLES, alone, in_yade
 from yade import utils
 
 import concordem.yade as bridge
+from concordem.yade import _lending
 from concordem import YadeError
 
 WORK = os.environ.get("BRIDGE_WORK") or tempfile.mkdtemp()
@@ -105,9 +106,9 @@ def use_threads(count):
         engine.ompThreads = count
 
 
-def breaking():
+def breaking(spheres=None):
     """The specimen after one step of YADE on one thread, because YADE's sums depend on its threads."""
-    concrete(rate=40.0, law=dict(omegaThreshold=0.99), before=lambda: use_threads(1))
+    concrete(rate=40.0, spheres=spheres, law=dict(omegaThreshold=0.99), before=lambda: use_threads(1))
     use_threads(-1)
 
 
@@ -151,7 +152,7 @@ def test_steps_at_once():
         O.run(400, True)
         O.engines = [e for e in O.engines if getattr(e, "command", "") not in {e.command for e in before + after}]
         O.timingEnabled = True
-        (mine,) = [e for e in O.engines if "concordem" in getattr(e, "command", "")]
+        (mine,) = [e for e in _lending.raw_engines() if getattr(e, "command", "") == engine.command]
         mine.execCount = 0
         O.run(300, True)
         O.timingEnabled = False
@@ -168,7 +169,7 @@ def meddled(meddle, place, ours, count=200):
     import builtins
 
     builtins.meddle = meddle
-    breaking()
+    breaking([s for s in packing() if s[2] < 0.0275])
     engines = O.engines
     where = {"first": 0, "before": 1, "after": len(engines)}[place]
     O.engines = engines[:where] + [runner("meddle()", iterPeriod=17)] + engines[where:]

@@ -170,8 +170,10 @@ def files(chance, ours):
 def back_and_forth(chance, ours):
     if ours:
         for engine in bridge.engines():
-            engine.give_back()
-            bridge.take_over(motion=ours["motion"])
+            # After O.interactions.clear(), there is nothing to take over again.
+            if engine.bond_count:
+                engine.give_back()
+                bridge.take_over(motion=ours["motion"])
 
 
 def look(chance, ours):
@@ -219,15 +221,28 @@ def reorder(chance, ours):
     O.engines = O.engines[1:] + O.engines[:1]
 
 
-def lose(chance, ours):
-    O.engines = [e for e in O.engines if "concordem" not in getattr(e, "command", "")]
+def sleep(chance, ours):
+    loop().dead = True
+
+
+def zero(chance, ours):
+    O.resetTime()
+
+
+def renew(chance, ours):
+    """O.engines from the start, by the numbers of the script."""
+    O.engines = O.engines[:3] + [O.engines[3]] + O.engines[4:]
+
+
+def by_number(chance, ours):
+    O.engines[3].dict(), setattr(O.engines[2], "label", "theLoop")
 
 
 FOLLOWED = (
     *(erase_bonds, erase_bodies, erase_all, damage, strength, stiffness, unbond, area, count, ask, throw, wall, push, shift, hold, newton),
-    *(time_step, stepper, updater, skin, keep, files, back_and_forth, look),
+    *(time_step, stepper, updater, skin, keep, files, back_and_forth, look, renew, by_number),
 )
-MAY_BE_REFUSED = (other_material, softer_material, grow, clump, connect, functor, unmask, other_collider, reorder, lose)
+MAY_BE_REFUSED = (other_material, softer_material, grow, clump, connect, functor, unmask, other_collider, reorder, sleep, zero)
 
 
 def script(number):

@@ -435,6 +435,26 @@ def write_contacts(solver: _core.Hosted, kind: dict[str, Any]) -> dict[str, int]
     return {"erased": int(gone.sum()), "made": int(new.sum()), "written": len(table)}
 
 
+#: Columns of a contact from which its normal force follows.
+NORMAL_HISTORY = ("normal_strain", "plastic_normal_strain", "omega")
+
+
+def _normal(phys: Addresses, table: Any) -> tuple[Reals, Reals]:
+    """Total normal strain, and the normal stress before the prestress is taken off, Pa."""
+    modulus = gather(phys, "CpmPhys.E")
+    strain = table["normal_strain"] + gather(phys, "CpmPhys.isoPrestress") / modulus
+    effective = strain - table["plastic_normal_strain"]
+    return strain, (1.0 - np.where(effective > 0, table["omega"], 0.0)) * modulus * effective
+
+
+def write_normal_force(geom: Addresses, phys: Addresses, table: Any, sign: Reals) -> None:
+    """Write of :func:`write_values` what a time step depends on: normal and normal force."""
+    normal = table["normal"] * sign[:, None]
+    stress = _normal(phys, table)[1] - gather(phys, "CpmPhys.isoPrestress")
+    scatter(phys, "CpmPhys.normalForce", -(stress * gather(phys, "CpmPhys.crossSection"))[:, None] * normal)
+    scatter(geom, "ScGeom.normal", normal)
+
+
 def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sign: Reals) -> None:
     """Write what the law computes in every step. `first`: positions of the first bodies in that step; `sign`: -1 where the table has the
     bodies in the other order."""
@@ -445,13 +465,10 @@ def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sig
     def physics(name: str) -> Reals:
         return gather(phys, f"CpmPhys.{name}")
 
-    modulus, shear_modulus, area = physics("E"), physics("G"), physics("crossSection")
-    prestress = physics("isoPrestress")
-    strain = table["normal_strain"] + prestress / modulus
-    effective = strain - table["plastic_normal_strain"]
+    shear_modulus, area, prestress = physics("G"), physics("crossSection"), physics("isoPrestress")
     bonded = table["bonded"]
     omega, kappa = table["omega"], table["kappa"]
-    stress = (1.0 - np.where(effective > 0, omega, 0.0)) * modulus * effective
+    strain, stress = _normal(phys, table)
     # While a contact slips, YADE stores a plastic strain with which the elastic traction exceeds the bound; the bound acts.
     # As YADE: a cohesion that is not a number bounds the stress by 0.
     bound = np.fmax(0.0, physics("undamagedCohesion") * (1.0 - omega) - stress * physics("tanFrictionAngle"))

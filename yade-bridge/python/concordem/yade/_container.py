@@ -131,11 +131,12 @@ def _set_count(vector: int, before: int, count: int) -> None:
 
 
 class Loan:
-    """From now until :meth:`end`, the vector of YADE's container has the bonds of these engines, too."""
+    """From now until :meth:`end`, the vector of YADE's container has the bonds of these engines, too; `stiffness`: only with what a time step
+    needs."""
 
-    def __init__(self, engines: Sequence[Owner]) -> None:
+    def __init__(self, engines: Sequence[Owner], stiffness: bool = False) -> None:
         at_rest()
-        pointers = np.concatenate([engine.mirror().pointers() for engine in engines])
+        pointers = np.concatenate([engine.mirror().pointers(stiffness) for engine in engines])
         yade = host()
         layout = yade.layout
         self._vector = known_pointer(known_address_of(yade.omega._sceneObj) + layout["Scene.interactions"]) + layout["interactions.vector"]

@@ -23,7 +23,7 @@ class Finding(NamedTuple):
     line: int
     """Line of the script; 0 for the scene."""
     verdict: str
-    """`"followed"`, `"refused"`, `"unknown"` (this YADE does not have it), or `"look"` (it may mean something else after the take-over)."""
+    """`"followed"`, `"refused"`, or `"unknown"` (this YADE does not have it)."""
     what: str
     """The name, or the engine."""
     why: str
@@ -37,7 +37,7 @@ _GIVE_BACK = "refused while a bonded engine has these bodies: call give_back() b
 #: Functions and methods that change what a bonded engine keeps.
 _REFUSED = {
     **dict.fromkeys(("clump", "addToClump", "releaseFromClump", "deleteClumpMember", "deleteClumpBody", "replaceByClumps"), _GIVE_BACK),
-    **dict.fromkeys(("createInteraction", "flipCell"), _GIVE_BACK),
+    **dict.fromkeys(("createInteraction", "flipCell", "resetTime"), _GIVE_BACK),
     **dict.fromkeys(("growParticle", "growParticles", "setContactFriction"), "refused after the take-over: call it before"),
 }
 #: Attributes that a loop over interactions may set.
@@ -116,8 +116,6 @@ def _findings(tree: ast.AST) -> Iterator[Finding]:
             yield from _of_call(node, known)
         elif isinstance(node, ast.Attribute) and node.attr in _FOLLOWED:
             yield Finding(node.lineno, "followed", node.attr, _FOLLOWED[node.attr])
-        elif isinstance(node, ast.Subscript) and isinstance(node.value, ast.Attribute) and node.value.attr == "engines":
-            yield from _of_number(node)
     for text, line in _commands(tree):
         try:
             inner = ast.parse(text)
@@ -134,14 +132,6 @@ def _commands(tree: ast.AST) -> Iterator[tuple[str, int]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.keyword) and node.arg in ("command", "doneHook", "hook") and isinstance(node.value, ast.Constant):
             yield str(node.value.value), node.value.lineno
-
-
-def _of_number(node: ast.Subscript) -> Iterator[Finding]:
-    """O.engines[k]: behind InteractionLoop, the take-over moves the numbers by one."""
-    ends = [node.slice.lower, node.slice.upper] if isinstance(node.slice, ast.Slice) else [node.slice]
-    numbers = [end.value for end in ends if isinstance(end, ast.Constant) and isinstance(end.value, int)]
-    if any(number >= 3 for number in numbers):
-        yield Finding(node.lineno, "look", "O.engines[…]", "after the take-over, engines behind InteractionLoop have a number that is higher by one; use a label")
 
 
 def _of_call(node: ast.Call, known: dict[str, Any]) -> Iterator[Finding]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
-from . import _hooks, _interactions, _rules, _thread_state, _vtk
+from . import _hooks, _interactions, _lending, _rules, _thread_state, _vtk
 from ._concrete import Concrete, add_to_clock, add_to_lost, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._mirror import Mirror
@@ -54,7 +54,7 @@ def _command(name: str) -> str:
 
 
 def _is_in_engines(name: str) -> bool:
-    return any(getattr(engine, "command", "") == _command(name) for engine in host().omega.engines)
+    return any(getattr(engine, "command", "") == _command(name) for engine in _lending.working_engines())
 
 
 def _here() -> list[BondedEngine]:
@@ -84,6 +84,8 @@ class BondedEngine:
         if name in _registered and _is_in_engines(name):
             raise refuse(f'there already is a bonded engine "{name}"; choose another name', "Name")
         self.name = name
+        #: Of the PyRunner in O.engines.
+        self.command = _command(name)
         self._solver = solver
         #: Number of times that the bonds were built anew, after a script has changed them.
         self._rebuilt = 0
@@ -155,6 +157,11 @@ class BondedEngine:
         return place < len(self.ids) and int(self.ids[place]) == number and number not in self._erased
 
     @property
+    def moves_bodies(self) -> bool:
+        """Whether it moves its bodies in place of NewtonIntegrator."""
+        return self._motion is not None and self._motion.active
+
+    @property
     def is_concrete(self) -> bool:
         """Whether the bonds have the law of YADE's concrete, so that YADE's functions can read them."""
         return bool(self._kind["kind"] == "concrete")
@@ -198,6 +205,7 @@ class BondedEngine:
             with self._as_yades():
                 concrete = Concrete(ids)
                 self._solver = concrete.anew(mirror.interactions(), self._kind, before, self._threads)
+                self._attach_solver()
         except BaseException:
             mirror.out = True  # so that the next step asks again
             raise
@@ -210,7 +218,6 @@ class BondedEngine:
             self.ids, self._erased = ids, set()
             self._watch()
         self._lost = self._lost_now()
-        self._attach_solver()
         if self._motion is not None and self._motion.active:
             self._motion._share()
         # The next check looks at O.engines again, and tells the solver.
@@ -273,8 +280,10 @@ class BondedEngine:
 
     def check_engines(self, engines: list[Any]) -> None:
         """Raise YadeError unless the engine works in these engines."""
-        command = _command(self.name)
-        mine = [k for k, engine in enumerate(engines) if getattr(engine, "command", "") == command]
+        mine = [k for k, engine in enumerate(engines) if getattr(engine, "command", "") == self.command]
+        if not any(_rules.is_a(engine, "InteractionLoop") for engine in engines):
+            raise refuse(f"O.engines has no InteractionLoop, behind which {self._title} acts; add it, or delete the bonds (remove())", "Engines")
+        _rules.refuse_idle_loop(engines, self._title)
         _rules.refuse_order(engines, mine, self._title)
         _rules.refuse_blind_engines(engines, lends=self.lends)
         _rules.refuse_collider(engines, self._kind.get("mask", 0), self._title)
@@ -291,7 +300,7 @@ class BondedEngine:
             self._suspect = True
             if self._motion is not None and self._motion.active:
                 self._motion.adopt()
-            self.check_engines(omega.engines)
+            self.check_engines(_lending.working_engines())
             self.solver.watch(self._scene + host().layout["Scene.engines"], host().layout["Engine.dead"])
         _rules.refuse_skipped(self._next, omega.iter, self._title)
         if deep:
@@ -307,6 +316,7 @@ class BondedEngine:
         omega = host().omega
         if self._settings:
             _rules.refuse_changes(self._settings, _rules.settings(omega.engines, self._watched), self._title)
+            _rules.refuse_later_bonds(omega.engines, omega.iter, self._title)
         if omega.periodic and getattr(omega.cell, "flipFlippable", False):
             raise refuse("O.cell.flipFlippable=True exchanges the periodic images of the bonds, which a bonded engine keeps; set it to False", "Periodic")
         if (self._bodies_now() != self._bodies).any():
@@ -317,6 +327,8 @@ class BondedEngine:
         masks = gather(self._bodies, "Body.groupMask", "i32")
         if (unmasked := np.flatnonzero(masks & self._kind.get("mask", 0) != self._kind.get("mask", 0))).size:
             _rules.refuse_mask(int(self.ids[unmasked[0]]), int(masks[unmasked[0]]), self._kind["mask"], self._title)
+        if self._kind.get("mask"):
+            _rules.refuse_apart(omega.engines, np.unique(masks & ~self._kind["mask"]).tolist(), self._kind["mask"], self._title)
         materials, radii = self._facts_of_bodies()
         if self._settings and (materials != self._materials).any():
             _rules.refuse_material(int(self.ids[materials != self._materials][0]), self._title)
@@ -329,7 +341,7 @@ class BondedEngine:
         yade = host()
         engines = list(yade.omega.engines)
         place = next(k for k, engine in enumerate(engines) if class_of(engine) == "InteractionLoop") + 1
-        runner = yade.wrapper.PyRunner(command=_command(self.name), iterPeriod=1, initRun=True, firstIterRun=0)
+        runner = yade.wrapper.PyRunner(command=self.command, iterPeriod=1, initRun=True, firstIterRun=0)
         yade.omega.engines = engines[:place] + [runner] + engines[place:]
 
     def _mask(self) -> None:
@@ -365,7 +377,7 @@ class BondedEngine:
         if self._motion is not None and self._motion.active:
             self._motion.end()
         self._placed = False
-        yade.omega.engines = [e for e in yade.omega.engines if getattr(e, "command", "") != _command(self.name)]
+        yade.omega.engines = [e for e in yade.omega.engines if getattr(e, "command", "") != self.command]
         bit = self._kind.get("mask", 0)
         if bit:
             for number in self.ids:

@@ -1,6 +1,6 @@
 """Checks around functions of YADE while a scene has bonded engines, so that no bond is lost without a word.
 
-A bonded engine cannot notice that it is not in O.engines any more. Therefore `O.run`, `O.step`, and `O.wait` ask every engine of the
+A bonded engine cannot notice that it does not act any more. Therefore `O.run`, `O.step`, and `O.wait` ask every engine of the
 scene whether all is as it needs, and so does an assignment to O.engines during a run. O.interactions and functions that read it answer with
 the bonds (:mod:`._container`). Scenes without bonded engines are not affected.
 """
@@ -29,6 +29,12 @@ class Bonded(Protocol):
 
     #: Whether the bonds are in O.interactions now.
     _shown: bool
+    #: Of the PyRunner that computes the bonds, which scripts do not see in O.engines; empty if the engine itself stands there.
+    command: str
+
+    @property
+    def moves_bodies(self) -> bool:
+        """Whether it moves its bodies in place of NewtonIntegrator."""
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the scene is as the engine needs it; `deep`: settings and bodies, too."""
@@ -258,14 +264,15 @@ def install() -> None:
         return found
 
     def get(self: Any) -> Any:
-        return _lending.without_helpers(engines.fget(self))
+        return _lending.of_script(engines.fget(self))
 
     def assign(self: Any, new: Any) -> None:
         new = list(new)
-        engines.fset(self, _lending.with_helpers(new))
+        engines.fset(self, _lending.with_ours(new))
         if self.running and bonded():
+            working = _lending.working_engines()
             for engine in bonded():
-                engine.check_engines(new)
+                engine.check_engines(working)
 
     omega.run, omega.step, omega.wait = checked_run, checked_step, checked_wait
     for name, path_of, use in (
@@ -278,8 +285,11 @@ def install() -> None:
         setattr(omega, name, _with_bonds(getattr(omega, name), path_of, use))
     for name in ("reset", "resetThisScene", "resetCurrentScene", "resetAllScenes"):
         setattr(omega, name, _forgetting(getattr(omega, name)))
+    omega.resetTime = _refusing("O.resetTime()", omega.resetTime, _TO_ZERO)
+    _dead_integrator(yade.wrapper)
     omega.engines = property(get, assign, None, engines.__doc__)
     _lending.owners = lambda: [engine for engine in bonded() if not engine._shown]
+    _lending.commands = lambda: {engine.command for engine in bonded() if engine.command}
     _lending.raw_engines = lambda: engines.fget(yade.wrapper.Omega())
     call, run_engine = yade.wrapper.Engine.__call__, omega.runEngine
     yade.wrapper.Engine.__call__ = functools.wraps(call)(lambda self: _called(self, lambda: call(self)))
@@ -422,6 +432,29 @@ def _lost_of_states(state: Any) -> None:
         lost.fset(self, value)
 
     state.numBrokenCohesive = property(get, put, None, lost.__doc__)
+
+
+#: Why the clock stays.
+_TO_ZERO = (
+    "sets the iteration to 0, in which stock YADE takes bonds that were made in iteration 0 for new ones, without strain; call it before take_over(), or "
+    "give_back() before, and take_over() after it"
+)
+
+
+def _dead_integrator(wrapper: Any) -> None:
+    """Refuse that a script stops a NewtonIntegrator whose bodies a bonded engine moves: it is dead already."""
+    dead = wrapper.Engine.dead
+
+    def put(self: Any, value: bool) -> None:
+        if value and dead.fget(self) and any(engine.moves_bodies for engine in bonded()):
+            raise _rules.refuse(
+                "NewtonIntegrator has dead=True because a bonded engine with motion=True moves its bodies, and would go on; end it with give_back() or "
+                "remove(), or take over with motion=False",
+                "Motion",
+            )
+        dead.fset(self, value)
+
+    wrapper.NewtonIntegrator.dead = property(dead.fget, put, None, dead.__doc__)
 
 
 #: Why a method of another law than concrete is refused.

@@ -128,8 +128,9 @@ def shown(engine: Bonds) -> Iterator[None]:
         _refuse_changes(before, _present(engine))
     finally:
         clear_between(engine.ids)
-        sort_anew()
         engine._shown = False
+        # Last: it assigns O.engines, whose engines that read interactions get their helpers back.
+        sort_anew()
 
 
 def _present(engine: Bonds) -> tuple[Interactions, dict[str, Any]]:

@@ -1,6 +1,7 @@
-"""Engines of YADE that read interactions, in a scene whose bonds a bonded engine has.
+"""What the bonded engines add to O.engines, which scripts do not see: their own PyRunners, and helpers of engines that read interactions.
 
-Such an engine walks through YADE's container in C++. In O.engines, it stands between two helpers: the first one lends the bonds to the
+O.engines keeps the numbers that a script has written (``O.engines[3].damping = 0.2``): the PyRunners of the bonded engines stand behind
+InteractionLoop, whatever a script assigns. An engine of YADE that reads interactions walks through YADE's container in C++. In O.engines, it stands between two helpers: the first one lends the bonds to the
 container (:class:`._container.Loan`), the second one takes them back. Scripts do not see the helpers in O.engines, so the numbers of the
 engines stay those of the script. What an engine reads costs as much as a loop over the interactions in a script; the bonds are lent only in
 steps in which the engine may act.
@@ -19,9 +20,10 @@ from ._scene import host, is_at_rest
 #: Beginning of the commands of helpers.
 _COMMAND = "__import__('concordem.yade').yade._lending."
 _loan: Loan | None = None
-#: Set by the hooks: the bonded engines whose bonds are not in O.interactions, and O.engines with the helpers.
+#: Set by the hooks: the bonded engines whose bonds are not in O.interactions, the commands of their PyRunners, and O.engines with all that is added.
 owners: Callable[[], Sequence[Any]] = list
-raw_engines: Callable[[], list[Any]] = list
+commands: Callable[[], set[str]] = set
+raw_engines: Callable[[], list[Any]] = lambda: list(host().omega.engines)
 #: Numbers of helpers of GlobalStiffnessTimeStepper that have acted since O.engines was last assigned.
 _acted: set[int] = set()
 
@@ -31,15 +33,25 @@ def is_helper(engine: Any) -> bool:
     return type(engine).__name__ == "PyRunner" and engine.command.startswith(_COMMAND)
 
 
-def without_helpers(engines: Sequence[Any]) -> list[Any]:
-    """The engines of the script."""
-    return [engine for engine in engines if not is_helper(engine)]
+def working_engines() -> list[Any]:
+    """O.engines with the PyRunners of bonded engines, without the helpers."""
+    return [engine for engine in raw_engines() if not is_helper(engine)]
 
 
-def with_helpers(engines: Sequence[Any]) -> list[Any]:
-    """The engines, each that reads interactions between its helpers if a bonded engine of the scene has bonds that YADE can read."""
+def of_script(engines: Sequence[Any]) -> list[Any]:
+    """The engines that a script has put there."""
+    ours = commands()
+    return [engine for engine in engines if not is_helper(engine) and getattr(engine, "command", None) not in ours]
+
+
+def with_ours(engines: Sequence[Any]) -> list[Any]:
+    """The engines of a script with the PyRunners of the bonded engines behind InteractionLoop, and each engine that reads interactions between
+    its helpers if a bonded engine of the scene has bonds that YADE can read."""
     _acted.clear()
-    plain = without_helpers(engines)
+    plain, ours = of_script(engines), commands()
+    # Without an InteractionLoop, the check before the next step refuses the scene.
+    place = next((k for k, engine in enumerate(plain) if is_a(engine, "InteractionLoop")), len(plain)) + 1
+    plain[place:place] = [engine for engine in raw_engines() if getattr(engine, "command", None) in ours]
     if not any(engine.lends for engine in owners()):
         return plain
     found = []
@@ -91,7 +103,7 @@ def lend(number: int) -> None:
         for engine in found:
             engine.update_lost()
     settle()
-    _loan = Loan(found)
+    _loan = Loan(found, stiffness=is_a(engines[place + 1], "GlobalStiffnessTimeStepper"))
 
 
 def take_back() -> None:

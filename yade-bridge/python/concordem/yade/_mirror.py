@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from . import _changes
-from ._concrete import keys_of, scatter, write_constants, write_images, write_own, write_values
+from ._concrete import NORMAL_HISTORY, keys_of, scatter, write_constants, write_images, write_normal_force, write_own, write_values
 from ._interactions import Bonds, table_of
 from ._memory import known_address_of, memory
 from ._own import STORED
@@ -52,7 +52,13 @@ class Mirror:
     def __init__(self, bonds: Callable[[], Bonds], moment: Callable[[], Any], parameters: bool = False) -> None:
         self._bonds, self._moment, self._parameters = bonds, moment, parameters
         self._at: Any = None
+        #: The last step whose normals and normal forces are written, and the rows of the solver then, with their order in the objects.
+        self._stiff_at: Any = None
+        self._rows: dict[str, Any] = {}
+        self._order = np.zeros(0, np.int64)
         self._keys = np.zeros(0, np.int64)
+        #: Reference lengths, bit by bit. A contact that opened and closed between two looks has another one, and nothing of the earlier contact.
+        self._reference = np.zeros(0, np.int64)
         self._contacts: list[Any] = []
         none: Addresses = np.zeros(0, np.uint64)
         self._address, self._geom, self._phys = none, none, none
@@ -84,17 +90,32 @@ class Mirror:
         self._write(bonds, table, bodies)
         self._at, self._before = moment, {}
 
+    def refresh_stiffness(self) -> None:
+        """As :meth:`refresh`, of what GlobalStiffnessTimeStepper reads alone: normals and normal forces of the same contacts as before."""
+        moment = self._moment()
+        if moment == self._at or moment == self._stiff_at:
+            return
+        table = _table(self._bonds())
+        if self._before or not _same_rows(table, self._rows):
+            self.refresh()
+            return
+        columns = {name: table[name][self._order] for name in ("a", "normal", *NORMAL_HISTORY)}
+        write_normal_force(self._geom, self._phys, columns, np.where(columns["a"] == self._one, 1.0, -1.0))
+        self._stiff_at = moment
+
     def _write(self, bonds: Bonds, table: Any, bodies: dict[str, Any]) -> None:
         self._concrete = bonds._kind["kind"] == "concrete"
+        self._rows = {name: table[name] for name in _ROW}
         keys = keys_of(table["a"], table["b"], table["bonded"])
         order = np.argsort(keys, kind="stable")
         keys = keys[order]
         if (keys[1:] >> 1 == keys[:-1] >> 1).any():
             raise refuse("two bodies touch through two periodic images, which YADE cannot store; enlarge the cell", "TwoImages")
-        table = table[order] if isinstance(table, np.ndarray) else {name: column[order] for name, column in table.items()}
+        names = table.dtype.names if isinstance(table, np.ndarray) else table
+        table = {name: table[name][order] for name in names}
         row = np.zeros(int(bodies["id"].max(initial=0)) + 1, np.int64)
         row[bodies["id"]] = np.arange(len(bodies["id"]))
-        if not np.array_equal(keys, self._keys):
+        if not (np.array_equal(keys, self._keys) and np.array_equal(_bits(table["reference_length"]), self._reference)):
             self._match(keys, table, bodies["radius"][row], bonds._kind)
         sign = np.where(table["a"] == self._one, 1.0, -1.0)
         first = bodies["position"][row[self._one]]
@@ -103,11 +124,14 @@ class Mirror:
         else:
             _write_forces(self._geom, self._phys, first, table, sign)
         write_images(self._address, table["image"] * sign.astype(np.int32)[:, None])
+        self._order = order
 
     def _match(self, keys: NDArray[np.int64], table: Any, radius: Any, kind: dict[str, Any]) -> None:
         """Keep the objects of contacts that still exist, and make those of new ones."""
         place = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
-        known = self._keys[place] == keys if len(self._keys) else np.zeros(len(keys), bool)
+        known = np.zeros(len(keys), bool)
+        if len(self._keys):
+            known = (self._keys[place] == keys) & (self._reference[place] == _bits(table["reference_length"]))
         one, two = (keys >> 32).astype(np.int32), (keys >> 1 & 0x7FFFFFFF).astype(np.int32)
         old = self._contacts
         contacts: list[Any] = [old[k] if kept else None for k, kept in zip(place.tolist(), known.tolist())]
@@ -132,6 +156,7 @@ class Mirror:
             write_own(phys[new], keys[new] & 1, one[new], two[new], kind)
             write_constants(geom[new], phys[new], table["reference_length"][new], table["area"][new])
         self._keys, self._contacts, self._one, self._two = keys, contacts, one, two
+        self._reference = _bits(table["reference_length"])
         self._address, self._geom, self._phys = address, geom, phys
         self._index = self._of_body = None
 
@@ -184,9 +209,12 @@ class Mirror:
             return []
         return [self._contacts[k] for k in order[starts[number] : starts[number + 1]].tolist()]
 
-    def pointers(self) -> NDArray[np.uint64]:
-        """Addresses of the interactions, with their present values."""
-        self.refresh()
+    def pointers(self, stiffness: bool = False) -> NDArray[np.uint64]:
+        """Addresses of the interactions, with their present values; `stiffness`: those that a time step needs."""
+        if stiffness:
+            self.refresh_stiffness()
+        else:
+            self.refresh()
         return self._address
 
     def interactions(self) -> Interactions:
@@ -232,7 +260,7 @@ class Mirror:
 
     def followed(self) -> None:
         """The engine has the changes."""
-        self._at, self._before, self._erased = None, {}, 0
+        self._at, self._stiff_at, self._before, self._erased, self._rows = None, None, {}, 0, {}
 
     def values(self) -> dict[str, Any]:
         """Attributes of the physics that the law reads, row by row."""
@@ -270,11 +298,24 @@ class Mirror:
 
     def _forget(self, keep: NDArray[np.bool_]) -> None:
         self._erased += int((~keep).sum())
+        self._rows = {}
         self._contacts = [contact for contact, kept in zip(self._contacts, keep.tolist()) if kept]
-        self._keys, self._one, self._two = self._keys[keep], self._one[keep], self._two[keep]
+        self._keys, self._one, self._two, self._reference = self._keys[keep], self._one[keep], self._two[keep], self._reference[keep]
         self._address, self._geom, self._phys = (np.ascontiguousarray(column[keep]) for column in (self._address, self._geom, self._phys))
         self._before = {name: np.ascontiguousarray(column[keep]) for name, column in self._before.items()}
         self._index = self._of_body = None
+
+
+#: What tells a contact of the solver.
+_ROW = ("a", "b", "bonded", "reference_length")
+
+
+def _bits(numbers: Any) -> NDArray[np.int64]:
+    return np.ascontiguousarray(numbers, dtype=float).view(np.int64)
+
+
+def _same_rows(table: Any, rows: dict[str, Any]) -> bool:
+    return bool(rows) and all(np.array_equal(table[name], rows[name]) for name in _ROW)
 
 
 def _table(bonds: Bonds) -> Any:
@@ -282,7 +323,8 @@ def _table(bonds: Bonds) -> Any:
     if bonds._kind["kind"] != "concrete":
         return table_of(bonds.solver)
     tables = bonds.solver.contacts()
-    return np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
+    found = [tables[name] for name in ("cpm", "unbonded") if len(tables.get(name, ()))]
+    return found[0] if len(found) == 1 else np.concatenate(found or list(tables.values()))
 
 
 def _write_forces(geom: Addresses, phys: Addresses, first: Any, table: Any, sign: Any) -> None:

@@ -71,6 +71,11 @@ def only_integrator(engines: list[Any]) -> Any:
     return found[0]
 
 
+def _set_dead(newton: Any, dead: bool) -> None:
+    """Stop the integrator, or start it. Its own attribute refuses that a script does so while a bonded engine moves the bodies."""
+    host().wrapper.Engine.dead.fset(newton, dead)
+
+
 class Motion:
     """Moves the bodies of an engine."""
 
@@ -120,7 +125,7 @@ class Motion:
         """Let NewtonIntegrator move the bodies again."""
         self._refuse_step_under_way("end")
         self._engine.solver.move_bodies(None)
-        self._newton.dead = False
+        _set_dead(self._newton, False)
         if self._bit:
             self._newton.mask = -1
             for body in host().omega.bodies:
@@ -141,11 +146,13 @@ class Motion:
     def suspended(self) -> Iterator[None]:
         """Within this, NewtonIntegrator looks as without `motion=True`. No step is possible."""
         before = self._newton.dead, self._newton.mask
-        self._newton.dead, self._newton.mask = False, -1
+        _set_dead(self._newton, False)
+        self._newton.mask = -1
         try:
             yield
         finally:
-            self._newton.dead, self._newton.mask = before
+            _set_dead(self._newton, before[0])
+            self._newton.mask = before[1]
 
     def check(self) -> None:
         """Raise YadeError if YADE would do more in a step than this."""
@@ -218,9 +225,10 @@ class Motion:
         newton, bodies = self._newton, self._other_bodies()
         if len(bodies):
             self._mark(bodies)
-            newton.dead, newton.mask = False, self._bit
+            _set_dead(newton, False)
+            newton.mask = self._bit
         else:
-            newton.dead = True
+            _set_dead(newton, True)
             # The collider reads here how far bodies have moved, and searches in every step if it is 0 or above 1. It has nothing to find.
             newton.maxVelocitySq = 0.5
         layout = host().layout

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from .._errors import YadeError
-from . import _hooks, _native_bonds, _rules
+from . import _hooks, _lending, _native_bonds, _rules
 
 #: Classes of the plugin that are written by hand, bases first; those of other laws are generated (:func:`classes`).
 CLASSES = (
@@ -163,17 +163,15 @@ class _Engine:
     """A `BondedEngine_Rust` of the scene, or with `lost` the reason why the scene has lost it."""
 
     def __init__(self, engine: Any, place: int = -1, lost: str = "") -> None:
-        self._engine, self._place, self._lost = engine, place, lost
+        self._engine, self._place, self._lost, self.command = engine, place, lost, ""
         self._shown = engine is not None and _native_bonds.is_shown(engine)
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place and alive; in its steps, it checks the rest itself."""
         self._refuse_lost()
         _native_bonds.follow(self._engine)
-        import yade.wrapper
-
         _rules.refuse_shown(self._shown, "BondedEngine_Rust")
-        _rules.refuse_order(yade.wrapper.Omega().engines, [self._place], "BondedEngine_Rust")
+        _rules.refuse_order(_lending.working_engines(), [self._place], "BondedEngine_Rust")
         if deep:
             self._ask()
 
@@ -190,6 +188,11 @@ class _Engine:
         """The bonds as objects of YADE."""
         self._refuse_lost()
         return _native_bonds.mirror(self._engine)
+
+    @property
+    def moves_bodies(self) -> bool:
+        """Whether it moves its bodies: NewtonIntegrator does."""
+        return False
 
     @property
     def lends(self) -> bool:
@@ -248,9 +251,7 @@ class _Engine:
 
 def _here() -> list[_hooks.Bonded]:
     """The native bonded engines of the current scene with bonds."""
-    import yade.wrapper
-
-    engines = enumerate(yade.wrapper.Omega().engines)
+    engines = enumerate(_lending.working_engines())
     found: list[_hooks.Bonded] = [_Engine(e, k) for k, e in engines if type(e).__name__ == "BondedEngine_Rust" and e.selfMask]
     lost = library().concordem_yade_abandoned()
     return found + [_Engine(None, lost=lost)] if lost else found

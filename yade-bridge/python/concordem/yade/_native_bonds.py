@@ -135,6 +135,8 @@ def follow(engine: Any) -> None:
     for k in kept[values["isCohesive"][place] != gather(made.phys[kept], "CpmPhys.isCohesive", "u8")]:
         contact = own[int(made.id1[k]), int(made.id2[k])]
         contact.phys.isCohesive = not contact.phys.isCohesive
+    # It stopped when it gave the bonds back.
+    engine.dead = False
     _asked(engine.takeOver)
 
 

@@ -100,6 +100,12 @@ def refuse_blind_engines(engines: Sequence[Any], replaced: str = "", lends: bool
         raise refuse(f"O.engines has {loops} active engines InteractionLoop; keep exactly one", "Engines")
     for engine, is_slave in _with_slaves(engines):
         name = type(engine).__name__
+        if is_a(engine, "InteractionLoop") and engine.callbacks:
+            raise refuse(
+                f"InteractionLoop has the callback {type(engine.callbacks[0]).__name__}, which YADE calls for its own contacts only, not for the bonds; "
+                "set callbacks=[], and read the bonds in a PyRunner",
+                "BlindEngine",
+            )
         if name == replaced or (lends and not is_slave and is_followed(engine)):
             continue
         remedy = "take it out of the ParallelEngine" if lends and is_slave and is_followed(engine) else _remedy(engine)
@@ -134,6 +140,17 @@ def refuse_blind_call(engine: Any) -> None:
         )
 
 
+def refuse_idle_loop(engines: Sequence[Any], what: str) -> None:
+    """Raise YadeError if no InteractionLoop is alive: in stock YADE, no contact acts then."""
+    loops = [engine for engine in engines if is_a(engine, "InteractionLoop")]
+    if loops and all(engine.dead for engine in loops):
+        raise refuse(
+            f"InteractionLoop has dead=True, and stock YADE would compute no contact, but the bonds of {what} act; set dead=False, or delete its bonds "
+            "(its remove() or release())",
+            "Engines",
+        )
+
+
 def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None:
     """Raise YadeError unless the engine `what`, at the places `mine`, is in O.engines once, alive, after ForceResetter and before
     NewtonIntegrator."""
@@ -151,8 +168,7 @@ def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None
     resetters, integrators = ([k for k, e in enumerate(engines) if is_a(e, name)] for name in ("ForceResetter", "NewtonIntegrator"))
     if not integrators:
         raise refuse(
-            f"O.engines has no NewtonIntegrator; add it after {what} (the take-over has moved the engines behind {what} by one, so "
-            "O.engines[:4] may have lost it: give engines a label instead of their number)",
+            f"O.engines has no NewtonIntegrator; add it after {what}",
             "EngineOrder",
         )
     if not resetters or resetters[-1] > place:
@@ -188,6 +204,12 @@ def functors_of_concrete(engines: Iterable[Any]) -> list[Any]:
         if not matching:
             raise refuse(f"InteractionLoop has no {name}, which concrete needs; add it, {_OR_BOND}", "NotConcrete")
         found.append(matching[-1])
+    if getattr(found[1], "E", None) is not None:
+        raise refuse(
+            "Ip2_CpmMat_CpmMat_CpmPhys has E, a MatchMaker, which contacts that begin later would lack; set E=None, and young of the materials, "
+            "or phys.E of single contacts",
+            "NotConcrete",
+        )
     return found
 
 
@@ -247,6 +269,18 @@ def check_creation(limit: int, now: int) -> None:
         raise refuse(f"YADE creates bonds until iteration {limit} (cohesiveThresholdIter); take over after it", "Engines")
 
 
+def refuse_later_bonds(engines: Iterable[Any], now: int, what: str) -> None:
+    """Raise YadeError if a script lets YADE bond contacts that begin from now on."""
+    for loop in engines:
+        for functor in loop.physDispatcher.functors if is_a(loop, "InteractionLoop") and not loop.dead else ():
+            if is_a(functor, _FUNCTORS["physDispatcher"]) and (functor.cohesiveThresholdIter < 0 or now < functor.cohesiveThresholdIter):
+                raise refuse(
+                    f"cohesiveThresholdIter is {functor.cohesiveThresholdIter} now, so YADE would bond contacts that begin in this iteration, {now}, but "
+                    f"new contacts of {what} stay unbonded; set it back, or call give_back() before, and take_over() after that iteration",
+                    "Changed",
+                )
+
+
 def check_distance(factor: float) -> None:
     """Raise YadeError if new contacts would start at a distance."""
     if factor not in (1.0, -1.0):
@@ -299,6 +333,26 @@ def refuse_collider(engines: Iterable[Any], mask: int, what: str) -> None:
             )
 
 
+def refuse_apart(engines: Iterable[Any], masks: Sequence[int], mask: int, what: str) -> None:
+    """Raise YadeError if YADE would not let bonded bodies touch that have these values of `groupMask`, but for the engine's bit `mask`."""
+    for one in masks:
+        for two in masks:
+            if not one & two:
+                raise refuse(
+                    f"bonded bodies have groupMask={one | mask} and groupMask={two | mask}, which in YADE do not touch each other, but new contacts of "
+                    f"{what} do not ask for it; give them a common bit, or call give_back() before, and take_over() after it",
+                    "Masks",
+                )
+            for collider in (engine for engine in engines if is_a(engine, "Collider") and not engine.dead):
+                if one & two & collider.avoidSelfInteractionMask & ~mask:
+                    raise refuse(
+                        f"{type(collider).__name__} has avoidSelfInteractionMask={collider.avoidSelfInteractionMask}, with which YADE makes no contacts "
+                        f"between bodies of groupMask={one | mask}, but new contacts of {what} do not ask for it; set "
+                        f"avoidSelfInteractionMask={collider.avoidSelfInteractionMask & ~(one & two) | mask}, or call give_back() before, and take_over() after it",
+                        "Masks",
+                    )
+
+
 def refuse_mask(body: int, found: int, mask: int, what: str) -> None:
     """Raise YadeError: a bonded body lost its bit of `groupMask`."""
     raise refuse(
@@ -339,6 +393,7 @@ def refuse_changes(before: dict[str, str], now: dict[str, str], what: str) -> No
 def check_native(engines: Sequence[Any], mine: Sequence[int], what: str, replaced: str) -> None:
     """Raise YadeError unless the native engine works in these engines."""
     refuse_order(engines, mine, what)
+    refuse_idle_loop(engines, what)
     refuse_blind_engines(engines, replaced)
 
 

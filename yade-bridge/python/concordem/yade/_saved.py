@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from . import _hooks
+from . import _hooks, _lending
 from ._clumps import Clumps
 from ._concrete import cell_of, class_of
 from ._engine import BondedEngine, _registered, engines
@@ -62,7 +62,7 @@ def _write_bonds(path: str) -> list[str]:
 
 def _read_bonds(path: str, threads: int | None = None) -> list[BondedEngine]:
     """Load the bonds of the scene that YADE has just loaded from this file."""
-    wanted = [e.command for e in host().omega.engines if class_of(e) == "PyRunner" and "concordem.yade" in e.command and "._run(" in e.command]
+    wanted = [e.command for e in _lending.working_engines() if class_of(e) == "PyRunner" and "concordem.yade" in e.command and "._run(" in e.command]
     found = []
     for command in wanted:
         name = command.rsplit("(", 1)[1].rstrip(")").strip("'\"")

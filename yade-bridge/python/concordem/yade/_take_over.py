@@ -79,15 +79,16 @@ def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
     try:
         if engine._motion is not None:
             engine._motion.begin()
-        engine._mask()
         engine._insert()
         for other in disabled:
             other.dead = True
         # A PyRunner's new engines act from the next step on.
         if not omega.running:
             engine.check_engines(omega.engines)
+        # Last, because it takes the bonds out of YADE's container.
+        engine._mask()
         engine._placed = True
-        # With the helpers of engines that read interactions.
+        # With the helpers of engines that read interactions, and without the PyRunner for scripts.
         omega.engines = omega.engines
     except Exception:
         for other in disabled:
@@ -96,6 +97,7 @@ def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
             engine._motion.end()
         _registered.pop(engine.name, None)
         engine.attached = False
+        omega.engines = [other for other in omega.engines if getattr(other, "command", "") != engine.command]
         raise
     return engine
 
