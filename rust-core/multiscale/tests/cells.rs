@@ -170,6 +170,35 @@ fn work_of_the_stress_is_of_second_order_in_the_step() {
     }
 }
 
+/// Lattices of concrete, some of which have an inner freedom, stretched at once and slowly. Loads that are almost zero have no equilibrium beyond their
+/// rounding, which also pushes the whole.
+#[test]
+fn perfect_lattices_of_concrete_have_a_stiffness() {
+    for (kind, repeats) in [("fcc", [2, 2, 2]), ("hcp", [3, 2, 2]), ("bcc", [2, 2, 2])] {
+        let text = format!(
+            "version = 1\n\
+             [packing]\nkind = 'lattice'\nlattice = '{kind}'\nradius = '1 mm'\nrepeats = {repeats:?}\nshape = {{ kind = 'periodic' }}\n\
+             [[material]]\nname = 'm'\ndensity = '4800 kg/m^3'\n\
+             cpm = {{ young = 25e9, shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = 3e6, friction_coefficient = 0.8 }}\n\
+             [bonds]\nlaw = 'cpm'\ninteraction_ratio = 1.5\n[contacts]\nlaw = 'cpm'\n\
+             [integration]\ndamping = {{ kind = 'local', coefficient = 0.2 }}\n[stop]\nsteps = 1000000\n"
+        );
+        let scenario = Scenario::parse("<test>", &text).unwrap();
+        let assembly = assemble(&scenario, Path::new("."), &mut |_, _| ()).unwrap();
+        let before = RepresentativeCell::new(&assembly).unwrap().stiffness().unwrap();
+        for steps in [1, 2, 20] {
+            let mut cell = RepresentativeCell::new(&assembly).unwrap();
+            for k in 1..=steps {
+                let strain = 2e-5 * f64::from(k) / f64::from(steps);
+                cell.deform(&(Mat3::identity() + Mat3::from_diagonal(&Vec3::new(strain, 0.0, 0.0))), 1).unwrap();
+            }
+            let after = cell.stiffness().unwrap();
+            // Stretched by 2e-5.
+            assert!((after - before).abs().max() < 1e-4 * before.max(), "{kind} {steps}: {after} {before}");
+        }
+    }
+}
+
 /// Forces on a particle of a perfect lattice cancel but for rounding, also after hundreds of steps in which positions were rounded: the lattice has
 /// its stiffness.
 #[test]

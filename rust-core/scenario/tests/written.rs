@@ -45,6 +45,32 @@ fn written_velocities_are_external_work() {
     assert!(last.residual.abs() < 1e-8 * energy, "{}", last.residual);
 }
 
+/// The same for a sphere whose motion is prescribed by a constant, which goes on as it was written.
+#[test]
+fn written_velocities_of_a_prescribed_motion_are_external_work() {
+    let text = TWO.to_owned()
+        + "[[set]]
+        name = \"held\"
+        selection = { kind = \"ids\", ids = [0] }
+        [[prescribe]]
+        set = \"held\"
+        velocity = [1e-3, 0, 0]
+        angular_velocity = [0, 0, 0]";
+    let mut run = simulation(&text);
+    for _ in 0..10 {
+        run.advance().unwrap();
+    }
+    let before = Written::of(&run.state);
+    run.state.particles.velocity[0] = Vec3::new(0.01, 0.02, 0.0);
+    run.state.particles.angular_velocity[0] = Vec3::new(0.0, 0.0, 2.0);
+    before.book(&mut run.state);
+    for _ in 0..3 {
+        let record = run.advance().unwrap().sample.unwrap();
+        assert!(record.residual.abs() < 1e-12 * record.external_work, "{} {}", record.residual, record.external_work);
+    }
+    assert_eq!(run.state.particles.velocity[0], Vec3::new(0.01, 0.02, 0.0));
+}
+
 /// Other positions begin another balance.
 #[test]
 fn written_positions_start_the_balance_anew() {

@@ -89,6 +89,8 @@ impl CellStiffness {
 
 /// Fraction of the largest force of a link below which a load is a rounding remainder, also after many steps in which positions were rounded.
 const CANCELED: f64 = 1e-9;
+/// Rounding of a load as a part of the largest force of a link: sums of some thirty forces.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// Components of strain of a network: all six, or those of the plane.
 pub(super) fn strains(planar: bool) -> impl Iterator<Item = usize> {
@@ -151,7 +153,8 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
     let mechanisms = singular - if planar { 3 } else { 6 } * rattlers;
     let names = ["strain 11", "strain 22", "strain 33", "shear 23", "shear 31", "shear 12"];
     let loads = loads(&product, &still);
-    let (solutions, mut iterations) = solve(&product, &inverses, &loads, &names, accuracy)?;
+    let rounding = ROUNDING * largest_force(&held) * (product.size() as f64).sqrt();
+    let (solutions, mut iterations) = solve(&product, &inverses, &loads, &names, accuracy, rounding)?;
     let (relaxed, derivatives) = if rigid {
         let links = energies(&held, &solutions).map(|energy| in_plane(energy / volume, planar));
         (sum(&links), Some(Derivatives { links, ..Derivatives::zero() }))
@@ -160,7 +163,8 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
             let transposed = StiffnessProduct::of_cell(&held).transposed();
             let names = names.map(|name| format!("{name}, transposed"));
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let (adjoint, more) = solve(&transposed, &inverses, &self::loads(&transposed, &still), &names, accuracy)?;
+            let loads = self::loads(&transposed, &still);
+            let (adjoint, more) = solve(&transposed, &inverses, &loads, &names, accuracy, rounding)?;
             iterations = iterations.max(more);
             Some(derivatives(&product, &solutions, &transposed, &adjoint).scaled(1.0 / volume))
         } else {
@@ -186,7 +190,7 @@ fn loads(product: &StiffnessProduct<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
             add(load, link.b as usize, &minus(on_b), network.scale);
         }
     }
-    let largest = network.links.iter().map(|l| l.stiffness.normal * l.branch.norm()).fold(0.0, f64::max);
+    let largest = largest_force(network);
     // Forces that cancel but for rounding (as in a lattice) are no load: what they relax changes the stiffness by the square of this fraction,
     // below its rounding, and has no equilibrium.
     for load in &mut loads {
@@ -195,6 +199,11 @@ fn loads(product: &StiffnessProduct<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
         }
     }
     loads
+}
+
+/// Largest force of a link under unit strain, N.
+fn largest_force(network: &LinkNetwork) -> f64 {
+    network.links.iter().map(|l| l.stiffness.normal * l.branch.norm()).fold(0.0, f64::max)
 }
 
 /// Derivatives of volume times stiffness (J) with deformable particles, from the states of both systems.

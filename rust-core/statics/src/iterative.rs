@@ -26,12 +26,16 @@ impl Default for Accuracy {
 }
 
 /// Solve `K u = f` for each right-hand side. Returns the solutions and the largest number of iterations.
+///
+/// `rounding`: norm of the roundings in a right-hand side, N. They also load the motions of the whole, which nothing holds, so no residual can be
+/// smaller.
 pub(super) fn solve(
     product: &StiffnessProduct<'_>,
     inverses: &[Matrix6<f64>],
     loads: &[Vec<f64>],
     names: &[&str],
     accuracy: Accuracy,
+    rounding: f64,
 ) -> Result<(Vec<Vec<f64>>, usize), StaticsError> {
     let watch = Watch::here();
     let solved: Result<Vec<(Vec<f64>, usize)>, StaticsError> = loads
@@ -42,10 +46,12 @@ pub(super) fn solve(
                 return Ok((vec![0.0; product.size()], 0));
             }
             let what = (*name).to_owned();
+            let norm = load.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let tolerance = accuracy.residual.max(rounding / norm);
             let not_converged = |residual| StaticsError::NotConverged {
                 what: what.clone(),
                 residual,
-                wanted: accuracy.residual,
+                wanted: tolerance,
                 iterations: accuracy.iterations,
             };
             let multiply = |y: &mut [f64], x: &[f64]| {
@@ -58,9 +64,9 @@ pub(super) fn solve(
                 }
             };
             let (solution, iterations) = if product.coupling.is_some() {
-                biconjugate_gradients(multiply, precondition, load, accuracy.residual, accuracy.iterations)
+                biconjugate_gradients(multiply, precondition, load, tolerance, accuracy.iterations)
             } else {
-                conjugate_gradients(multiply, precondition, load, accuracy.residual, accuracy.iterations)
+                conjugate_gradients(multiply, precondition, load, tolerance, accuracy.iterations)
             }
             .map_err(|failure| match failure {
                 Failure::NotConverged(residual) => not_converged(residual),
@@ -69,7 +75,7 @@ pub(super) fn solve(
             if product.coupling.is_some() {
                 // Biconjugate gradients may break down without an error.
                 let residual = residual(product, &solution, load);
-                if residual.is_nan() || residual > 10.0 * accuracy.residual {
+                if residual.is_nan() || residual > 10.0 * tolerance {
                     return Err(not_converged(residual));
                 }
             }

@@ -92,7 +92,7 @@ pub fn solve_supported(
     }) {
         return Err(StaticsError::Unsupported { what: "equilibrium".into() });
     }
-    let (solution, iterations) = solve(&product, &inverses, &[load], &["equilibrium"], accuracy)?;
+    let (solution, iterations) = solve(&product, &inverses, &[load], &["equilibrium"], accuracy, 0.0)?;
     let x: Vec<f64> = solution[0].iter().zip(&given).map(|(x, given)| x + given).collect();
     let mut holding = vec![0.0; 6 * particles];
     whole.multiply(&mut holding, &x);

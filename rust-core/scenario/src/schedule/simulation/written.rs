@@ -25,8 +25,8 @@ impl Written {
     }
 
     /// Books what a caller has written since. The change of the kinetic energy is external work. Other positions have energies that no motion
-    /// connects with those before: the balance starts anew with the next step. Velocities of members of clumps and of prescribed components
-    /// have no effect. Before the first step there is nothing to book: that step takes the energies of the start as they are.
+    /// connects with those before: the balance starts anew with the next step. Velocities of members of clumps have no effect. A
+    /// component that is prescribed by a constant goes on as it was written. Before the first step there is nothing to book: that step takes the energies of the start as they are.
     pub fn book(&self, state: &mut State) {
         if !state.ledger.started {
             return;
@@ -39,17 +39,10 @@ impl Written {
         }
         let mut work = 0.0;
         for p in (0..particles.len()).filter(|&p| particles.clump[p] == u32::MAX) {
-            let given = particles.constraint[p];
             let (v, w) = (&particles.velocity[p], &particles.angular_velocity[p]);
             let (old_v, old_w) = (&self.velocity[p], &self.angular_velocity[p]);
-            for axis in 0..3 {
-                if !given.translation(axis) {
-                    work += 0.5 * particles.mass[p] * (v[axis] - old_v[axis]) * (v[axis] + old_v[axis]);
-                }
-                if !given.rotation(axis) {
-                    work += 0.5 * particles.inertia[p] * (w[axis] - old_w[axis]) * (w[axis] + old_w[axis]);
-                }
-            }
+            work += 0.5 * particles.mass[p] * (v - old_v).dot(&(v + old_v));
+            work += 0.5 * particles.inertia[p] * (w - old_w).dot(&(w + old_w));
         }
         state.ledger.external_work.add(work);
     }
