@@ -452,6 +452,31 @@ const MISTAKES: &[Mistake] = &[
         &["loading.strain_rate = \"1e-7 1/s\"", "days on one core"],
         "rates of 0.1 to 100 1/s",
     ),
+    scenario(
+        "rate of a laboratory for a few particles",
+        (
+            "strain_rate = \"20 1/s\"\n[stop]\nstrain = 1e-3\nsteps = 1_000",
+            "strain_rate = \"1e-6 1/s\"\n[stop]\nstrain = 1e-3",
+        ),
+        &["loading.strain_rate = \"1e-6 1/s\"", "steps of"],
+        "rates of 0.1 to 100 1/s",
+    ),
+    scenario(
+        "random packing in an STL file in mm",
+        (
+            "lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\nshape = { kind = \"box\", size = [\"9 mm\", \"9 mm\", \"16 mm\"] }",
+            "random-dense\"\ncount = 50\nradius = \"1 mm\"\nshape = { kind = \"mesh\", path = \"cube.stl\" }",
+        ),
+        &["spheres; at most"],
+        "unit = \"1 mm\"",
+    ),
+    scenario(
+        "specimen of a few rows",
+        ("\"9 mm\", \"9 mm\", \"16 mm\"", "\"9 mm\", \"9 mm\", \"4 mm\""),
+        &["loading.layer_thickness", "do not fit a specimen"],
+        "one to three particle diameters",
+    )
+    .at("m.toml:18:"),
     scenario("strain in percent", ("strain = 1e-3", "strain = 0.5"), &["stop.strain = 0.5", "is 50 %"], "\"0.5 %\""),
     scenario(
         "set beside the body",
@@ -495,6 +520,13 @@ const MISTAKES: &[Mistake] = &[
         "packing.radius=\"2 mm\"",
     ),
     command(
+        "setting with a space for =",
+        "check m.toml --set packing.radius 2mm",
+        "--set packing.radius 2mm",
+        &["write = between key and value"],
+        "--set packing.radius=\"2mm\"",
+    ),
+    command(
         "calibration in GPa",
         "calibrate elastic --law cpm --young 30 --poisson 0.2",
         "--young",
@@ -507,6 +539,13 @@ const MISTAKES: &[Mistake] = &[
         "--region",
         &["has no [[sample]]"],
         "--operator region-stress --region '{ kind = \"sphere\"",
+    ),
+    command(
+        "operator without a region",
+        "measure r.h5 --operator region-stress",
+        "--region:",
+        &["the packing has no periodic cell"],
+        "such as { kind = \"sphere\"",
     ),
     // Commands.
     command("page as PDF", "report r.h5 -o x.pdf", "--output x.pdf", &["HTML"], "use x.html"),
@@ -701,6 +740,9 @@ fn mistakes_in_files_and_other_decks_are_explained() {
     // Lines that end with a carriage return alone are lines.
     let old = check("old.toml", BAR.replace('\n', "\r").as_bytes());
     assert_eq!(old.code, exit::DONE, "{}", old.err);
+    // Temporary files are no business of the user.
+    let nowhere = concordem(["run", text(&path("old.toml")), "-o", "/proc/x.h5"]);
+    assert!(nowhere.err.contains("/proc cannot be written") && !nowhere.err.contains(".unfinished"), "{}", nowhere.err);
     let without = concordem(["check", text(&path("old"))]);
     assert!(without.err.contains("Did you mean") && without.err.contains("old.toml?"), "{}", without.err);
     let brazilian = concordem(["init", "--template", "brazilian", text(&path("split.toml"))]);

@@ -87,9 +87,9 @@ pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3)
         return Err(PackingError::Empty);
     }
     let copies = (last - first).add_scalar(1.0).product();
-    within("the number of copies of the packing that cover the shape", copies, 1.0, MAX_COPIES)?;
     // Spheres inside the box around the shape, at the density of the packing.
     affordable((high - low).product() / cell.volume() * unit.spheres.len() as f64)?;
+    within("the number of copies of the packing that cover the shape", copies, 1.0, MAX_COPIES)?;
     let mut spheres = Vec::new();
     for k in first.z as i64..=last.z as i64 {
         for j in first.y as i64..=last.y as i64 {

@@ -142,7 +142,7 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
                 return Err(Failure::Usage(format!("--wall: no wall is called \"{wall}\"; the walls are: {names}")));
             }
             let sample = samples::one(&scenario, &moment.particles, moment.cell.as_ref(), "--region", &sample)
-                .map_err(|error| Failure::Usage(error.to_string()))?;
+                .map_err(|error| Failure::Usage(error.to_string().replace("--region.region", "--region")))?;
             if sample.is_empty(&moment.state())? {
                 let message = "--region: no particle and no contact lies in the region; move or enlarge it";
                 return Err(Failure::Usage(message.into()));

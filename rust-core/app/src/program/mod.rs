@@ -278,9 +278,14 @@ impl Console<'_> {
 
 /// Runs a command; returns the exit code. `arguments` start with the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<'_>) -> u8 {
-    let cli = match Cli::try_parse_from(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let cli = match Cli::try_parse_from(&arguments) {
         Ok(cli) => cli,
         Err(error) => {
+            if let Some(problem) = settings::without_sign(&arguments) {
+                console.tell(&format!("error: {problem}"));
+                return exit::USAGE;
+            }
             let text = error.render();
             if error.use_stderr() {
                 let text = if console.interactive { text.ansi().to_string() } else { text.to_string() };

@@ -1,5 +1,6 @@
 //! The option `--set`, which replaces keys of a scenario.
 
+use std::ffi::OsString;
 use std::path::Path;
 
 use super::Failure;
@@ -12,6 +13,17 @@ pub(super) struct Settings {
     /// contains the scenario with these values
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     list: Vec<Setting>,
+}
+
+/// What is wrong if a key and its value are separate arguments: `--set KEY VALUE`.
+pub(super) fn without_sign(arguments: &[OsString]) -> Option<String> {
+    let texts: Vec<&str> = arguments.iter().filter_map(|argument| argument.to_str()).collect();
+    texts.windows(3).find_map(|part| match part {
+        ["--set", key, value] if !key.contains('=') && !value.starts_with('-') => {
+            Some(format!("--set {key} {value}: write = between key and value, without spaces: --set {key}={value:?}"))
+        }
+        _ => None,
+    })
 }
 
 /// Prefix of the names of provenance entries with settings.

@@ -26,6 +26,8 @@ const BREAKING: f64 = 1e-5;
 const EARLY: f64 = 1e-2;
 /// Duration of a run, s, that is probably a mistake: a week.
 const LONG: f64 = 7.0 * 86_400.0;
+/// More steps than any run of explicit dynamics needs: at the rate of a laboratory, also for a few particles.
+const MOST_STEPS: f64 = 1e9;
 /// Times of a step per bond and per particle on one core, s: CPM takes some 50 ns per bond, the integration 20 ns per particle.
 const PER_BOND: f64 = 50e-9;
 const PER_PARTICLE: f64 = 20e-9;
@@ -134,12 +136,11 @@ pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_w
     let bonds: usize = state.bonds.iter().map(|block| block.contacts().len()).sum();
     let step = bonds as f64 * PER_BOND + state.particles.len() as f64 * PER_PARTICLE;
     if let Some((steps, key)) = most_steps(scenario, schedule, dt)
-        && steps * step > LONG
+        && (steps * step > LONG || steps > MOST_STEPS)
     {
-        let message = format!(
-            "the run may take {steps:.1e} steps of {dt:.2e} s, about {:.0e} days on one core",
-            steps * step / 86_400.0
-        );
+        let hours = steps * step / 3600.0;
+        let time = if hours > 48.0 { format!("{:.0e} days", hours / 24.0) } else { format!("{hours:.0e} hours") };
+        let message = format!("the run may take {steps:.1e} steps of {dt:.2e} s, about {time} on one core");
         let (place, help) = match (key, key_of_rate(&scenario.loading)) {
             ("strain", Some(rate)) => {
                 (rate, "load faster: discrete element runs use rates of 0.1 to 100 1/s, or check the unit")

@@ -280,7 +280,8 @@ impl Builder<'_> {
         if lower.is_empty() || upper.is_empty() || lower.iter().any(|p| upper.contains(p)) {
             let (low, high) = bounds_along(extents);
             let message = format!(
-                "end layers of {thickness} m do not fit a specimen {} m long: they are empty or overlap",
+                "end layers of {thickness:.4} m do not fit a specimen {:.4} m long: they are empty or overlap; make the layers one to three \
+                 particle diameters thick, or the specimen longer",
                 high - low
             );
             return Err(unfit("loading.layer_thickness", message));

@@ -172,7 +172,8 @@ fn region(
             return if cell.is_some() {
                 Ok(None)
             } else {
-                Err(unfit(key, "the packing has no periodic cell; give a region".into()))
+                let example = "{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }";
+                Err(unfit(key, format!("the packing has no periodic cell; give a region, such as {example}")))
             };
         }
         Some(SampleRegion::All { volume }) => Region::All { volume: volume.si() },
