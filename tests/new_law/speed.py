@@ -15,7 +15,7 @@ from distributed import Program
 SIDE, STEPS, RADIUS, SPACING, DENSITY = 30, 200, 0.005, 0.00995, 2500.0
 LAWS = {"scalar": "adhesive_scalar", "straight": "adhesive", "none": None}
 #: A contact is held by at most a tenth of its pull-off force.
-WORDS = "stiffness 1e5 pull_off 1e2"
+WORDS = "normal_stiffness 1e5 pull_off_force 1e2"
 HEAD = {
     "liggghts": "units si\natom_style sphere\natom_modify map array sort 0 0\nboundary f f f\nnewton off\ncommunicate single vel yes\n",
     "lammps": "units si\natom_style bpm/sphere\natom_modify map array sort 0 0\nboundary f f f\nnewton off\ncomm_modify vel yes\n",
