@@ -40,7 +40,7 @@ fn bonds_between_chosen_types() {
         ("bond distance 1.2 between 1", "`between 1` is invalid"),
         ("bond distance 1.2 between 1-1 between 2-2", "given twice"),
     ] {
-        let message = of(end).unwrap_err().to_string();
+        let message = of(end).unwrap_err();
         assert!(message.contains(wanted), "{message}");
     }
 }

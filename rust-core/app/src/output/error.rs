@@ -269,14 +269,14 @@ impl OutputError {
                 Self::NoSpace { path, message: source.to_string() }
             }
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::NotADirectory => {
-                Self::not_writable(&path, source)
+                Self::not_writable(&path, &source)
             }
             _ => Self::Io { path, action, source },
         }
     }
 
     /// The file or folder cannot be written. A working folder is named in full, and a temporary file not at all.
-    pub(crate) fn not_writable(path: &Path, source: io::Error) -> Self {
+    pub(crate) fn not_writable(path: &Path, source: &io::Error) -> Self {
         let path = if path == Path::new(".") { std::env::current_dir().ok() } else { None }.unwrap_or(path.to_owned());
         let cause = source.get_ref().and_then(|inner| inner.source()).map(ToString::to_string);
         let source = cause.map_or_else(|| io::Error::from(source.kind()), |cause| io::Error::new(source.kind(), cause));

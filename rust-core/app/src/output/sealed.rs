@@ -153,7 +153,7 @@ fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile
     leftovers::sweep(scratch);
     paths::new_unfinished(scratch).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound if !scratch.is_dir() => OutputError::NoFolder { path: scratch.to_owned() },
-        io::ErrorKind::NotFound => OutputError::not_writable(scratch, error),
+        io::ErrorKind::NotFound => OutputError::not_writable(scratch, &error),
         _ => OutputError::io(path, "create", error),
     })
 }

@@ -207,7 +207,9 @@ class CohesiveBeam(TypedDict, total=False):
     radius: Quantity | None
     """Radius of the beam, m; or give `radius_ratio`. Range: > 0."""
     radius_ratio: Quantity | None
-    """Radius of the beam divided by the mean radius of the bonded particles; or give `radius`. Range: > 0."""
+    """Radius of the beam divided by the radius that `radius_rule` names; or give `radius`. Range: > 0."""
+    radius_rule: RadiusRule | None
+    """Radius that `radius_ratio` multiplies; only with `radius_ratio`. Default: the mean over all bonded particles."""
     shear_coefficient: Quantity | None
     """Shear coefficient of the section; 0.9 if left out; only with model "timoshenko". Range: > 0."""
     shear_ratio: Quantity | None
@@ -1927,6 +1929,8 @@ PointOfAction: TypeAlias = Literal["body", "pull", "push"]
 Protocol: TypeAlias = Literal["jammed", "yade"]
 #: Distribution of radii, by number of spheres.
 Radii: TypeAlias = RadiiUniform | RadiiLogNormal | RadiiTable
+#: Radius that the ratio of a beam's radius refers to.
+RadiusRule: TypeAlias = Literal["mean-of-all", "smaller", "mean", "harmonic-mean"]
 #: Region in which an operator is evaluated.
 SampleRegion: TypeAlias = SampleRegionAll | SampleRegionCell | SampleRegionBox | SampleRegionSphere | SampleRegionCylinder | SampleRegionEllipsoid | SampleRegionHalfSpaces | SampleRegionSet | SampleRegionMaterial
 #: Integration scheme.

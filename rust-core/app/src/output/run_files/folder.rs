@@ -68,7 +68,7 @@ pub(super) fn new_folder(folder: &Path) -> Result<tempfile::TempDir, OutputError
     builder.tempdir_in(folder).map_err(|error| match error.kind() {
         // Some folders of the system, such as /proc, exist but take no files.
         std::io::ErrorKind::NotFound if !folder.is_dir() => OutputError::NoFolder { path: folder.to_owned() },
-        std::io::ErrorKind::NotFound => OutputError::not_writable(folder, error),
+        std::io::ErrorKind::NotFound => OutputError::not_writable(folder, &error),
         _ => OutputError::io(folder, "create", error),
     })
 }
