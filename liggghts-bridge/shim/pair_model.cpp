@@ -184,6 +184,10 @@ void ConcordemModel::check(PairGran *pair)
 {
   if (pair->storeContactForces() || pair->storeContactForcesStress() || pair->storeSumDelta() || pair->fr_pair())
     fail("it does not support fixes that store contact forces, or rigid bodies; remove them");
+  // LIGGGHTS never sets the histories in such lists.
+  if (pair->dnum() > 0 && pair->list->listskip)
+    fail("in pair_style hybrid with pairs of types that are not its own, LIGGGHTS does not keep histories of contacts; use tangential off, or "
+         "hybrid/overlay with pair_coeff * * gran");
 }
 
 void ConcordemModel::check(FixWallGran *wall)

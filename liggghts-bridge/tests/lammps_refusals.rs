@@ -37,6 +37,8 @@ fn errors_name_the_remedy() {
             "comm_modify vel yes",
         ),
         (format!("{head}bond_style concordem/cohesive_beam bond distance 1.5\n"), "remove `bond`"),
+        (format!("{head}bond_style concordem/cohesive_beam between 1-1\n"), "remove `between`"),
+        (format!("{head}pair_style concordem/frictional between 1-1\n"), "remove `between`"),
         (format!("{head}bond_style concordem/cohesive_beam\n{coeff}{coeff}"), "bond_coeff can be given only once"),
         (
             format!("{head}compute c all concordem/bond/local nothing\nbond_style zero\nbond_coeff *\nrun 0\n"),

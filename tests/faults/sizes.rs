@@ -53,7 +53,7 @@ fn impossible_sizes_are_refused_with_a_number() {
             format!(
                 "kind = \"file\"\npath = \"one.txt\"\n{CELL}\nshape = {{ kind = \"box\", size = [1e9, 1e9, 1e9] }}"
             ),
-            "copies of the packing",
+            "1e33 spheres; at most",
         ),
         (
             format!("kind = \"file\"\npath = \"empty.txt\"\n{CELL}\nshape = {{ kind = \"box\", size = [1, 1, 1] }}"),

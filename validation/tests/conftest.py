@@ -101,6 +101,15 @@ class Fake:
         return (self.change(result) or result) if self.change else result
 
 
+@pytest.fixture(autouse=True)
+def registered():
+    """Self-checks of engines come into being when they are named; none of them outlives its test."""
+    before = dict(registry.ENGINES)
+    yield
+    registry.ENGINES.clear()
+    registry.ENGINES.update(before)
+
+
 @pytest.fixture
 def engines(monkeypatch):
     """Three engines, of which a test changes the second. ConcorDEM is not installed here."""

@@ -1,7 +1,7 @@
 """Wrong codes that a check could still call equal: each must be found, and with its cause."""
 import numpy as np
 import pytest
-from concordem_validate import baseline, cli, compare, norms, registry, rounds, runner, start
+from concordem_validate import baseline, cli, compare, norms, rounds, runner, start
 from concordem_validate import case as cases
 from concordem_validate.errors import HarnessError, Incomparable
 from conftest import CASE, SCENARIO, judged, sound
@@ -147,8 +147,6 @@ TWINS = 'name = "positions"\nkind = "series"\npeer = "two"\nof = "position"\nsca
 @pytest.mark.parametrize("growth, cause", [(1e-9, "pass"), (0.1, "blind")])
 def test_twins_that_part_at_once_allow_nothing(folder, engines, monkeypatch, growth, cause):
     """An engine whose bits change from run to run, or that is unstable, would agree with everything."""
-    # that of another test has the engine of that test
-    monkeypatch.delitem(registry.ENGINES, "one@twin", raising=False)
 
     def run(task, *_):
         result = sound("one")

@@ -438,8 +438,6 @@ def test_twins_set_the_window_of_a_chaotic_run(tmp_path, monkeypatch):
     # a mistake before the twins part is found
     registry.ENGINES["two"].change, registry.ENGINES["two"].number = lambda x: x * (1 + 1e-6), "2"
     assert verdict("twin = 100\n").cause == "difference"
-    for name in [n for n in registry.ENGINES if n.startswith(("one@", "two@"))]:
-        registry.ENGINES.pop(name)
 
 
 def test_planted_mistakes_show_what_the_cases_cannot_see(mine, no_page, capsys):

@@ -123,7 +123,7 @@ pub enum PackingError {
     #[error("this needs a periodic packing, but the packing has no cell")]
     NoCell,
     /// A shape so large, or spheres so small, that the result would not fit.
-    #[error("this would make {count:e} spheres; at most {limit:e} can be handled")]
+    #[error("this would make {count:.0e} spheres; at most {limit:e} can be handled")]
     TooMany {
         /// Expected number.
         count: f64,
