@@ -116,7 +116,8 @@ class Contact : public ContactModelBase {
 
   void beginPass(SurfacesIntersectData &data, ForceData &on_i, ForceData &on_j)
   {
-    model_.check(pair_);
+    // More reals than the model: those of the models beside it.
+    model_.check(pair_, model_.has_history() || parts_.rolling != ROLLING_OFF || pair_->dnum() > model_.width());
     skip_ = of_fixes_.find(pair_->list);
     cohesion_->beginPass(data, on_i, on_j);
     rolling_->beginPass(data, on_i, on_j);

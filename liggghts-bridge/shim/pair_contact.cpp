@@ -89,7 +89,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       pair->ev_setup(eflag, vflag);
     else
       pair->evflag = pair->vflag_fdotr = 0;
-    check(pair);
+    check(pair, has_history());
     const int nlocal = atom->nlocal, count = nlocal + atom->nghost;
     recorded_ = 0;
     if (!count) return;

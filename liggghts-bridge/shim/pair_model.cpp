@@ -180,13 +180,13 @@ std::vector<double> ConcordemModel::per_pair(const char *name)
   return values;
 }
 
-void ConcordemModel::check(PairGran *pair)
+void ConcordemModel::check(PairGran *pair, bool keeps_history)
 {
   if (pair->storeContactForces() || pair->storeContactForcesStress() || pair->storeSumDelta() || pair->fr_pair())
     fail("it does not support fixes that store contact forces, or rigid bodies; remove them");
   // LIGGGHTS never sets the histories in such lists.
-  if (pair->dnum() > 0 && pair->list->listskip)
-    fail("in pair_style hybrid with pairs of types that are not its own, LIGGGHTS does not keep histories of contacts; use tangential off, or "
+  if (keeps_history && pair->list->listskip)
+    fail("in pair_style hybrid with pairs of types that are not its own, LIGGGHTS does not keep histories of contacts; use tangential off and no rolling friction, or "
          "hybrid/overlay with pair_coeff * * gran");
 }
 

@@ -66,7 +66,7 @@ class ConcordemModel : protected Pointers {
   // End on this processor with the message of a failed call.
   void fail_with_message();
   // End if the script needs what our models do not support.
-  void check(PairGran *pair);
+  void check(PairGran *pair, bool keeps_history);
   void check(FixWallGran *wall);
   // A particle that overlaps a wall. `data` has the particle, its radius, the overlap, and the vector from the wall.
   ConcordemWallContact wall_contact(FixWallGran *wall, const LIGGGHTS::ContactModels::SurfacesIntersectData &data,
