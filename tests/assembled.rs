@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use concordem::assembly::{Assembly, AssemblyError};
-use concordem::law::{ContactLaw, Cpm, Frictional, HertzMindlin};
+use concordem::law::{CohesiveBeam, ContactLaw, Cpm, Frictional, HertzMindlin};
 use concordem::math::{Vec3, rotate};
 use concordem::schedule::Loading;
 use concordem::solver::Solver;
@@ -74,6 +74,47 @@ fn two_materials(law: &str, keys: &str, differs: &str, bonds: bool) -> Assembly 
 fn frictions<L: ContactLaw>(block: &dyn EvaluatedContacts, of: fn(&L) -> f64) -> Vec<u64> {
     let block = block.contacts().as_any().downcast_ref::<ContactBlock<L>>().expect("contacts of this law");
     block.rows.iter().map(|row| of(row).to_bits()).collect()
+}
+
+/// Beams have the radius that their rule gives, between spheres of 1, 3, and 3 m: the mean of all is 7/3 m, and of the first pair the
+/// smaller radius is 1 m, the mean 2 m, and the harmonic mean 2·1·3/4 = 1.5 m.
+#[test]
+fn beams_have_the_radius_of_their_rule() {
+    for (rule, first, second) in [
+        ("", 7.0 / 3.0, 7.0 / 3.0),
+        ("radius_rule = \"mean-of-all\"", 7.0 / 3.0, 7.0 / 3.0),
+        ("radius_rule = \"smaller\"", 1.0, 3.0),
+        ("radius_rule = \"mean\"", 2.0, 3.0),
+        ("radius_rule = \"harmonic-mean\"", 1.5, 3.0),
+    ] {
+        let assembly = made(&format!(
+            "version = 1
+            [packing]
+            kind = \"spheres\"
+            spheres = [[0, 0, 0, 1.0], [4, 0, 0, 3.0], [10, 0, 0, 3.0]]
+            [[material]]
+            name = \"stone\"
+            density = 1000
+            [material.cohesive_beam]
+            young = 1e9
+            radius_ratio = 0.5
+            {rule}
+            [bonds]
+            law = \"cohesive_beam\"
+            interaction_ratio = 1.1
+            [contacts]
+            law = \"none\"
+            [stop]
+            steps = 10"
+        ));
+        let contacts = assembly.state.bonds[0].contacts();
+        let block = contacts.as_any().downcast_ref::<ContactBlock<CohesiveBeam>>().expect("beams");
+        for (k, radius) in [first, second].into_iter().enumerate() {
+            let area = std::f64::consts::PI * 0.25 * radius * radius;
+            // Three roundings.
+            assert!((block.reference.get(k).area / area - 1.0).abs() < 1e-15, "{rule}, bond {k}");
+        }
+    }
 }
 
 /// A friction coefficient arrives in every law as it is written, within a material and between two that differ otherwise.

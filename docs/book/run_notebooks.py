@@ -4,7 +4,7 @@
     run_notebooks.py [NOTEBOOK …]      runs all, or those, and compares the texts
     run_notebooks.py --write [...]     stores texts, tables, and pictures
 
-Each notebook runs in a folder of its own. Pictures are made again, and not compared: they change with the version of matplotlib.
+Each notebook runs in its own folder. Pictures are made again but not compared: they change with the version of matplotlib.
 """
 
 import argparse

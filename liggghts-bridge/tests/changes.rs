@@ -503,9 +503,14 @@ fn granular_sub_styles_of_hybrids_do_not_act_on_pairs_of_the_fix() {
         refused(Host::Liggghts, folder, &format!("{head}{styles}{end}"), &format!("atoms 1 and 2: both {wanted}"));
     }
     // LIGGGHTS never sets the histories in lists that leave types out.
-    let some = granular.replace("hertz", "concordem/hertz");
-    let some = format!("pair_style hybrid {some} soft 0.01\npair_coeff 2 2 gran\npair_coeff 1 * soft 0.0\n");
-    refused(Host::Liggghts, folder, &format!("{head}{some}{end}"), "LIGGGHTS does not keep histories of contacts");
+    let rolling = "fix m5 all property/global coefficientRollingFriction peratomtypepair 2 0.1 0.1 0.1 0.1\n";
+    for keeps in ["tangential history", "tangential off rolling_friction epsd2"] {
+        let some = format!(
+            "{rolling}pair_style hybrid gran model concordem/hertz {keeps} soft 0.01\npair_coeff 2 2 gran\n\
+             pair_coeff 1 * soft 0.0\n"
+        );
+        refused(Host::Liggghts, folder, &format!("{head}{some}{end}"), "LIGGGHTS does not keep histories of contacts");
+    }
     let alone = moved(&format!("pair_style {}\npair_coeff * *\n", granular.replace("hertz", "concordem/hertz")), 1);
     assert!(
         alone[0].velocity.norm() == 0.0 && alone[2].velocity.x < 0.0,

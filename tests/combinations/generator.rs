@@ -299,7 +299,7 @@ fn beam(random: &mut Random) -> String {
     let mut text = format!("young = {young:?}, poisson = {:?}", random.between(0.0, 0.45));
     if random.happens(0.7) {
         text += ", radius_ratio = 0.6";
-        // Without a number of its own: the scenarios of a seed stay the same in all else.
+        // Draws no number, so that all else in the scenarios of a seed stays the same.
         text += ["", ", radius_rule = \"smaller\"", ", radius_rule = \"mean\"", ", radius_rule = \"harmonic-mean\""]
             [young.to_bits() as usize % 4];
     } else {

@@ -194,7 +194,7 @@ def _same_bonds(exported, own, with_heat):
     a, b = order(exported), order(own)
     # distances are differences of positions
     size = np.abs(own.position).max(initial=0)
-    # a NaN is beyond, too
+    # NaN is beyond
     if not np.all(np.abs(a - b) <= ROUNDING * size + ROUNDING * np.abs(b)):
         raise Incomparable("start", f"start state: the length of a bond is off by {np.abs(a - b).max():.3g} m")
 
