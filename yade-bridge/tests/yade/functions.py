@@ -194,7 +194,7 @@ CALLS = {
         "inSpace": "pack.inSpace()((0, 0, 0), 1)",
         "inSphere": "pack.inSphere((0, 0, 0), 1)((0, 0, 0), 0.1)",
         "notInNotch": "pack.notInNotch((0, 0, 0), (0, 1, 0), (1, 0, 0), 0.1)((0, 0, 0), 0.01)",
-        "randomDensePack": "len(pack.randomDensePack(pack.inAlignedBox((0, 0, 0), (1, 1, 1)), 0.1, spheresInCell=0, returnSpherePack=True)) > 20, O.run(5, True), energy()",
+        "randomDensePack": "len(pack.randomDensePack(pack.inAlignedBox((0, 0, 0), (1, 1, 1)), 0.1, spheresInCell=0, returnSpherePack=True, seed=1)) > 20, O.run(5, True), energy()",
         "randomPeriPack": "len(pack.randomPeriPack(0.1, Vector3(1, 1, 1), seed=1)) > 5, O.run(5, True), energy()",
         "regularHexa": "len(pack.regularHexa(pack.inSphere((0, 0, 0), 1), 0.2, 0, color=(1, 1, 1)))",
         "regularOrtho": "len(pack.regularOrtho(pack.inSphere((0, 0, 0), 1), 0.2, 0, color=(1, 1, 1)))",
