@@ -19,6 +19,7 @@ fn the_help_lists_commands_examples_and_exit_codes() {
         "resume",
         "info",
         "measure",
+        "events",
         "report",
         "pack",
         "schema",

@@ -9,6 +9,7 @@ mod cracks;
 mod device;
 mod drawing;
 mod elastic;
+mod events;
 mod export;
 mod heat_network;
 mod hostile;

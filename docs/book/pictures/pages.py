@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import subprocess
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -169,6 +170,31 @@ def materials(runs):
     save(figure, "materials")
 
 
+def emissions(runs):
+    """The scenario of how-to/count-cracks.md: emissions in the specimen, and their numbers over the magnitude."""
+    page = (BOOK / "how-to/count-cracks.md").read_text(encoding="utf-8")
+    result = runs.scenario("rock", page.split("<!-- code: file=rock.toml -->\n```toml\n")[1].split("```")[0])
+    table = subprocess.run([runs.program, "events", "rock.h5", "--csv"], check=True, capture_output=True, text=True, cwd=runs.folder).stdout
+    rows = list(csv.DictReader(table.splitlines()))
+    x, y, magnitude, shear = (np.array([float(row[name]) for row in rows]) for name in ("x [m]", "y [m]", "magnitude", "shear_share"))
+    text = subprocess.run([runs.program, "events", "rock.h5"], check=True, capture_output=True, text=True, cwd=runs.folder).stdout
+    b, complete = (float(number) for number in re.search(r"b-value +(\S+) ± .* magnitude (\S+) on", text).groups())
+    figure, (body, numbers) = plt.subplots(1, 2, figsize=(11, 3.8), width_ratios=[3, 2])
+    spheres(body, result, "xy")
+    order = np.argsort(magnitude)
+    points = body.scatter(x[order] * 1e3, y[order] * 1e3, s=6 * 4 ** (magnitude[order] - complete), c=shear[order], cmap="coolwarm", vmin=0, vmax=1, alpha=0.8)
+    figure.colorbar(points, ax=body, label="share of shear")
+    steps = np.sort(magnitude)
+    numbers.semilogy(steps, np.arange(len(steps), 0, -1), color=BLUE, label="emissions")
+    counting = (magnitude >= complete).sum()
+    line = np.array([complete, steps.max()])
+    numbers.semilogy(line, counting * 10 ** (-b * (line - complete)), "--", color=RED, label=f"b = {b:.2f}")
+    numbers.axvline(complete, color="0.7", linewidth=1)
+    numbers.set(xlabel="magnitude", ylabel="emissions of at least this magnitude", ylim=(0.7, None))
+    numbers.legend()
+    save(figure, "emissions")
+
+
 def bonds(runs):
     """What an export shows: bonds as lines, colored by their damage, with large displacements."""
     result = runs.template("cpm-small")
@@ -263,6 +289,7 @@ def paper(runs):
 
 
 PICTURES = {
+    "emissions": emissions,
     "first-specimen": first_specimen,
     "stress-strain": curves,
     "thermal-shock": shock,

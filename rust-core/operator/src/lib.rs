@@ -14,6 +14,7 @@
 //! (thesis); equation numbers at each operator. Tests show which equations of different sources agree and which do not
 //! (`operator/tests`).
 
+pub mod acoustic;
 pub mod affine_stiffness;
 pub mod coarse_grain;
 mod contact_set;

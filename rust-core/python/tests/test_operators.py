@@ -97,6 +97,23 @@ def test_coarse_grained_mass_is_conserved(cloud):
     assert fields.density.sum() * 0.05**3 == pytest.approx(200, rel=2e-3)
 
 
+def test_acoustic_emissions_group_breaks():
+    time, x = [0.0, 1.0, 1.0, 5.0], [[0.0, 0, 0], [0.5, 0, 0], [9.0, 0, 0], [0.0, 0, 0]]
+    found = op.acoustic_emissions(time, x, [1.0, 3.0, 1e3, 0.0], [0.0, 1.0, 0.5, 0.0], distance=1.0, duration=2.0)
+    assert isinstance(found, op.Emissions)
+    assert found.breaks.tolist() == [2, 1, 1] and found.duration.tolist() == [1.0, 0.0, 0.0]
+    assert found.position[0, 0] == 0.375 and found.shear_share[0] == 0.75
+    assert found.magnitude[1] == pytest.approx(2 - 3.2) and np.isneginf(found.magnitude[2])
+    assert op.b_value(found.magnitude) is None
+    magnitudes = 2 - np.log10((np.arange(1000) + 0.5) / 1000) / 1.5
+    value = op.b_value(magnitudes, completeness=2.0)
+    assert value.b == pytest.approx(1.5, rel=1e-3) and value.count == 1000 and value.error == value.b / np.sqrt(1000)
+    with pytest.raises(concordem.OperatorError, match="energy"):
+        op.acoustic_emissions(time, x, [1.0], [0.0] * 4, distance=1.0, duration=2.0)
+    with pytest.raises(concordem.OperatorError, match="duration"):
+        op.acoustic_emissions(time, x, [1.0] * 4, [0.0] * 4, distance=1.0, duration=0.0)
+
+
 def test_small_ones(cloud):
     x, c = cloud
     assert op.coordination(x, c).sum() == 2 * len(c.pair)

@@ -10,6 +10,7 @@ mod completions;
 mod device;
 mod drive;
 mod elastic;
+mod events;
 pub mod explain;
 pub mod export;
 mod failure;
@@ -121,6 +122,8 @@ enum Command {
     Watch(watch::WatchArguments),
     /// Evaluate operators on a finished run: stress, couple stress, strain, fabric, porosity, damage of a region
     Measure(measure::MeasureArguments),
+    /// Count the cracks of a finished run by mode, and group them into acoustic emissions with magnitudes and a b-value
+    Events(events::EventsArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
     /// Write particles and bonds at all snapshots for ParaView, OVITO, or LAMMPS
@@ -303,6 +306,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Resume(arguments) => resume::resume(arguments, console),
         Command::Measure(arguments) => measure::measure(arguments, console),
         Command::Info(arguments) => info::info(arguments, console),
+        Command::Events(arguments) => events::events(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
         Command::Export(arguments) => export::export(arguments, console),
         Command::Characterise(arguments) => characterise::run(arguments, console),

@@ -38,10 +38,12 @@ __all__ = [
     "Simulation",
     "SimulationSnapshot",
     "State",
+    "acoustic_emissions",
     "affine_fit",
     "affine_forces",
     "affine_stiffness",
     "axial",
+    "b_value",
     "bagi_strain",
     "boundary_strain",
     "boundary_stress",
@@ -585,6 +587,16 @@ def fabric(
 ) -> _types.Fabric: ...
 def coordination(position: ArrayLike, contacts: _ContactsLike) -> _Reals: ...
 def damage_tensor(normal: ArrayLike, damage: ArrayLike, exact: bool = False) -> _Reals: ...
+def acoustic_emissions(
+    time: ArrayLike,
+    position: ArrayLike,
+    energy: ArrayLike,
+    shear_share: ArrayLike,
+    *,
+    distance: float,
+    duration: float,
+) -> _types.Emissions: ...
+def b_value(magnitudes: ArrayLike, completeness: float | None = None) -> _types.BValue | None: ...
 def strength_damage(stiffness_damage: float, largest_strain: float, onset_strain: float) -> float: ...
 def strength_damage_exponential(largest_strain: float, onset_strain: float, softening_strain: float) -> float: ...
 def power(

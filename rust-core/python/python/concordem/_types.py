@@ -147,6 +147,38 @@ class PowerReport(NamedTuple):
     """Couple stress, N/m, (3, 3)."""
 
 
+class Emissions(NamedTuple):
+    """Acoustic emissions, one row each, in the order of time."""
+
+    time: Reals
+    """Time of the first break, s, (n,)."""
+    duration: Reals
+    """From the first to the last break, s, (n,)."""
+    position: Reals
+    """Mean place of the breaks, weighted by their energy, m, (n, 3)."""
+    breaks: NDArray[np.uint64]
+    """Number of breaks, (n,)."""
+    energy: Reals
+    """Energy of the breaks, J, (n,)."""
+    magnitude: Reals
+    """Magnitude; minus infinity without energy, (n,)."""
+    shear_share: Reals
+    """Share of shear and twist in the energy, (n,)."""
+
+
+class BValue(NamedTuple):
+    """b-value of a set of events."""
+
+    b: float
+    """The b-value."""
+    error: float
+    """Its standard error."""
+    completeness: float
+    """Magnitude from which on events count."""
+    count: int
+    """Number of events that count."""
+
+
 class CoarseFields(NamedTuple):
     """Coarse-grained fields at points."""
 

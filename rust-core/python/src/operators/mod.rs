@@ -1,5 +1,6 @@
 //! Operators on NumPy arrays. Contiguous arrays of the right type are not copied; sums release the interpreter's lock.
 
+mod acoustic;
 mod contacts;
 mod couple_stress;
 mod fields;
@@ -11,6 +12,7 @@ use pyo3::prelude::*;
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    acoustic::register(module)?;
     stress::register(module)?;
     couple_stress::register(module)?;
     fields::register(module)?;
