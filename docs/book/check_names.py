@@ -58,6 +58,7 @@ AT_BORDERS = {
         "rust-core/app/src/program/calibrate/concrete.rs",
         "rust-core/contact/src/law/cohesive_beam/table.rs",
         "rust-core/contact/src/law/cpm/table.rs",
+        "rust-core/contact/src/law/damped_beam/table.rs",
         "rust-core/python/python/concordem/tables.py",
         "rust-core/python/tests/test_scenario.py",
         "tests/cpm_gold.rs",

@@ -187,7 +187,10 @@ fn end_block(normal: &Vec3, arm: f64, k: &Stiffness) -> Matrix6<f64> {
 /// Largest ratio of a dashpot to its spring, s.
 pub(crate) fn damping_ratio(k: &Stiffness) -> f64 {
     let ratio = |c: f64, k: f64| if c > 0.0 && k > 0.0 { c / k } else { 0.0 };
-    ratio(k.normal_damping, k.normal).max(ratio(k.shear_damping, k.shear))
+    ratio(k.normal_damping, k.normal)
+        .max(ratio(k.shear_damping, k.shear))
+        .max(ratio(k.bending_damping, k.bending))
+        .max(ratio(k.twist_damping, k.twist))
 }
 
 /// Largest stable time step, s, at the angular frequency `frequency` (rad/s) with dashpots `C ≤ βK`, β in s.

@@ -3,6 +3,7 @@
 
 mod cantilevers;
 mod damping;
+mod dashpots;
 mod fracture;
 mod rotating_ends;
 mod vibrations;

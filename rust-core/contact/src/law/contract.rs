@@ -234,7 +234,7 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     }
 }
 
-/// Factors on the constants of a law at a temperature, 1.
+/// Factors on the constants of a law at a temperature, and on the strength of a single bond, 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TemperatureFactors {
     /// On all stiffnesses.
@@ -258,6 +258,10 @@ pub struct Stiffness {
     pub normal_damping: f64,
     /// Tangential dashpot, N·s/m.
     pub shear_damping: f64,
+    /// Dashpot in bending, N·m·s/rad.
+    pub bending_damping: f64,
+    /// Dashpot in twist, N·m·s/rad.
+    pub twist_damping: f64,
 }
 
 impl Stiffness {
@@ -272,6 +276,8 @@ impl Stiffness {
             twist: self.twist * factor,
             normal_damping: self.normal_damping * root,
             shear_damping: self.shear_damping * root,
+            bending_damping: self.bending_damping * root,
+            twist_damping: self.twist_damping * root,
         }
     }
 }

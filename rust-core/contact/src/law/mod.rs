@@ -31,10 +31,11 @@ crate::for_each_law!(laws);
 pub use crate::elastic::Elastic;
 pub use crate::geometry::{ContactGeometry, Reference};
 pub use crate::kinematics::Kinematics;
-pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, PairRadius, Section, ShearStrength};
+pub use cohesive_beam::{BeamModel, BeamStiffness, BendingTerm, CohesiveBeamState, PairRadius, Section, ShearStrength};
 pub use common::ParameterError;
 pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness, TemperatureFactors};
 pub use cpm::{CpmParameters, CpmState};
+pub use damped_beam::{BeamDamping, DampedBeamState};
 #[cfg(feature = "std")]
 pub use factors::Factors;
 pub use frictional::{ContactStiffness, FrictionalState};

@@ -17,6 +17,7 @@ macro_rules! for_each_law {
             cpm: Cpm,
             linear_bond: LinearBond,
             cohesive_beam: CohesiveBeam,
+            damped_beam: DampedBeam,
             frictional: Frictional,
             hertz_mindlin: HertzMindlin,
         }

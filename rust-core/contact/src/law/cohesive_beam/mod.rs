@@ -37,7 +37,7 @@
 //! 2011).
 
 #[cfg(feature = "std")]
-mod table;
+pub(crate) mod table;
 #[cfg(test)]
 mod tests;
 

@@ -9,58 +9,70 @@ use crate::quantity::{Angle, Length, Number, Stress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
-/// principal stress, in tension or shear, or at the mean stress of a particle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename = "CohesiveBeam", deny_unknown_fields)]
-pub struct CohesiveBeamTable {
-    /// Young's modulus of the beam, Pa.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub young: Stress,
-    /// Poisson's ratio of the beam.
-    #[serde(default = "beam_poisson")]
-    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
-    pub poisson: Number,
-    /// Radius of the beam divided by the radius that `radius_rule` names; or give `radius`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub radius_ratio: Option<Number>,
-    /// Radius that `radius_ratio` multiplies; only with `radius_ratio`. Default: the mean over all bonded particles.
-    pub radius_rule: Option<RadiusRule>,
-    /// Radius of the beam, m; or give `radius_ratio`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub radius: Option<Length>,
-    /// Deformations that the bond resists.
-    #[serde(default)]
-    pub model: BeamKind,
-    /// Shear coefficient of the section; 0.9 if left out; only with model "timoshenko".
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub shear_coefficient: Option<Number>,
-    /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
-    #[schemars(extend("minimum" = 0))]
-    pub shear_ratio: Option<Number>,
-    /// Largest principal stress on the surface of a beam at which it breaks, Pa, with `cohesion` the largest normal stress; unbreakable
-    /// if left out. Between two materials: the mean, or the only one given.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub tensile_strength: Option<Stress>,
-    /// Bending moment in the stress that `tensile_strength` limits.
-    #[serde(default)]
-    pub bending_term: BendingTerm,
-    /// Shear stress at which a beam without normal force breaks, Pa (Potyondy and Cundall 2004). With this key a beam breaks in tension
-    /// or in shear; without it, at its largest principal stress.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub cohesion: Option<Stress>,
-    /// Tangent of the angle of friction in the shear strength; or give `friction_angle`; only with `cohesion`. Default: 0.
-    #[schemars(extend("minimum" = 0))]
-    pub friction_coefficient: Option<Number>,
-    /// Angle of friction in the shear strength, rad; only with `cohesion`.
-    #[schemars(extend("minimum" = 0))]
-    pub friction_angle: Option<Angle>,
-    /// Share of bending and twisting moments in the stresses of a beam, from 0 to 1; only with `cohesion`. Default: 1.
-    #[schemars(extend("minimum" = 0, "maximum" = 1))]
-    pub moment_share: Option<Number>,
-    /// Mean stress of a particle at which all its beams break, Pa; no such failure if left out.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub hydrostatic_strength: Option<Stress>,
+/// The table of a law of beams: the keys of a beam, and more.
+macro_rules! beam_table {
+    ($(#[$meta:meta])* $name:ident, $title:literal { $($more:tt)* }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(rename = $title, deny_unknown_fields)]
+        pub struct $name {
+            /// Young's modulus of the beam, Pa.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub young: Stress,
+            /// Poisson's ratio of the beam.
+            #[serde(default = "crate::law::cohesive_beam::table::beam_poisson")]
+            #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
+            pub poisson: Number,
+            /// Radius of the beam divided by the radius that `radius_rule` names; or give `radius`.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub radius_ratio: Option<Number>,
+            /// Radius that `radius_ratio` multiplies; only with `radius_ratio`. Default: the mean over all bonded particles.
+            pub radius_rule: Option<RadiusRule>,
+            /// Radius of the beam, m; or give `radius_ratio`.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub radius: Option<Length>,
+            /// Deformations that the bond resists.
+            #[serde(default)]
+            pub model: BeamKind,
+            /// Shear coefficient of the section; 0.9 if left out; only with model "timoshenko".
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub shear_coefficient: Option<Number>,
+            /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
+            #[schemars(extend("minimum" = 0))]
+            pub shear_ratio: Option<Number>,
+            /// Largest principal stress on the surface of a beam at which it breaks, Pa, with `cohesion` the largest normal stress; unbreakable
+            /// if left out. Between two materials: the mean, or the only one given.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub tensile_strength: Option<Stress>,
+            /// Bending moment in the stress that `tensile_strength` limits.
+            #[serde(default)]
+            pub bending_term: BendingTerm,
+            /// Shear stress at which a beam without normal force breaks, Pa (Potyondy and Cundall 2004). With this key a beam breaks in tension
+            /// or in shear; without it, at its largest principal stress.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub cohesion: Option<Stress>,
+            /// Tangent of the angle of friction in the shear strength; or give `friction_angle`; only with `cohesion`. Default: 0.
+            #[schemars(extend("minimum" = 0))]
+            pub friction_coefficient: Option<Number>,
+            /// Angle of friction in the shear strength, rad; only with `cohesion`.
+            #[schemars(extend("minimum" = 0))]
+            pub friction_angle: Option<Angle>,
+            /// Share of bending and twisting moments in the stresses of a beam, from 0 to 1; only with `cohesion`. Default: 1.
+            #[schemars(extend("minimum" = 0, "maximum" = 1))]
+            pub moment_share: Option<Number>,
+            /// Mean stress of a particle at which all its beams break, Pa; no such failure if left out.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub hydrostatic_strength: Option<Stress>,
+            $($more)*
+        }
+    };
+}
+pub(crate) use beam_table;
+
+beam_table! {
+    /// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
+    /// principal stress, in tension or shear, or at the mean stress of a particle.
+    CohesiveBeamTable, "CohesiveBeam" {}
 }
 
 /// Models of a cohesive bond.
@@ -106,7 +118,7 @@ impl RadiusRule {
     }
 }
 
-fn beam_poisson() -> Number {
+pub(crate) fn beam_poisson() -> Number {
     Number::new(0.3)
 }
 
@@ -183,7 +195,7 @@ impl LawTable for CohesiveBeamTable {
     fn fault_of_variation(&self) -> Option<Fault> {
         self.hydrostatic_strength?;
         let help = "remove the factors, or use `tensile_strength` in place of this key";
-        let message = "the failure of particles knows no stiffness or strength that depends on the temperature";
+        let message = "the failure of particles knows no factors on stiffness and strength";
         Some(Fault::conflict("hydrostatic_strength", message, help))
     }
 
