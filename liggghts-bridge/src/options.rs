@@ -332,6 +332,7 @@ impl Options {
                 Vec::new(),
             ),
         };
+        check_scatter(law, arguments.deformable.is_some(), &materials)?;
         let bond_types = bond_types(law, contact, arguments.by_bond_type)?;
         if !bond_types.is_empty() && !matches!(arguments.creation, Some(Creation::None)) {
             return Err(OptionError::NoBondTypes);
@@ -392,6 +393,20 @@ fn check_tables(materials: &[Material], interfaces: &[Interface]) -> Result<(), 
         return Err(OptionError::Parameters { place: law.key().to_owned(), message: message.to_owned() });
     }
     Ok(())
+}
+
+/// Strengths scatter only where bonds of the atom types have one, and between rigid particles.
+fn check_scatter(law: Option<LawName>, deforms: bool, materials: &[Material]) -> Result<(), OptionError> {
+    let place = "strength_scatter".to_owned();
+    if deforms && materials.iter().any(|material| material.strength_scatter.is_some()) {
+        let message = "not with deformable particles; remove one of the two".to_owned();
+        return Err(OptionError::Parameters { place, message });
+    }
+    let Some(fault) = materials.iter().flat_map(|material| material.faults_of_scatter(law)).next() else {
+        return Ok(());
+    };
+    let key = if fault.key.is_empty() { String::new() } else { format!("`{}`: ", fault.key) };
+    Err(OptionError::Parameters { place, message: format!("{key}{}; {}", fault.message, fault.help) })
 }
 
 /// Bonds that expand need a length at which they are without force.

@@ -7,10 +7,11 @@ use std::fmt::Write as _;
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{
-    BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
-    HertzMindlin, Kinematics, LinearBond, PairRadius, Section, Status,
+    BeamDamping, BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters,
+    DampedBeam, Elastic, Frictional, HertzMindlin, Kinematics, LinearBond, PairRadius, Section, Status,
 };
 use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
+use concordem_contact::scatter::{Distribution, Scatter};
 use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 /// A leg of the path: number of steps, and velocities and angular velocities of both particles.
@@ -214,6 +215,7 @@ fn compare_in(host: Host, by: By, law: &str, legs: &[Leg], expected: &[([Vec3; 2
         Vec3::zeros(),
         Vec3::new(0.06, 0.06, 0.06),
     );
+    std::fs::write(folder.path().join("scatter.toml"), SCATTERED).unwrap();
     // The middle of the box, where processors meet, is between the particles.
     let mut script = head_for(host, "two.data", "f f f", 1e-3, DT);
     writeln!(script, "group a id 1\ngroup b id 2\nfix integrate all nve/sphere").unwrap();
@@ -342,6 +344,53 @@ fn cohesive_beam_equals_direct_calls() {
             breaks,
         );
     }
+}
+
+/// A materials file.
+const SCATTERED: &str = "[[material]]
+name = \"glass\"
+density = 2500
+cohesive_beam = { young = 70e9, poisson = 0.25, radius_ratio = 0.6, tensile_strength = 3e8 }
+frictional = { normal_stiffness = 1e6, shear_stiffness = 4e5, friction_coefficient = 0.4 }
+strength_scatter = { weibull_modulus = 3, reference_area = 1e-6, seed = 9 }
+";
+
+/// The factor on the strength is that of our own solver, whose ids begin with 0.
+#[test]
+fn scattered_strengths_equal_direct_calls() {
+    let after = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.0).unwrap();
+    let beam = CohesiveBeam::new(70e9, 0.25, Section::Ratio(0.6)).unwrap();
+    let area = beam.bonded_area(RADIUS[0], RADIUS[1], 0.5 * (RADIUS[0] + RADIUS[1]));
+    let scatter = Scatter { seed: 9, distribution: Distribution::weibull(3.0, Some(1e-6)) };
+    let strength = 3e8 * scatter.factor([0, 1], area);
+    println!("strength {strength:e}");
+    let legs = path(1.0);
+    let steps = |strength| direct(Some(&CohesiveBeam { strength, ..beam }), &after, &legs, MotionMeasure::Finite);
+    let expected = steps(strength);
+    assert_ne!(expected, steps(3e8));
+    for host in [Host::Liggghts, Host::Lammps] {
+        let text = "cohesive_beam materials scatter.toml bond distance 1.2 contact frictional";
+        compare_in(host, By::Fix, text, &legs, &expected, true);
+    }
+}
+
+#[test]
+fn damped_beam_equals_direct_calls() {
+    let after = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.0).unwrap();
+    let beam = CohesiveBeam { strength: 3e8, ..CohesiveBeam::new(70e9, 0.25, Section::Ratio(0.6)).unwrap() };
+    let law = DampedBeam { beam, damping: BeamDamping { bending: 0.4, ..DampedBeam::new(beam, 0.1).unwrap().damping } };
+    let legs = path(1.0);
+    let expected = direct(Some(&law), &after, &legs, MotionMeasure::Finite);
+    let undamped = direct(Some(&beam), &after, &legs, MotionMeasure::Finite);
+    assert_ne!(expected[5], undamped[5]);
+    compare(
+        "damped_beam young 70e9 poisson 0.25 radius_ratio 0.6 tensile_strength 3e8 damping_ratio 0.1 bending_damping_ratio 0.4 \
+         bond distance 1.2 contact frictional contact.normal_stiffness 1e6 contact.shear_stiffness 4e5 \
+         contact.friction_coefficient 0.4",
+        &legs,
+        &expected,
+        true,
+    );
 }
 
 #[test]

@@ -18,7 +18,9 @@ pub fn case(seed: u64, number: u64) -> Case {
     let bonds = bonds(random, dimension);
     let contacts = contacts(random, dimension, bonds.is_some());
     let deformable = random.happens(0.2)
-        && [bonds.map_or("none", |b| b.0), contacts].iter().all(|law| !["cpm", "cohesive_beam"].contains(law));
+        && [bonds.map_or("none", |b| b.0), contacts]
+            .iter()
+            .all(|law| !["cpm", "cohesive_beam", "damped_beam"].contains(law));
     let (materials, options) = materials(random, bonds.map(|b| b.0), contacts, deformable, dimension);
     let two = random.happens(0.2);
     let materials = if two { format!("{materials}{}", materials.replacen("\"m\"", "\"n\"", 1)) } else { materials };
@@ -93,7 +95,28 @@ pub fn case(seed: u64, number: u64) -> Case {
     if random.happens(0.4) {
         slaves::add(random, &mut case);
     }
+    let random = &mut Random::new(seed.rotate_left(32) ^ 0x74, number);
+    if random.happens(0.2) {
+        scatter(random, &mut case);
+    }
     case
+}
+
+/// Strengths that scatter, where bonds have a strength that may.
+fn scatter(random: &mut Random, case: &mut Case) {
+    let refused = ["deformable", "hydrostatic_strength", "isotropic_prestress", "damage_time", "woo", "yade-public"];
+    let strong = case.bonds.is_some_and(|(law, _)| law == "cpm")
+        || (case.bonds.is_some() && ["strength =", "cohesion ="].iter().any(|key| case.materials.contains(key)));
+    if !strong || refused.iter().any(|key| case.materials.contains(key)) {
+        return;
+    }
+    let distribution = random.one_of(&[
+        "weibull_modulus = 4",
+        "weibull_modulus = 20, reference_area = 1e-6",
+        "log_normal_variation = 0.3",
+    ]);
+    let table = format!("strength_scatter = {{ {distribution}, seed = {} }}\n", random.below(1000));
+    case.materials = case.materials.replace("density = 2500\n", &format!("density = 2500\n{table}"));
 }
 
 /// A membrane; seldom where it is refused.
@@ -160,7 +183,9 @@ fn bonds(random: &mut Random, dimension: u8) -> Option<(&'static str, f64)> {
         4 if dimension == 3 => "cohesive_beam",
         _ => "linear_bond",
     };
-    Some((law, random.one_of(&[1.05, 1.2, 1.45])))
+    let ratio = random.one_of(&[1.05, 1.2, 1.45]);
+    // Draws no number, so that all else in the scenarios of a seed stays the same.
+    Some((if law == "cohesive_beam" && ratio == 1.2 { "damped_beam" } else { law }, ratio))
 }
 
 fn contacts(random: &mut Random, dimension: u8, bonded: bool) -> &'static str {
@@ -200,8 +225,8 @@ fn materials(
     if uses("cpm") {
         text += &cpm(random);
     }
-    if uses("cohesive_beam") {
-        text += &beam(random);
+    for law in ["cohesive_beam", "damped_beam"].into_iter().filter(|law| uses(law)) {
+        text += &beam(random, law);
     }
     if uses("frictional") {
         let friction = random.between(0.0, 0.8);
@@ -294,7 +319,7 @@ fn cpm(random: &mut Random) -> String {
     format!("cpm = {{ {text} }}\n")
 }
 
-fn beam(random: &mut Random) -> String {
+fn beam(random: &mut Random, law: &str) -> String {
     let young = random.between(5e9, 3e10);
     let mut text = format!("young = {young:?}, poisson = {:?}", random.between(0.0, 0.45));
     if random.happens(0.7) {
@@ -323,7 +348,14 @@ fn beam(random: &mut Random) -> String {
     if random.happens(0.2) {
         text += &format!(", hydrostatic_strength = {:?}", young * 1e-4);
     }
-    format!("cohesive_beam = {{ {text} }}\n")
+    if law == "damped_beam" {
+        if text.contains("poisson = 0.1") && !text.contains("spring") {
+            text += ", bending_damping_ratio = 0.3, twist_damping_ratio = 0";
+        }
+        text += [", damping_ratio = 0.05", ", damping_ratio = 0.7", ", damping_ratio = 0", ", damping_ratio = 0.2"]
+            [(young.to_bits() >> 2) as usize % 4];
+    }
+    format!("{law} = {{ {text} }}\n")
 }
 
 fn damping(random: &mut Random, deformable: bool) -> String {

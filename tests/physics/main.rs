@@ -17,6 +17,7 @@ mod lattices;
 mod periodic_walls;
 mod rest;
 mod scaling;
+mod scatter;
 mod softening;
 mod statics;
 mod time_step;

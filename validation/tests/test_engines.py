@@ -23,6 +23,12 @@ def test_a_crashing_engine_is_reported_with_its_last_words(tmp_path):
         process.run(["bash", "-c", "echo it broke; exit 3"], tmp_path, 10)
 
 
+def test_strengths_that_scatter_are_not_dropped():
+    scattered = {"packing": {}, "contacts": {"law": "none"}, "material": [{"name": "glass", "strength_scatter": {"weibull_modulus": 8}}]}
+    with pytest.raises(Unsupported, match="yade: no translation of material.strength_scatter"):
+        translate.check_keys(scattered, "yade")
+
+
 def test_a_missing_peer_is_said_to_a_user_and_fails_in_ci(tmp_path, monkeypatch):
     need("concordem")
 

@@ -73,6 +73,7 @@ MEANINGS = {
     "radius": "Radius",
     "reference_length": "Length without strain",
     "rotation": "Rotation vector since the start",
+    "strength_factor": "Factor on the strength, with `strength_scatter` only",
     "sets": "Named sets, one bit each in the order of the scenario",
     "velocity": "Velocity",
 }

@@ -148,7 +148,8 @@ impl Network {
             block.contacts().history_fields().iter().map(|field| field.components).sum::<usize>()
         };
         let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
-        let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
+        let strength_scatter = Material::scatter_of_strengths(&options.materials);
+        let mut model = Model { mode: options.mode, skin: 0.0, strength_scatter, ..Model::default() };
         model.deformable = options.deformable.map(|condition| Deformable {
             elasticity: options.materials.iter().map(Material::elasticity).collect(),
             condition,

@@ -365,6 +365,8 @@ impl Network {
             let (radius, mass) = (atoms.radius[i], atoms.effective_mass[i]);
             let sphere = Sphere { position: vector(atoms.position, i), radius };
             particles.push(sphere, (atoms.kind[i] - 1) as u16, mass, inertia(mass, radius));
+            // Numbers from 0, as the particles of a scenario have, from which strengths that scatter follow.
+            *particles.id.last_mut().expect("just pushed") = (atoms.tag.get(i) - 1) as u32;
         }
         self.state.cell = (atoms.edge != [0.0; 3]).then(|| {
             // The other axes have no periodic images, so any edge longer than the extent of the atoms works.

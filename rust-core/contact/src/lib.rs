@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`math`], [`cell`], [`columns`](mod@columns), [`wrench`], [`prefetch`] | vectors, periodic cell, struct-of-arrays storage, forces with torques |
 //! | [`geometry`], [`pair`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
-//! | [`material`], [`heat`], [`quantity`], [`ranges`] | tables of materials and of heat conduction, with units and ranges |
+//! | [`material`], [`scatter`], [`heat`], [`quantity`], [`ranges`] | tables of materials and of heat conduction, with units and ranges |
 //! | [`kinematics`] | relative motion of the two sides in a step |
 //! | [`law`], [`straight`] | force, moment, history, and energy from that motion; many contacts at once |
 //! | [`step`], [`mod@activate`] | one step of a contact; beginning of an unbonded contact |
@@ -44,6 +44,8 @@ pub mod prefetch;
 pub mod quantity;
 #[cfg(feature = "std")]
 pub mod ranges;
+#[cfg(feature = "std")]
+pub mod scatter;
 pub mod step;
 pub mod straight;
 pub mod wall;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::law::{self, Elastic, Factors, Fault, HasTable, LawName, LawTable, RegisteredLaw};
 use crate::quantity::{Conductivity, Density, Expansion, Number, SpecificHeat, Stress, Temperature};
+use crate::scatter::{Scatter, StrengthScatter};
 
 /// Elastic constants of particles that deform under their contacts (Madan 2019).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -85,6 +86,8 @@ macro_rules! with_tables {
             pub deformable: Option<ParticleElasticity>,
             /// Thermal constants. Required with `[heat]`.
             pub thermal: Option<Thermal>,
+            /// Scatter of the strengths of bonds; default: none.
+            pub strength_scatter: Option<StrengthScatter>,
         }
 
         /// Parameters between two materials, instead of the mean of both.
@@ -159,6 +162,39 @@ impl Material {
     /// Whether the material has parameters of the law.
     pub fn has(&self, law: LawName) -> bool {
         self.table_of(law).is_some()
+    }
+
+    /// Scatter of the strengths of bonds by material; empty if no material has one.
+    pub fn scatter_of_strengths(materials: &[Self]) -> Vec<Option<Scatter>> {
+        let of = |material: &Self| material.strength_scatter.as_ref().and_then(StrengthScatter::scatter);
+        let all: Vec<_> = materials.iter().map(of).collect();
+        if all.iter().all(Option::is_none) { Vec::new() } else { all }
+    }
+
+    /// Faults of `strength_scatter` for bonds of a law; keys are those of that table.
+    pub fn faults_of_scatter(&self, law: Option<LawName>) -> Vec<Fault> {
+        let Some(scatter) = &self.strength_scatter else { return Vec::new() };
+        let mut faults = scatter.faults();
+        let factors = Factors { strength: Number::new(0.5), ..Factors::default() };
+        let table = law.and_then(|law| Some((law, self.table_of(law)?)));
+        faults.extend(match table {
+            None => {
+                let help = "give bonds, and the table of their law, or remove this table";
+                Some(Fault::conflict("", "has no effect: only bonds have a strength", help))
+            }
+            Some((law, table)) => match table.fault_of_variation() {
+                Some(fault) => {
+                    let name = law.key();
+                    let of = if fault.key.is_empty() { name.to_owned() } else { format!("{name}.{}", fault.key) };
+                    let help = "remove this table, or use another law or option";
+                    Some(Fault::conflict("", format!("`{of}`: {}", fault.message), help))
+                }
+                None => self
+                    .fault_of_factors(law, &factors)
+                    .map(|fault| Fault::conflict("", format!("has no effect: {}", fault.message), fault.help)),
+            },
+        });
+        faults
     }
 
     /// Elastic constants of the particles; rigid if they do not deform.

@@ -9,7 +9,7 @@ use crate::columns::{Arrays, BATCH, Item};
 use crate::geometry::{ContactGeometry, PreviousGeometry, Reference};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::{Kinematics, Measured, MotionMeasure, PointKinematics, PoseInput, VelocityInput};
-use crate::law::{ColumnUse, ContactLaw, EnergySplit, Given};
+use crate::law::{ColumnUse, ContactLaw, EnergySplit, Given, Response, TemperatureFactors};
 use crate::math::{Symmetric, Vec3};
 use crate::step::wrenches;
 use crate::wrench::Wrenches;
@@ -34,6 +34,8 @@ pub struct ContactColumns<L: ContactLaw> {
     pub masses: [[f64; BATCH]; 2],
     /// Sum of the surface displacements of both particles, m.
     pub surface_displacement: <Symmetric as Item>::Arrays,
+    /// Factors on the strengths, 1, if they scatter.
+    pub strength: [f64; BATCH],
     /// Results.
     pub results: Results<L>,
     /// What YADE's measures also read.
@@ -79,6 +81,8 @@ pub struct Run {
     pub deforms: bool,
     /// Whether dashpot forces strain the particles, if they deform.
     pub dashpots_strain: bool,
+    /// Whether strengths scatter: [`ContactColumns::strength`].
+    pub scattered: bool,
     /// Time step, s.
     pub dt: f64,
 }
@@ -94,6 +98,7 @@ impl<L: ContactLaw> Default for ContactColumns<L> {
             history: <L::State as Item>::Arrays::zeroed(),
             ahead: [[f64::NAN; BATCH]; 2],
             surface_displacement: bytemuck::Zeroable::zeroed(),
+            strength: [1.0; BATCH],
             measured: bytemuck::Zeroable::zeroed(),
             results: Results {
                 damage: [0.0; BATCH],
@@ -183,7 +188,11 @@ impl<L: ContactLaw> ContactColumns<L> {
             }
             let given =
                 Given { measure: run.measure, reduced: run.reduced, ahead: [self.ahead[0][i], self.ahead[1][i]] };
-            let (response, certain) = law.straight(&kinematics, &self.history.get(i), &given, run.dt);
+            let (response, certain) = if run.scattered {
+                self.straight_with_factors(law, i, &kinematics, &given, run.dt)
+            } else {
+                law.straight(&kinematics, &self.history.get(i), &given, run.dt)
+            };
             let (point, results) = (kinematics.point(), &mut self.results);
             let (normal, force) = (point.normal, response.force);
             results.damage[i] = if certain { L::damage(&response.state) } else { f64::NAN };
@@ -214,6 +223,28 @@ impl<L: ContactLaw> ContactColumns<L> {
         }
     }
 
+    /// The straight form of contact `i` with its own strength.
+    #[inline(always)]
+    fn straight_with_factors(
+        &self,
+        law: &L,
+        i: usize,
+        kinematics: &L::Kinematics,
+        given: &Given,
+        dt: f64,
+    ) -> (Response<L::State>, bool) {
+        let (factors, old) = (self.factors(i), self.history.get(i));
+        let (response, certain) =
+            law.at_temperature(&factors).straight(kinematics, &L::history_at(&old, &factors), given, dt);
+        (Response { state: L::history_from(&response.state, &old, &factors), ..response }, certain)
+    }
+
+    /// Factors of contact `i`.
+    #[inline(always)]
+    fn factors(&self, i: usize) -> TemperatureFactors {
+        TemperatureFactors { stiffness: 1.0, strength: self.strength[i] }
+    }
+
     /// Find what the straight form needs ahead ([`ContactLaw::value_ahead`]) for the first `count` contacts.
     #[inline(always)]
     pub fn look_ahead(&mut self, law: &L, count: usize, run: Run) {
@@ -230,12 +261,24 @@ impl<L: ContactLaw> ContactColumns<L> {
             let kinematics = self.kinematics(i, run.measure, run.dt);
             let old = self.history.get(i);
             let given = Given { measure: run.measure, reduced: run.reduced, ahead: [f64::NAN; 2] };
-            let (response, _) = law.straight(&kinematics, &old, &given, run.dt);
-            *argument = L::argument_ahead(&old, &response.state);
+            *argument = if run.scattered {
+                let factors = self.factors(i);
+                let old = L::history_at(&old, &factors);
+                let (response, _) = law.at_temperature(&factors).straight(&kinematics, &old, &given, run.dt);
+                L::argument_ahead(&old, &response.state)
+            } else {
+                let (response, _) = law.straight(&kinematics, &old, &given, run.dt);
+                L::argument_ahead(&old, &response.state)
+            };
         }
         for (i, &argument) in arguments.iter().enumerate().take(count) {
             if !argument.is_nan() {
-                (self.ahead[0][i], self.ahead[1][i]) = (argument, law.value_ahead(argument));
+                let value = if run.scattered {
+                    law.at_temperature(&self.factors(i)).value_ahead(argument)
+                } else {
+                    law.value_ahead(argument)
+                };
+                (self.ahead[0][i], self.ahead[1][i]) = (argument, value);
             }
         }
     }

@@ -377,6 +377,9 @@ impl Replacement {
                 let message = format!("{name} ignores thermal.variation.stiffness and strength; remove these keys");
                 return Err(PyValueError::new_err(message));
             }
+            if name == "bond_law" && scenario.materials.iter().any(|material| material.strength_scatter.is_some()) {
+                return Err(PyValueError::new_err("bond_law ignores material.strength_scatter; remove the table"));
+            }
             if name == "bond_law" && !scenario.bondings.is_empty() {
                 let message = "bond_law does not apply to bonds that [[bonding]] makes later; remove the table";
                 return Err(PyValueError::new_err(message));

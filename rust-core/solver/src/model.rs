@@ -3,6 +3,7 @@
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::Deformable;
 use concordem_contact::math::Vec3;
+use concordem_contact::scatter::Scatter;
 
 use crate::PairCoefficients;
 use crate::fracture::virial::HydrostaticStrength;
@@ -41,6 +42,8 @@ pub struct Model {
     pub skin: f64,
     /// Thresholds of particle-level failure.
     pub hydrostatic_strength: HydrostaticStrength,
+    /// Scatter of the strengths of bonds, by material; empty if there is none.
+    pub strength_scatter: Vec<Option<Scatter>>,
     /// How particles deform, if they do.
     pub deformable: Option<Deformable>,
     /// How heat flows, if it does.
@@ -62,6 +65,7 @@ impl Default for Model {
             wall_rows: PairCoefficients::default(),
             skin: 0.2,
             hydrostatic_strength: HydrostaticStrength::default(),
+            strength_scatter: Vec::new(),
             deformable: None,
             heat: None,
             watch_contacts: false,

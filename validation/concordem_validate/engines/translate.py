@@ -22,6 +22,8 @@ def check_keys(document, engine, periodic=False, known=frozenset()):
         raise Unsupported(f"{engine}: the scenario has no contacts.law; add it")
     if document["contacts"].get("exclude"):
         raise Unsupported(f"{engine}: no translation of contacts.exclude")
+    if any("strength_scatter" in material for material in document.get("material", [])):
+        raise Unsupported(f"{engine}: no translation of material.strength_scatter")
     if not periodic and (
             document["packing"].get("cell") or document["packing"].get("shape", {}).get("kind") == "periodic"):
         raise Unsupported(f"{engine}: no translation of periodic cells")

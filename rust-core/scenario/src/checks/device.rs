@@ -60,6 +60,9 @@ impl Checker<'_> {
             if material.deformable.is_some() {
                 self.not_on_device(&format!("material[{at}].deformable"), "deformable particles");
             }
+            if material.strength_scatter.is_some() {
+                self.not_on_device(&format!("material[{at}].strength_scatter"), "strengths that scatter");
+            }
             let law: Option<LawName> = scenario.bonds.as_ref().map(|bonds| bonds.law);
             let table = law.and_then(|law| Some((law, material.table_of(law)?)));
             if let Some((law, _)) = table.filter(|(_, table)| table.hydrostatic_strength().is_some()) {

@@ -22,6 +22,7 @@ mod plane;
 mod plausible;
 mod read;
 mod samples;
+mod scatter;
 mod structure;
 mod unused;
 mod walls;
@@ -45,6 +46,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.packing();
     checker.materials();
     checker.laws();
+    checker.strength_scatter();
     checker.loading();
     checker.stages();
     checker.bondings();

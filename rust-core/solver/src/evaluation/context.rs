@@ -5,6 +5,7 @@ use concordem_contact::kinematics::deformable::{Deformable, SurfaceDisplacement}
 use concordem_contact::kinematics::{ImageShift, Motion, MotionMeasure, Pose};
 use concordem_contact::law::TemperatureFactors;
 use concordem_contact::math::Symmetric;
+use concordem_contact::scatter::Scatter;
 use concordem_contact::step::Ends;
 
 use crate::state::contacts::Pair;
@@ -40,8 +41,8 @@ pub struct StepContext<'a> {
     pub dashpots_strain: bool,
     /// Thermal expansion of bonds, if they expand.
     pub expansion: Option<ExpansionRates<'a>>,
-    /// Stiffness and strength at the temperatures of the particles, if they depend on it.
-    pub softening: Option<Softened<'a>>,
+    /// Factors on stiffness and strength of single contacts, if there are any.
+    pub factors: Option<ContactFactors<'a>>,
     /// Whether dissipated energy becomes heat, so that each contact lists it.
     pub heats: bool,
     /// Whether the step has just been evaluated, for [`record`](crate::forces::record).
@@ -78,18 +79,50 @@ pub struct Softened<'a> {
     pub strength: &'a [f64],
 }
 
-impl Softened<'_> {
-    /// Factors of the contact of particles `a` and `b`: means of both, each at its temperature.
-    pub fn of(&self, a: u32, b: u32) -> TemperatureFactors {
+/// Factors on stiffness and strength of single contacts: by the temperatures of their particles, and by chance.
+#[derive(Clone, Copy)]
+pub struct ContactFactors<'a> {
+    /// At the temperatures of the particles, if they matter.
+    pub softened: Option<Softened<'a>>,
+    /// Scatter of the strengths of bonds, by material; empty if there is none.
+    pub scatter: &'a [Option<Scatter>],
+}
+
+impl<'a> ContactFactors<'a> {
+    /// `None` if all factors are 1.
+    pub fn new(softened: Option<Softened<'a>>, scatter: &'a [Option<Scatter>]) -> Option<Self> {
+        (softened.is_some() || !scatter.is_empty()).then_some(Self { softened, scatter })
+    }
+
+    /// Factors of a contact: means of its two particles, each at its temperature; `by_chance`: factor on its own strength.
+    pub fn of(&self, Pair { a, b }: Pair, by_chance: f64) -> TemperatureFactors {
         let mean = |of: &[f64]| 0.5 * (of[a as usize] + of[b as usize]);
-        TemperatureFactors { stiffness: mean(self.stiffness), strength: mean(self.strength) }
+        match self.softened {
+            Some(Softened { stiffness, strength, .. }) => {
+                TemperatureFactors { stiffness: mean(stiffness), strength: mean(strength) * by_chance }
+            }
+            None => TemperatureFactors { stiffness: 1.0, strength: by_chance },
+        }
     }
 
     /// Factor on the stiffness in the last step over that now.
-    pub fn past(&self, a: u32, b: u32) -> f64 {
+    pub fn past(&self, Pair { a, b }: Pair) -> f64 {
         let sum = |of: &[f64]| of[a as usize] + of[b as usize];
-        sum(self.stiffness_before) / sum(self.stiffness)
+        self.softened.map_or(1.0, |softened| sum(softened.stiffness_before) / sum(softened.stiffness))
     }
+}
+
+/// Factor on the strength of a bond with the cross-section `area` (m²): the mean of the factors of its two materials. `scatter`: by
+/// material; empty if no strength scatters.
+pub fn strength_of_bond(particles: &Particles, scatter: &[Option<Scatter>], Pair { a, b }: Pair, area: f64) -> f64 {
+    let ends = [a as usize, b as usize];
+    let ids = ends.map(|p| particles.id[p]);
+    let of = |p: usize| {
+        let scatter = scatter.get(particles.material[p] as usize).copied().flatten();
+        scatter.map_or(1.0, |scatter| scatter.factor(ids, area))
+    };
+    let [a, b] = ends;
+    if particles.material[a] == particles.material[b] { of(a) } else { 0.5 * (of(a) + of(b)) }
 }
 
 impl StepContext<'_> {

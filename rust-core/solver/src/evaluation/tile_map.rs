@@ -2,9 +2,13 @@
 
 use concordem_contact::kinematics::deformable::ParticleVirial;
 use concordem_contact::prefetch::prefetch_row;
+use concordem_contact::scatter::Scatter;
 use concordem_contact::wrench::Wrench;
+use rayon::prelude::*;
 
-use crate::state::contacts::Contacts;
+use crate::evaluation::context::strength_of_bond;
+use crate::state::Particles;
+use crate::state::contacts::{Contacts, Pair};
 
 /// Particles per tile. The solver of a subdomain has a single tile instead
 /// ([`Solver::for_subdomain`](crate::Solver::for_subdomain)).
@@ -28,6 +32,10 @@ pub struct TileMap {
     pub(crate) halo: Vec<Wrench>,
     /// Particle virial in each halo slot; empty if particles are rigid.
     pub(crate) virial_halo: Vec<ParticleVirial>,
+    /// Factors on the strengths of the contacts; empty if they do not scatter.
+    pub(crate) strength: Vec<f64>,
+    /// The contacts of [`Self::strength`].
+    scattered: Vec<Pair>,
 }
 
 impl TileMap {
@@ -92,6 +100,35 @@ impl TileMap {
         halo.resize(targets.len(), Wrench::default());
     }
 
+    /// Find the factors on the strengths of the bonds of `block`, if they scatter. Call it after [`Self::rebuild`].
+    pub fn scatter(&mut self, block: &dyn Contacts, particles: &Particles, scatter: &[Option<Scatter>]) {
+        if scatter.is_empty() || self.keep_strengths(block.pairs()) {
+            return;
+        }
+        let of = |k| strength_of_bond(particles, scatter, block.view(k).pair, block.view(k).reference.area);
+        self.strength.clear();
+        self.strength.par_extend((0..block.len()).into_par_iter().map(of));
+        self.scattered = block.pairs().to_vec();
+    }
+
+    /// Keep the factors of the bonds that are left after others were removed; false if there are new ones.
+    fn keep_strengths(&mut self, pairs: &[Pair]) -> bool {
+        let (mut from, known) = (0, self.scattered.len());
+        for (to, pair) in pairs.iter().enumerate() {
+            while from < known && self.scattered[from] != *pair {
+                from += 1;
+            }
+            if from == known {
+                return false;
+            }
+            (self.scattered[to], self.strength[to]) = (*pair, self.strength[from]);
+            from += 1;
+        }
+        self.scattered.truncate(pairs.len());
+        self.strength.truncate(pairs.len());
+        true
+    }
+
     /// Forces and torques of other tiles on particle `p`, in fixed order.
     #[inline(always)]
     pub fn incoming(&self, p: usize) -> impl Iterator<Item = &Wrench> {
@@ -120,6 +157,8 @@ impl TileMap {
         size_of::<ParticleVirial>() * self.virial_halo.len()
             + 4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
             + size_of::<Wrench>() * self.halo.len()
+            + size_of_val(&self.strength[..])
+            + size_of_val(&self.scattered[..])
     }
 }
 

@@ -68,12 +68,18 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
                 columns.surface_displacement.set(i, self.surface_displacement(&self.pending[i]));
             }
         }
+        if K::SCATTERED {
+            for (strength, pending) in columns.strength.iter_mut().zip(&self.pending[..count]) {
+                *strength = self.tile.strength[pending.contact as usize];
+            }
+        }
         // Each choice calls with constants: a loop for each.
         let run = Run {
             measure: MotionMeasure::Finite,
             reduced: false,
             deforms: K::DEFORM,
             dashpots_strain: K::DEFORM && self.context.dashpots_strain,
+            scattered: K::SCATTERED,
             dt: self.context.dt,
         };
         let unchanged = if reduced { reads.optional } else { 0 };
@@ -116,11 +122,11 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
     /// Let the law respond to the motion of a contact, and commit the response.
     #[inline(always)]
     fn respond(&mut self, contact: PendingContact, kinematics: &L::Kinematics) {
-        if K::SAMPLE
+        if (K::SAMPLE || K::SCATTERED)
             && L::VARIES
-            && let Some(softened) = self.context.softening
+            && let Some(factors) = self.context.factors
         {
-            self.evaluate_softened(contact, kinematics, &softened);
+            self.evaluate_with_factors(contact, kinematics, &factors);
             return;
         }
         let (law, history) = (self.law(&contact), self.tile.history.get(contact.contact as usize));
@@ -150,12 +156,12 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
         let (motions, image) = (self.context.motions(contact.pair), self.image(k));
         let ends = self.context.ends(contact.pair, &motions, &image, self.deforms());
         let before = self.contact(k);
-        if K::SAMPLE
+        if (K::SAMPLE || K::SCATTERED)
             && L::VARIES
-            && let Some(softened) = self.context.softening
+            && let Some(factors) = self.context.factors
         {
             let kinematics = ends.measure(&before, measure, self.context.dt);
-            self.evaluate_softened(contact, &kinematics, &softened);
+            self.evaluate_with_factors(contact, &kinematics, &factors);
             return;
         }
         let stepped = step(self.law(&contact), &before, &ends, &How::new(measure, self.context.dt));

@@ -72,6 +72,7 @@ fn tiles<'a, L: LawLoops>(
     let mut previous = block.previous.rows_mut();
     let mut history = block.history.rows_mut();
     let mut rest_length = &block.rest_length[..];
+    let mut strength = &map.strength[..];
     let mut halo = &mut map.halo[..];
     let mut virial_halo = &mut map.virial_halo[..];
     let length = map.tile_length;
@@ -87,6 +88,7 @@ fn tiles<'a, L: LawLoops>(
             previous: previous.split_off(contacts),
             history: history.split_off(contacts),
             rest_length: rest_length.split_off(..contacts.min(rest_length.len())).unwrap_or_default(),
+            strength: strength.split_off(..contacts.min(strength.len())).unwrap_or_default(),
             net,
             halo: halo.split_off_mut(..slots).unwrap_or_default(),
             virials: virials.split_off(length),

@@ -13,6 +13,8 @@ pub(super) trait LoopKind {
     const SAMPLE: bool = false;
     /// Particles that deform.
     const DEFORM: bool = false;
+    /// Strengths that scatter, in columns.
+    const SCATTERED: bool = false;
     /// YADE's measures in columns, in place of the finite one.
     const YADE: bool = false;
     /// Compiled for each kind of vector registers, not for the smallest alone.
@@ -39,6 +41,13 @@ impl LoopKind for AsYade {
 pub(super) struct Deforming;
 impl LoopKind for Deforming {
     const DEFORM: bool = true;
+}
+
+/// As [`InCell`], with or without a cell, with strengths that scatter.
+pub(super) struct Scattered;
+impl LoopKind for Scattered {
+    const PERIODIC: bool = true;
+    const SCATTERED: bool = true;
 }
 
 /// All measures, cells, and samples; rigid particles.
@@ -75,8 +84,10 @@ pub(super) fn choose<L: ContactLaw, F: WithKind<L>>(context: &StepContext<'_>, f
     let (mode, periodic) = (context.mode, context.cell.is_some());
     let deforms = L::DEFORMS && !context.surface_displacement.is_empty();
     // The loops without a sample compute neither the work of thermal expansion nor the heat of single contacts, and know no
-    // temperatures.
-    let plain = !context.sample && context.expansion.is_none() && !context.heats && context.softening.is_none();
+    // factors of single contacts.
+    let lean = !context.sample && context.expansion.is_none() && !context.heats;
+    let plain = lean && context.factors.is_none();
+    let scattered = lean && context.factors.is_some_and(|factors| factors.softened.is_none());
     let finite = plain && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
     let yade = plain && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
     // Conditions on constants of the law come first, so that the compiler omits the loops they exclude.
@@ -86,6 +97,8 @@ pub(super) fn choose<L: ContactLaw, F: WithKind<L>>(context: &StepContext<'_>, f
         } else {
             function.run::<GeneralDeforming>(mode)
         }
+    } else if L::VARIES && scattered && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE) {
+        function.run::<Scattered>(MotionMeasure::Finite)
     } else if finite && periodic {
         function.run::<InCell>(MotionMeasure::Finite)
     } else if finite {

@@ -15,17 +15,17 @@ mod batch;
 mod block;
 mod blocks;
 mod commit;
+mod factors;
 mod kinds;
 mod laws;
 pub mod record;
-mod temperature;
 mod tile;
 pub mod walls;
 
 use crate::evaluation::tile_map;
 pub use crate::evaluation::{
-    BegunContact, BondEvent, EvaluatedContacts, ExpansionRates, ParticleSums, Softened, StepContext, TILE, TileMap,
-    Totals, motion_of,
+    BegunContact, BondEvent, ContactFactors, EvaluatedContacts, ExpansionRates, ParticleSums, StepContext, TILE,
+    TileMap, Totals, motion_of,
 };
 pub use blocks::{BlockLaw, Moved, evaluate_tile_in_blocks};
 pub use laws::LawLoops;

@@ -6,7 +6,7 @@
 
 use concordem_contact::kinematics::deformable::ParticleVirials;
 use concordem_contact::kinematics::{ImageShift, Motion};
-use concordem_contact::law::{ContactLaw, Kinematics, Response, Status};
+use concordem_contact::law::{ContactLaw, Kinematics, Response, Status, TemperatureFactors};
 use concordem_contact::math::{Quat, Vec3};
 use concordem_contact::step::{Contact, Ends, How, step};
 use concordem_contact::wrench::Wrench;
@@ -15,8 +15,9 @@ use super::{LawLoops, ParticleSums, StepContext};
 use crate::evaluation::recorded::ContactForce;
 pub(super) use crate::evaluation::recorded::WallForce;
 pub use crate::evaluation::recorded::{ContactForces, ContactRecord, Forces, WallForces};
+use crate::evaluation::strength_of_bond;
 use crate::state::Wall;
-use crate::state::contacts::{ContactBlock, ContactFlags};
+use crate::state::contacts::{ContactBlock, ContactFlags, Pair};
 
 /// Force and damage of contact `k` at the present positions.
 pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'_>) -> ContactRecord {
@@ -38,7 +39,7 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
     }
     let (law, history) = (&block.rows[flags.row as usize], block.history.get(k));
     let contact = Contact { bonded: flags.has(ContactFlags::BONDED), reference, previous, history };
-    let factors = context.softening.map(|softened| softened.of(pair.a, pair.b));
+    let factors = factors_of(context, pair, &contact);
     let stepped = step(law, &contact, &ends, &How { measure: context.mode, dt: context.dt, factors });
     let Response { force, moment, status, state, .. } = stepped.response;
     match status {
@@ -56,6 +57,15 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
         place: k as u32,
     };
     ContactRecord { force: Some(force), damage: [L::damage(&state), law.lost_strength(&state)] }
+}
+
+/// Factors on the stiffness and strength of a contact, if it has any.
+fn factors_of<S>(context: &StepContext<'_>, pair: Pair, contact: &Contact<S>) -> Option<TemperatureFactors> {
+    let factors = context.factors?;
+    let area = contact.reference.area;
+    let bonded = contact.bonded && !factors.scatter.is_empty();
+    let strength = if bonded { strength_of_bond(context.particles, factors.scatter, pair, area) } else { 1.0 };
+    Some(factors.of(pair, strength))
 }
 
 /// Force and damage of contact `k` in the step that has just been evaluated.
@@ -101,11 +111,8 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
         (kinematics, branch) = measure(&motions, &image);
     }
     let (law, history) = (&block.rows[flags.row as usize], &contact.history);
-    let (force, moment) = match &context.softening {
-        Some(softened) => {
-            let factors = softened.of(pair.a, pair.b);
-            law.at_temperature(&factors).last_force(&kinematics, &L::history_at(history, &factors))
-        }
+    let (force, moment) = match factors_of(context, pair, &contact) {
+        Some(factors) => law.at_temperature(&factors).last_force(&kinematics, &L::history_at(history, &factors)),
         None => law.last_force(&kinematics, history),
     };
     let point = kinematics.point();

@@ -35,6 +35,8 @@ pub struct Tile<'a, L: ContactLaw> {
     pub(super) history: Rows<'a, L::State>,
     /// Empty if bonds do not expand.
     pub(super) rest_length: &'a [f64],
+    /// Factors on the strengths; empty if they do not scatter.
+    pub(super) strength: &'a [f64],
     pub(super) net: &'a mut [Wrench],
     pub(super) halo: &'a mut [Wrench],
     pub(super) virials: ParticleVirials<'a>,

@@ -1,7 +1,7 @@
 //! Stiffness and strength that depend on the temperature.
 //!
 //! Factors on the constants of the laws follow from the temperature of each particle by the [`Curve`](super::Curve)s of its material. A
-//! contact has the mean of its two particles. The work of the change is a term of the ledger; see `forces/temperature.rs`.
+//! contact has the mean of its two particles. The work of the change is a term of the ledger; see `forces/factors.rs`.
 
 use rayon::prelude::*;
 

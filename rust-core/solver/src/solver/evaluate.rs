@@ -8,6 +8,7 @@ use super::Solver;
 use super::stages::Stopwatch;
 use crate::StepReport;
 use crate::deformation::{self, DeformationPass};
+use crate::evaluation::ContactFactors;
 use crate::forces::{ParticleSums, StepContext, TileMap, Totals};
 use crate::heat::expansion::Expansion;
 use crate::heat::softening::Softening;
@@ -49,7 +50,7 @@ impl Solver {
             deformable,
             dashpots_strain: deformable.is_some_and(|d| d.dashpots),
             expansion: self.expansion.as_ref().map(Expansion::rates),
-            softening: self.softening.as_ref().map(Softening::factors),
+            factors: ContactFactors::new(self.softening.as_ref().map(Softening::factors), &self.model.strength_scatter),
             heats: self.model.heat.as_ref().is_some_and(|heat| heat.dissipation),
             evaluated: false,
             reacting,
@@ -61,6 +62,9 @@ impl Solver {
             add(report, &totals, 0, &mut crossing);
         }
         watch.lap(&mut self.stages.bonds);
+        // Only bonds scatter: contacts without one stay in their fast loops.
+        let softened = context.factors.and_then(|factors| factors.softened);
+        let context = StepContext { factors: ContactFactors::new(softened, &[]), ..context };
         // Unbonded contacts and contacts with walls have no bond events.
         if let Some(block) = &mut state.contacts {
             let totals = block.evaluate(&context, &mut self.contact_map, sums.reborrow());
@@ -104,7 +108,7 @@ impl Solver {
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
             expansion: None,
-            softening: softening.as_ref().map(Softening::factors),
+            factors: ContactFactors::new(softening.as_ref().map(Softening::factors), &self.model.strength_scatter),
             heats: false,
             evaluated,
             reacting: Constraint::FREE,

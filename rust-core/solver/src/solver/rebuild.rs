@@ -49,6 +49,9 @@ impl Solver {
         self.wall_vertices = state.walls.iter().map(vertices).collect();
         self.smallest = if n > 0 { smallest } else { 0.0 };
         self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
+        for (block, map) in state.bonds.iter().zip(&mut self.bond_maps) {
+            map.scatter(block.contacts(), &state.particles, &self.model.strength_scatter);
+        }
         self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
             // The largest cutoff distance is that of two touching spheres.
             VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest * widest)
@@ -64,6 +67,7 @@ impl Solver {
         for ((block, map), before) in state.bonds.iter().zip(&mut self.bond_maps).zip(before) {
             if block.len() != before {
                 map.rebuild(block.contacts(), n, self.tile);
+                map.scatter(block.contacts(), &state.particles, &self.model.strength_scatter);
             }
         }
         let State { bonds, contacts: Some(block), particles, cell, .. } = state else { return };

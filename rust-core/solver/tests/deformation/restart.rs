@@ -107,7 +107,7 @@ fn stored_and_computed_strains_of_the_last_step_have_the_same_bits() {
             dashpots_strain: false,
             expansion: None,
             heats: false,
-            softening: None,
+            factors: None,
             evaluated: false,
             reacting: Constraint::FREE,
         };

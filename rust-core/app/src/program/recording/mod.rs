@@ -66,7 +66,8 @@ impl Recording {
         let displacement = self.displacement(&simulation.state);
         let forces = simulation.solver.record(&mut simulation.state)?;
         let state = &simulation.state;
-        let tables = Tables { state, displacement: &displacement, forces: &forces };
+        let scatter = &simulation.solver.model().strength_scatter;
+        let tables = Tables { state, displacement: &displacement, forces: &forces, scatter };
         remove_old_csv(&path, self.csv)?;
         files.finish(state, &tables)?;
         if self.csv {

@@ -3,7 +3,9 @@
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
+use concordem_contact::scatter::Scatter;
 use concordem_scenario::sampling::rotation_vector;
+use concordem_solver::evaluation::strength_of_bond;
 use concordem_solver::record::{Forces, WallForces};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
@@ -18,6 +20,8 @@ pub(in crate::program) struct Tables<'a> {
     pub displacement: &'a [Vec3],
     /// Forces of all contacts of the state.
     pub forces: &'a Forces,
+    /// Scatter of the strengths of bonds, by material; empty if there is none.
+    pub scatter: &'a [Option<Scatter>],
 }
 
 impl WriteColumns for Tables<'_> {
@@ -70,6 +74,9 @@ impl WriteColumns for Tables<'_> {
                 self.state.broken.iter().filter(|bond| bond.block as usize == place).copied().collect();
             let rows = Rows { forces: from..end, first };
             contacts(self.state, block.contacts(), &broken, block.law(), self.forces, rows, sink)?;
+            if !self.scatter.is_empty() {
+                strength_factors(self.state, block.contacts(), &broken, self.scatter, block.law(), sink)?;
+            }
             (from, first) = (end, first + block.len());
         }
         if let Some(block) = &self.state.contacts {
@@ -215,6 +222,22 @@ fn contacts(
         offset += field.components;
     }
     Ok(())
+}
+
+/// Factors on the strengths of bonds, broken bonds last.
+fn strength_factors(
+    state: &State,
+    block: &dyn Contacts,
+    broken: &[BrokenBond],
+    scatter: &[Option<Scatter>],
+    name: &str,
+    sink: &mut dyn ColumnSink,
+) -> Result<(), ColumnError> {
+    let of = |pair, reference: Reference| strength_of_bond(&state.particles, scatter, pair, reference.area);
+    let mut values: Vec<f64> = Vec::with_capacity(block.len() + broken.len());
+    values.extend((0..block.len()).map(|k| of(block.view(k).pair, block.view(k).reference)));
+    values.extend(broken.iter().map(|bond| of(bond.pair, bond.reference)));
+    sink.column(&format!("contacts/{name}/strength_factor"), Column::f64(&values, 1, "1"))
 }
 
 /// Rows that are computed before they are divided into columns: few enough to stay in the caches.

@@ -1,4 +1,4 @@
-//! Contacts whose stiffness and strength depend on the temperature.
+//! Contacts with factors on their stiffness and strength: by their temperature, or by chance.
 //!
 //! **Ledger.** Let `s_o` and `s` be the factors on the stiffness in the last step and in this one. The law sees its history with the
 //! present stiffness only: from this history, with the elastic force `F' = (s/s_o) F_o` and the stored energy `U' = (s/s_o) U_o`, it
@@ -15,31 +15,33 @@ use concordem_contact::law::{ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::Vec3;
 use concordem_contact::step::{How, Stepped};
 
-use super::Softened;
+use super::ContactFactors;
 use super::kinds::LoopKind;
 use super::tile::{PendingContact, TileEvaluator};
-use crate::state::contacts::{ContactFlags, Pair};
+use crate::state::contacts::ContactFlags;
 
 impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
-    /// Evaluate a contact between rigid particles at their temperatures.
+    /// Evaluate a contact between rigid particles with its factors.
     #[cold]
     #[inline(never)]
-    pub(super) fn evaluate_softened(
+    pub(super) fn evaluate_with_factors(
         &mut self,
         pending: PendingContact,
         kinematics: &L::Kinematics,
-        softened: &Softened<'_>,
+        factors: &ContactFactors<'_>,
     ) {
         let PendingContact { contact, begins, .. } = pending;
         let k = contact as usize;
-        let Pair { a, b } = self.tile.pair[k];
-        let law = self.rows[self.tile.flags[k].row as usize];
+        let (pair, flags) = (self.tile.pair[k], self.tile.flags[k]);
+        let strength = self.tile.strength.get(k).copied().unwrap_or(1.0);
+        let law = self.rows[flags.row as usize];
         let old = self.tile.history.get(k);
-        let how = How { measure: self.context.mode, dt: self.context.dt, factors: Some(softened.of(a, b)) };
+        let of_contact = factors.of(pair, strength);
+        let how = How { measure: self.context.mode, dt: self.context.dt, factors: Some(of_contact) };
         let Stepped { response, .. } = Stepped::of(&law, *kinematics, &old, &how);
         // A contact that begins has stored nothing.
-        if !begins && !self.tile.flags[k].has(ContactFlags::NOT_OWNED) {
-            let of_change = 1.0 - softened.past(a, b);
+        if !begins && !flags.has(ContactFlags::NOT_OWNED) {
+            let of_change = 1.0 - factors.past(pair);
             if of_change != 0.0 {
                 let normal_before = self.tile.previous.get(k).normal;
                 self.totals.stiffness_work +=
