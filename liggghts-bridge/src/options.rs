@@ -332,16 +332,13 @@ impl Options {
                 Vec::new(),
             ),
         };
-        check_scatter(law, arguments.deformable.is_some(), &materials)?;
         let bond_types = bond_types(law, contact, arguments.by_bond_type)?;
         if !bond_types.is_empty() && !matches!(arguments.creation, Some(Creation::None)) {
             return Err(OptionError::NoBondTypes);
         }
         check_tables(&bond_types, &[])?;
         check_tables(&materials, &interfaces)?;
-        if arguments.deformable.is_some() {
-            check_deformable(law, contact, &materials)?;
-        }
+        check_particles(law, contact, arguments.deformable.is_some(), &materials)?;
         if law == Some(LawName::LinearBond) && materials.iter().any(Material::expands) {
             check_expansion(if bond_types.is_empty() { &materials } else { &bond_types }, &interfaces)?;
         }
@@ -393,6 +390,19 @@ fn check_tables(materials: &[Material], interfaces: &[Interface]) -> Result<(), 
         return Err(OptionError::Parameters { place: law.key().to_owned(), message: message.to_owned() });
     }
     Ok(())
+}
+
+/// What particles that deform, and strengths that scatter, need of the laws and of each other.
+fn check_particles(
+    law: Option<LawName>,
+    contact: ContactLawName,
+    deforms: bool,
+    materials: &[Material],
+) -> Result<(), OptionError> {
+    if deforms {
+        check_deformable(law, contact, materials)?;
+    }
+    check_scatter(law, deforms, materials)
 }
 
 /// Strengths scatter only where bonds of the atom types have one, and between rigid particles.

@@ -215,7 +215,6 @@ fn compare_in(host: Host, by: By, law: &str, legs: &[Leg], expected: &[([Vec3; 2
         Vec3::zeros(),
         Vec3::new(0.06, 0.06, 0.06),
     );
-    std::fs::write(folder.path().join("scatter.toml"), SCATTERED).unwrap();
     // The middle of the box, where processors meet, is between the particles.
     let mut script = head_for(host, "two.data", "f f f", 1e-3, DT);
     writeln!(script, "group a id 1\ngroup b id 2\nfix integrate all nve/sphere").unwrap();
@@ -368,9 +367,12 @@ fn scattered_strengths_equal_direct_calls() {
     let steps = |strength| direct(Some(&CohesiveBeam { strength, ..beam }), &after, &legs, MotionMeasure::Finite);
     let expected = steps(strength);
     assert_ne!(expected, steps(3e8));
+    let folder = tempfile::tempdir().unwrap();
+    let materials = folder.path().join("scatter.toml");
+    std::fs::write(&materials, SCATTERED).unwrap();
+    let text = format!("cohesive_beam materials {} bond distance 1.2 contact frictional", materials.display());
     for host in [Host::Liggghts, Host::Lammps] {
-        let text = "cohesive_beam materials scatter.toml bond distance 1.2 contact frictional";
-        compare_in(host, By::Fix, text, &legs, &expected, true);
+        compare_in(host, By::Fix, &text, &legs, &expected, true);
     }
 }
 

@@ -70,36 +70,40 @@ pub fn case(seed: u64, number: u64) -> Case {
         let sample = sample(random, &case, counts);
         case.samples.push(sample);
     }
-    // Numbers of their own, so that the other half of the scenarios stays as it was before there were histories.
+    additions(seed, number, &mut case);
+    case
+}
+
+/// What came to the scenarios later, each by numbers of its own, so that all else in the scenarios of a seed stays the same.
+fn additions(seed: u64, number: u64, case: &mut Case) {
     let random = &mut Random::new(!seed, number);
     if random.happens(0.5) {
-        in_time::add(random, &mut case);
+        in_time::add(random, case);
     }
     case.aggregates = random.happens(0.5);
     let random = &mut Random::new(seed.rotate_left(32) ^ 0x68, number);
     if random.happens(0.2) {
-        heat::add(random, &mut case);
+        heat::add(random, case);
     }
     let random = &mut Random::new(seed.rotate_left(32) ^ 0x66, number);
     if random.happens(0.3) {
-        fibers::add(random, &mut case);
+        fibers::add(random, case);
     }
     let random = &mut Random::new(seed.rotate_left(32) ^ 0x70, number);
     if random.happens(0.5) {
-        finite_walls::add(random, &mut case);
+        finite_walls::add(random, case);
     }
     if random.happens(0.2) {
-        membrane(random, &mut case);
+        membrane(random, case);
     }
     let random = &mut Random::new(seed.rotate_left(32) ^ 0x73, number);
     if random.happens(0.4) {
-        slaves::add(random, &mut case);
+        slaves::add(random, case);
     }
     let random = &mut Random::new(seed.rotate_left(32) ^ 0x74, number);
     if random.happens(0.2) {
-        scatter(random, &mut case);
+        scatter(random, case);
     }
-    case
 }
 
 /// Strengths that scatter, where bonds have a strength that may.

@@ -126,7 +126,7 @@ fn the_time_step_knows_the_dashpots() {
                     break;
                 }
             }
-            let fastest = state.particles.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            let fastest = state.particles.velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
             assert_eq!(fastest < 1e-8, stable, "{ratio} {factor}: {fastest:e}");
         }
     });

@@ -53,13 +53,10 @@ pub(super) fn events(arguments: &EventsArguments, console: &mut Console<'_>) -> 
         Some(length) => length.si(),
         None => mean_diameter(&result)?,
     };
-    let duration = match arguments.duration.map(|time| time.si()).or_else(|| wave_time(&scenario, distance)) {
-        Some(duration) => duration,
-        None => {
-            let message = "the law of the bonds has no modulus, from which a speed of waves would follow; give --duration, such as \
-                           --duration \"1 us\": the time that a wave takes through a source";
-            return Err(Failure::Usage(message.into()));
-        }
+    let Some(duration) = arguments.duration.map(Time::si).or_else(|| wave_time(&scenario, distance)) else {
+        let message = "the law of the bonds has no modulus, from which a speed of waves would follow; give --duration, such as \
+                       --duration \"1 us\": the time that a wave takes through a source";
+        return Err(Failure::Usage(message.into()));
     };
     let breaks: Vec<Break> = events.iter().map(break_of).collect();
     let found = emissions(&breaks, distance, duration)
