@@ -43,7 +43,8 @@ def file_of(law):
     """The file with the table of a law, the source of its row here."""
     name = re.sub(r"(?:^|_)(\w)", lambda match: match[1].upper(), law) + "Table"
     for path in (LAWS / f"{law}.rs", LAWS / law / "table.rs"):
-        if path.exists() and f"pub struct {name} " in path.read_text(encoding="utf-8"):
+        # As a struct, or by the macro of the tables of beams.
+        if path.exists() and re.search(rf'^pub struct {name} |^    {name}, "', path.read_text(encoding="utf-8"), re.MULTILINE):
             return f"`{path.relative_to(ROOT)}` (`{name}`)"
     raise SystemExit(f"no file in {LAWS} declares {name}")
 

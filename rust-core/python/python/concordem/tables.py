@@ -365,6 +365,52 @@ class CutShapeFacets(TypedDict, total=False):
     """Length of one unit of the file, m; default: 1 m. Example for a file in millimeters: `unit = "1 mm"`. Range: > 0."""
 
 
+class DampedBeam(TypedDict, total=False):
+    """Cohesive beam with a dashpot beside each of its springs. It breaks as a cohesive beam does."""
+
+    bending_damping_ratio: Quantity | None
+    """Damping ratio in bending. Default: `damping_ratio`. Range: ≥ 0."""
+    bending_term: BendingTerm
+    """Bending moment in the stress that `tensile_strength` limits."""
+    cohesion: Quantity | None
+    """Shear stress at which a beam without normal force breaks, Pa (Potyondy and Cundall 2004). With this key a beam breaks in tension or in
+    shear; without it, at its largest principal stress. Range: > 0."""
+    damping_ratio: Required[Quantity]
+    """Damping ratio of a pair that vibrates along its bond, 1 for critical damping; of shear, bending, and twist, too, where their keys are left
+    out. Range: ≥ 0."""
+    friction_angle: Quantity | None
+    """Angle of friction in the shear strength, rad; only with `cohesion`. Range: ≥ 0."""
+    friction_coefficient: Quantity | None
+    """Tangent of the angle of friction in the shear strength; or give `friction_angle`; only with `cohesion`. Default: 0. Range: ≥ 0."""
+    hydrostatic_strength: Quantity | None
+    """Mean stress of a particle at which all its beams break, Pa; no such failure if left out. Range: > 0."""
+    model: BeamModel
+    """Deformations that the bond resists."""
+    moment_share: Quantity | None
+    """Share of bending and twisting moments in the stresses of a beam, from 0 to 1; only with `cohesion`. Default: 1. Range: ≥ 0, ≤ 1."""
+    poisson: Quantity
+    """Poisson's ratio of the beam. Range: > -1, ≤ 0.5."""
+    radius: Quantity | None
+    """Radius of the beam, m; or give `radius_ratio`. Range: > 0."""
+    radius_ratio: Quantity | None
+    """Radius of the beam divided by the radius that `radius_rule` names; or give `radius`. Range: > 0."""
+    radius_rule: RadiusRule | None
+    """Radius that `radius_ratio` multiplies; only with `radius_ratio`. Default: the mean over all bonded particles."""
+    shear_coefficient: Quantity | None
+    """Shear coefficient of the section; 0.9 if left out; only with model "timoshenko". Range: > 0."""
+    shear_damping_ratio: Quantity | None
+    """Damping ratio in shear. Default: `damping_ratio`. Range: ≥ 0."""
+    shear_ratio: Quantity | None
+    """Tangential stiffness divided by normal stiffness; only with model "dual-spring". Range: ≥ 0."""
+    tensile_strength: Quantity | None
+    """Largest principal stress on the surface of a beam at which it breaks, Pa, with `cohesion` the largest normal stress; unbreakable if left
+    out. Between two materials: the mean, or the only one given. Range: > 0."""
+    twist_damping_ratio: Quantity | None
+    """Damping ratio in twist. Default: `damping_ratio`. Range: ≥ 0."""
+    young: Required[Quantity]
+    """Young's modulus of the beam, Pa. Range: > 0."""
+
+
 class DampingNone(TypedDict, total=False):
     """No damping."""
 
@@ -746,6 +792,8 @@ class Interface(TypedDict, total=False):
     """Parameters of the cohesive beam."""
     cpm: Cpm | None
     """Parameters of the concrete particle model."""
+    damped_beam: DampedBeam | None
+    """Parameters of the damped beam."""
     factors: Factors | None
     """Factors on the parameters of the material `of`; default: all are 1. Example: `factors = { stiffness = 0.5, strength = 0.5, ductility = 0.1
     }`."""
@@ -926,6 +974,8 @@ class Material(TypedDict, total=False):
     """Parameters of the cohesive beam."""
     cpm: Cpm | None
     """Parameters of the concrete particle model."""
+    damped_beam: DampedBeam | None
+    """Parameters of the damped beam."""
     deformable: ParticleElasticity | None
     """Elastic constants of the particles themselves, which deform under their contacts; rigid if left out."""
     density: Required[Quantity]
@@ -938,6 +988,8 @@ class Material(TypedDict, total=False):
     """Parameters of the linear bond."""
     name: Required[str]
     """Name, by which sets and walls refer to it. Particles that no set assigns to another material have the first one."""
+    strength_scatter: StrengthScatter | None
+    """Scatter of the strengths of bonds; default: none."""
     thermal: Thermal | None
     """Thermal constants. Required with `[heat]`."""
 
@@ -1622,6 +1674,21 @@ class Stop(TypedDict, total=False):
     and so does the same ratio of moments. Example: `unbalanced = 1e-3`. Range: > 0."""
 
 
+class StrengthScatter(TypedDict, total=False):
+    """Strengths of the bonds of a material that differ by chance: factors on all stresses or forces at which a bond fails or slips, with the mean
+    1. A bond between two materials has the mean of both factors. Example: `strength_scatter = { weibull_modulus = 8, seed = 1 }`."""
+
+    log_normal_variation: Quantity | None
+    """Standard deviation over mean of a log-normal distribution; or give `weibull_modulus`. Range: > 0."""
+    reference_area: Quantity | None
+    """Cross-section of a bond whose mean factor is 1, m²: larger bonds are weaker, by the weakest link; default: the cross-section has no
+    influence; only with `weibull_modulus`. Range: > 0."""
+    seed: int | np.integer[Any]
+    """Seed; another one gives other strengths. Default: 0. Range: ≥ 0."""
+    weibull_modulus: Quantity | None
+    """Modulus of a Weibull distribution; or give `log_normal_variation`. Range: > 0."""
+
+
 class Thermal(TypedDict, total=False):
     """Thermal constants."""
 
@@ -1912,7 +1979,7 @@ Lateral: TypeAlias = Literal["free", "fixed"]
 #: Type of lattice; nearest neighbors touch.
 Lattice: TypeAlias = Literal["sc", "bcc", "fcc", "hcp", "square", "triangular"]
 #: Laws of bonds, by the name of their parameter table.
-LawName: TypeAlias = Literal["cpm", "linear_bond", "cohesive_beam"]
+LawName: TypeAlias = Literal["cpm", "linear_bond", "cohesive_beam", "damped_beam"]
 #: Loading of the specimen.
 Loading: TypeAlias = LoadingNone | LoadingUniaxial | LoadingBending | LoadingTorsion | LoadingCellStrain | LoadingCellStress | LoadingPlatens | LoadingFlexure
 #: How relative motion is measured.
