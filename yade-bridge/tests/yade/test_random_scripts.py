@@ -234,13 +234,28 @@ def renew(chance, ours):
     O.engines = O.engines[:3] + [O.engines[3]] + O.engines[4:]
 
 
+def bond_later(chance, ours):
+    """What touches in the next steps is bonded."""
+    loop().physDispatcher.functors[0].cohesiveThresholdIter = O.iter + chance.randrange(2, 20)
+
+
+def bond_now(chance, ours):
+    """The same at a distance, with the bonds that YADE makes in one step."""
+    bound, geometry = O.engines[1].boundDispatcher.functors[0], loop().geomDispatcher.functors[0]
+    loop().physDispatcher.functors[0].cohesiveThresholdIter = O.iter + 2
+    bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1.1
+    O.engines[1].doSort = True
+    O.step()
+    bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1.0
+
+
 def by_number(chance, ours):
     O.engines[3].dict(), setattr(O.engines[2], "label", "theLoop")
 
 
 FOLLOWED = (
     *(erase_bonds, erase_bodies, erase_all, damage, strength, stiffness, unbond, area, count, ask, throw, wall, push, shift, hold, newton),
-    *(time_step, stepper, updater, skin, keep, files, back_and_forth, look, renew, by_number),
+    *(time_step, stepper, updater, skin, keep, files, back_and_forth, look, renew, by_number, bond_later, bond_now),
 )
 MAY_BE_REFUSED = (other_material, softer_material, grow, clump, connect, functor, unmask, other_collider, reorder, sleep, zero)
 

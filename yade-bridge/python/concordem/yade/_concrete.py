@@ -45,15 +45,16 @@ def engine_of(name: str) -> Any:
 
 
 class Settings:
-    """Settings of a scene's engines that affect concrete."""
+    """Settings of a scene's engines that affect concrete. `late`: whether YADE may make bonds later."""
 
-    def __init__(self) -> None:
+    def __init__(self, late: bool = False) -> None:
         omega = host().omega
         geometry, physics, law = functors_of_concrete(omega.engines)
         self.omega_threshold, self.eps_soft, self.rel_kn_soft = law.omegaThreshold, law.epsSoft, law.relKnSoft
         self.ratcheting = bool(geometry.avoidGranularRatcheting)
-        check_creation(physics.cohesiveThresholdIter, omega.iter)
-        check_distance(geometry.interactionDetectionFactor)
+        check_creation(physics.cohesiveThresholdIter, omega.iter, late)
+        if not late:
+            check_distance(geometry.interactionDetectionFactor)
         self.newton = engine_of("NewtonIntegrator")
         self.damping, self.gravity = self.newton.damping, tuple(self.newton.gravity)
         if not omega.dt > 0 or not np.isfinite(omega.dt):
@@ -108,11 +109,12 @@ def _of_concrete(everything: Bodies) -> NDArray[np.bool_]:
 
 
 class Concrete:
-    """The concrete of a scene: spheres of CpmMat and the contacts between them. `only`: ids of the spheres; the others are foreign."""
+    """The concrete of a scene: spheres of CpmMat and the contacts between them. `only`: ids of the spheres; the others are foreign. `late`: whether
+    YADE may make bonds later."""
 
-    def __init__(self, only: Any = None) -> None:
+    def __init__(self, only: Any = None, late: bool = False) -> None:
         omega = host().omega
-        self.settings = Settings()
+        self.settings = Settings(late)
         everything = bodies()
         ball = of_class(everything.shape, "Sphere.vtable")
         if only is not None:
@@ -405,7 +407,7 @@ def write_contacts(solver: _core.Hosted, kind: dict[str, Any]) -> dict[str, int]
     omega = yade.omega
     # Other spheres of concrete, created since the take-over, have contacts of YADE.
     mine = solver.bodies()["id"]
-    concrete = Concrete(mine)
+    concrete = Concrete(mine, late=True)
     tables = solver.contacts()
     table = np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
     theirs, ours = _keys_of_yade(concrete), keys_of(table["a"], table["b"], table["bonded"])
@@ -420,7 +422,7 @@ def write_contacts(solver: _core.Hosted, kind: dict[str, Any]) -> dict[str, int]
     if new.any():
         _create_contacts(table[new], kind)
     if gone.any() or new.any():
-        concrete = Concrete(mine)
+        concrete = Concrete(mine, late=True)
         theirs = _keys_of_yade(concrete)
     order = np.argsort(ours, kind="stable")
     place = np.minimum(np.searchsorted(ours[order], theirs), len(ours) - 1)

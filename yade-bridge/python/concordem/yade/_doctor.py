@@ -167,13 +167,17 @@ def _of_scene() -> Iterator[Finding]:
         return
     try:
         _rules.refuse_blind_engines(omega.engines, lends=True)
-        concrete = Concrete()
+        until = _rules.bonds_until(omega.engines, omega.iter)
+        concrete = Concrete(late=bool(until))
         concrete.hosted(concrete.settings.kinematics, "yade-public", False, 1)
     except YadeError as error:
         yield Finding(0, "refused", "take_over()", str(error))
         return
     bonds = int((concrete.own.row >= 0).sum()) if concrete.own is not None else 0
     own = int((concrete.own.row > 0).sum()) if concrete.own is not None else 0
+    if until:
+        yield Finding(0, "followed", "take_over()", f"{until}, and the bonded engine waits until then")
+        return
     what = f"{len(concrete.bodies.ids)} spheres of concrete with {bonds} contacts"
     yield Finding(0, "followed" if bonds else "refused", "take_over()", what + (f", {own} with parameters of their own" if own else ""))
     if omega.periodic or concrete.clumps.bodies or omega.trackEnergy:

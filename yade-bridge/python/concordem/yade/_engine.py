@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
-from . import _hooks, _interactions, _lending, _rules, _thread_state, _vtk
+from . import _hooks, _interactions, _late, _lending, _rules, _thread_state, _vtk
 from ._concrete import Concrete, add_to_clock, add_to_lost, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._mirror import Mirror
 from ._motion import Motion, free_bit
 from ._rules import refuse
-from ._scene import Ints, Reals, at_rest, bodies, bodies_stand, gather, host
+from ._scene import Ints, Reals, at_rest, bodies, bodies_stand, gather, host, is_at_rest
 
 _registered: dict[str, BondedEngine] = {}
 
@@ -80,17 +80,31 @@ _hooks.calm.append(_calm)
 class BondedEngine:
     """Bonds of some spheres of the scene. Created by :func:`take_over` or :func:`bond`."""
 
-    def __init__(self, name: str, solver: _core.Hosted, ids: NDArray[np.int32], kind: dict[str, Any], threads: int | None = None) -> None:
+    def __init__(self, name: str, solver: _core.Hosted | None, ids: NDArray[np.int32], kind: dict[str, Any], threads: int | None = None) -> None:
+        """`solver`: None for an engine that waits for the bonds (:mod:`._late`)."""
         if name in _registered and _is_in_engines(name):
             raise refuse(f'there already is a bonded engine "{name}"; choose another name', "Name")
         self.name = name
         #: Of the PyRunner in O.engines.
         self.command = _command(name)
-        self._solver = solver
-        #: Number of times that the bonds were built anew, after a script has changed them.
-        self._rebuilt = 0
+        self._threads = threads
+        self._scene = 0
+        self.attached = False
+        #: Whether the engine is, or should be, in O.engines.
+        self._placed = False
+        #: The iteration in which the engine must act next.
+        self._next = 0
         #: Bonds that had broken before.
         self._broken = 0
+        self._have(solver, ids, kind)
+
+    def _have(self, solver: _core.Hosted | None, ids: NDArray[np.int32], kind: dict[str, Any]) -> None:
+        """Have these bonds from now on, or wait for bonds."""
+        self._solver: Any = solver
+        #: Whether YADE has the bonds, of which it makes more.
+        self._waits = solver is None
+        #: Number of times that the bonds were built anew, after a script has changed them.
+        self._rebuilt = 0
         #: The bonds as objects of YADE, once a script has asked for them.
         self._mirror: Mirror | None = None
         #: When YADE's states were last told what their bodies have lost.
@@ -98,28 +112,23 @@ class BondedEngine:
         #: Ids of the bonded bodies, ascending.
         self.ids = ids
         #: What YADE's states have been told.
-        self._lost = self._lost_now()
+        self._lost = np.zeros(0, np.int32) if solver is None else self._lost_now()
         #: Bonded bodies that a script has erased since the bonds were built.
         self._erased: set[int] = set()
         self._kind = kind
-        self._threads = threads
-        self._scene = 0
         self._update_states = int(kind.get("update_states", 0))
-        self.attached = False
-        #: Whether the engine is, or should be, in O.engines.
-        self._placed = False
-        #: The iteration in which the engine must act next.
-        self._next = 0
         #: What moves the bodies in place of NewtonIntegrator; None: NewtonIntegrator moves them.
         self._motion = Motion(self) if kind.get("motion") else None
         #: Whether the last check failed.
         self._suspect = False
-        #: Whether the bonds are interactions of YADE, too, for a script that reads them.
-        self._shown = False
+        #: Whether the bonds are in YADE's own container: for a script that reads them, or because the engine waits.
+        self._shown = self._waits
 
     @property
     def solver(self) -> _core.Hosted:
         """The assembly in our solver."""
+        if self._solver is None:
+            _late.refuse_waiting(self._title)
         if self._mirror is not None and self._mirror.out:
             self._follow(self._mirror)
         return self._solver
@@ -133,13 +142,17 @@ class BondedEngine:
         container = memory.pointer(scene + layout["Scene.bodies"])
         fields = ("Body.state", "State.pos", "State.vel", "State.angVel", "State.ori", "State.blockedDOFs")
         self._solver.attach(container + layout["bodies.vector"], scene + layout["Scene.forces"], [layout[f] for f in fields])
+        self._place(scene, container)
+
+    def _place(self, scene: int, container: int) -> None:
+        """The scene and its bodies, by their addresses."""
         self._scene, self._container = scene, container
 
     def _attach(self) -> None:
         yade = host()
         self._attach_solver()
         # In the next step if a PyRunner takes over in this one.
-        self._next = yade.omega.iter + 1
+        self._next = yade.omega.iter + (yade.omega.subStep >= 0)
         self._watch()
         _registered[self.name] = self
         self.attached = True
@@ -173,6 +186,8 @@ class BondedEngine:
 
     def update_lost(self) -> None:
         """Tell YADE's states how many bonds and contacts their bodies have lost."""
+        if self._waits:
+            return
         moment = (self._rebuilt, self._solver.steps)
         if not self.is_concrete or moment == self._lost_at:
             return
@@ -203,7 +218,7 @@ class BondedEngine:
         before, ids = self._solver, self.ids[~np.isin(self.ids, list(self._erased))]
         try:
             with self._as_yades():
-                concrete = Concrete(ids)
+                concrete = Concrete(ids, late=True)
                 self._solver = concrete.anew(mirror.interactions(), self._kind, before, self._threads)
                 self._attach_solver()
         except BaseException:
@@ -252,6 +267,8 @@ class BondedEngine:
         layout = host().layout
         if known_pointer(self._scene + layout["Scene.bodies"]) != self._container:
             return False
+        if self._waits:
+            return _is_in_engines(self.name)
         # The first body tells it in nearly every step.
         first, count = int(self.ids[0]), self._solver.body_count
         if first < count and known_pointer(known_pointer(self._container + layout["bodies.vector"]) + 16 * first) == self._first:
@@ -292,7 +309,11 @@ class BondedEngine:
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place in O.engines and has acted in every step; `deep`: and unless the settings
-        and bodies are those of the take-over."""
+        and bodies are those of the take-over. From when on YADE makes more bonds, the engine waits."""
+        if self._waits:
+            if host().omega.subStep < 0 and is_at_rest():
+                _late.end_if_due(self)
+            return
         _rules.refuse_shown(self._shown, self._title)
         omega = host().omega
         deep = deep or self._suspect
@@ -304,7 +325,11 @@ class BondedEngine:
             self.solver.watch(self._scene + host().layout["Scene.engines"], host().layout["Engine.dead"])
         _rules.refuse_skipped(self._next, omega.iter, self._title)
         if deep:
-            self._check_settings()
+            late = self.is_concrete and _late.may_begin(self) and is_at_rest() and bool(_late.why())
+            self._check_settings(late)
+            if late:
+                _late.begin(self)
+                return
         self._suspect = False
 
     def _is_calm(self) -> bool:
@@ -312,11 +337,16 @@ class BondedEngine:
         changed = self._mirror is not None and self._mirror.out
         return self._placed and not changed and not self._suspect and not self._shown and self._solver.undisturbed() and self._is_here()
 
-    def _check_settings(self) -> None:
+    def _check_settings(self, late: bool = False) -> None:
+        """`late`: the engine is about to wait for bonds that YADE makes."""
         omega = host().omega
         if self._settings:
-            _rules.refuse_changes(self._settings, _rules.settings(omega.engines, self._watched), self._title)
-            _rules.refuse_later_bonds(omega.engines, omega.iter, self._title)
+            now = _rules.settings(omega.engines, self._watched)
+            if late:
+                now.pop(_rules.DISTANCE, None)
+            else:
+                _rules.refuse_later_bonds(omega.engines, omega.iter, self._title)
+            _rules.refuse_changes(self._settings, now, self._title)
         if omega.periodic and getattr(omega.cell, "flipFlippable", False):
             raise refuse("O.cell.flipFlippable=True exchanges the periodic images of the bonds, which a bonded engine keeps; set it to False", "Periodic")
         if (self._bodies_now() != self._bodies).any():
@@ -394,7 +424,7 @@ class BondedEngine:
             self._motion.begin()
         self._mask()
         self._insert()
-        self._next = host().omega.iter + 1
+        self._next = host().omega.iter + (host().omega.subStep >= 0)
         self._placed = True
         host().omega.engines = host().omega.engines
 
@@ -445,9 +475,31 @@ class BondedEngine:
 
     # -- every step --------------------------------------------------------------------------------------------------
 
+    def _wait(self, broken: int) -> None:
+        """Wait for bonds that YADE makes; it has those of the engine already, of which `broken` had broken."""
+        self._broken = broken
+        self._have(None, np.zeros(0, np.int32), {name: value for name, value in self._kind.items() if name != "mask"})
+        self._stand_by()
+
+    def _stand_by(self, insert: bool = True) -> None:
+        """Be in O.engines, registered, without bonds; `insert`: it is not there yet."""
+        yade = host()
+        scene = address_of(yade.omega._sceneObj)
+        self._place(scene, memory.pointer(scene + yade.layout["Scene.bodies"]))
+        _registered[self.name] = self
+        self.attached = True
+        _hooks.install()
+        if insert:
+            self._insert()
+        self._placed = True
+        yade.omega.engines = yade.omega.engines
+
     def _step(self) -> None:
         yade = host()
         omega = yade.omega
+        if self._waits:
+            _late.end_if_due(self)
+            return
         scene = known_address_of(omega._sceneObj)
         if scene != self._scene or known_pointer(scene + yade.layout["Scene.bodies"]) != self._container:
             raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")

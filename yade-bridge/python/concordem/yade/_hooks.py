@@ -76,6 +76,8 @@ savers: list[Callable[[str], Any]] = []
 loaders: list[Callable[[str], Any]] = []
 #: Functions that tell, quickly, whether the current scene needs no check before a step: nothing is there, or nothing has changed since the last one.
 calm: list[Callable[[], bool]] = []
+#: Functions that put other checks in place; they get the module of YADE's classes.
+installers: list[Callable[[Any], Any]] = []
 #: Functions that forget what belongs to scenes that end.
 forgetters: list[Callable[[], Any]] = []
 _plain = False
@@ -315,6 +317,8 @@ def install() -> None:
                 setattr(kind, method, staticmethod(_refusing(f"{name}.{method}()", function.__func__)))
     _container_of_bonds(yade.wrapper)
     _lost_of_states(yade.wrapper.CpmState)
+    for one in installers:
+        one(yade.wrapper)
     _bodies_that_change(yade.wrapper.BodyContainer)
     replace_everywhere("flipCell", yade.utils.flipCell, _flipping(yade.utils.flipCell))
     if hasattr(yade.wrapper.Cell, "flipCell"):

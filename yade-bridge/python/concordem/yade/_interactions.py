@@ -94,6 +94,13 @@ def give_back(engine: Bonds) -> dict[str, int]:
             "behind it in O.engines",
             "EngineOrder",
         )
+    counts = hand_over(engine)
+    engine._release()
+    return counts
+
+
+def hand_over(engine: Bonds) -> dict[str, int]:
+    """Give the bonds back, without the checks of :func:`give_back`; the engine stays registered."""
     engine.update_states()
     engine._take_out()
     try:
@@ -103,9 +110,8 @@ def give_back(engine: Bonds) -> dict[str, int]:
         clear_between(engine.ids)
         engine._put_in()
         raise
-    engine._release()
     if engine._update_states:  # the take-over has disabled it
-        for other in omega.engines:
+        for other in host().omega.engines:
             if class_of(other) == "CpmStateUpdater":
                 other.dead = False
     return counts

@@ -257,15 +257,15 @@ def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]
     return found
 
 
-def check_creation(limit: int, now: int) -> None:
-    """Raise YadeError if YADE still creates bonds at iteration `now`. `limit`: cohesiveThresholdIter."""
+def check_creation(limit: int, now: int, late: bool = False) -> None:
+    """Raise YadeError if YADE still creates bonds at iteration `now`. `limit`: cohesiveThresholdIter; `late`: only if it does so forever."""
     if limit < 0:
         raise refuse(
             "cohesiveThresholdIter is negative, so YADE would create bonds forever; set it to the iteration after which contacts are "
             "unbonded",
             "Engines",
         )
-    if now < limit:
+    if now < limit and not late:
         raise refuse(f"YADE creates bonds until iteration {limit} (cohesiveThresholdIter); take over after it", "Engines")
 
 
@@ -276,9 +276,32 @@ def refuse_later_bonds(engines: Iterable[Any], now: int, what: str) -> None:
             if is_a(functor, _FUNCTORS["physDispatcher"]) and (functor.cohesiveThresholdIter < 0 or now < functor.cohesiveThresholdIter):
                 raise refuse(
                     f"cohesiveThresholdIter is {functor.cohesiveThresholdIter} now, so YADE would bond contacts that begin in this iteration, {now}, but "
-                    f"new contacts of {what} stay unbonded; set it back, or call give_back() before, and take_over() after that iteration",
+                    f"new contacts of {what} stay unbonded; set the number of an iteration, between two steps or from a PyRunner behind NewtonIntegrator",
                     "Changed",
                 )
+
+
+#: The setting of contacts that begin at a distance, as :func:`settings` names it.
+DISTANCE = "Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor"
+
+
+def bonds_until(engines: Iterable[Any], now: int) -> str:
+    """Until when YADE makes bonds from iteration `now` on; empty if it does not."""
+    for loop in engines:
+        for functor in loop.physDispatcher.functors if is_a(loop, "InteractionLoop") and not loop.dead else ():
+            if is_a(functor, _FUNCTORS["physDispatcher"]) and functor.cohesiveThresholdIter > now:
+                return f"YADE makes bonds until iteration {functor.cohesiveThresholdIter} (cohesiveThresholdIter)"
+    return ""
+
+
+def late(engines: Sequence[Any], now: int) -> str:
+    """Until when YADE makes bonds, or contacts at a distance, from iteration `now` on; empty if it does not."""
+    until = bonds_until(engines, now)
+    for loop in engines:
+        for functor in loop.geomDispatcher.functors if is_a(loop, "InteractionLoop") and not loop.dead and not until else ():
+            if is_a(functor, _GEOMETRY[0]) and functor.interactionDetectionFactor not in (1.0, -1.0):
+                return f"contacts begin at a distance until interactionDetectionFactor, now {functor.interactionDetectionFactor}, is 1"
+    return until
 
 
 def check_distance(factor: float) -> None:

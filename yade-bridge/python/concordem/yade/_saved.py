@@ -53,9 +53,14 @@ def _write_bonds(path: str) -> list[str]:
             "ids": engine.ids.tolist(),
             "kind": engine._kind,
             "motion_bit": engine._motion.bit if engine._motion is not None else 0,
-            "losses": [counts.tolist() for counts in engine.solver.losses()],
         }
-        engine.solver.save(beside, json.dumps(text))
+        if engine._waits:
+            # The bonds are YADE's.
+            with open(beside, "w", encoding="utf-8") as file:
+                json.dump(text, file)
+        else:
+            text["losses"] = [counts.tolist() for counts in engine.solver.losses()]
+            engine.solver.save(beside, json.dumps(text))
         files.append(beside)
     return files
 
@@ -69,12 +74,22 @@ def _read_bonds(path: str, threads: int | None = None) -> list[BondedEngine]:
         beside = _beside(path, name)
         if not os.path.exists(beside):
             raise refuse(f'the bonds of the engine "{name}" are missing; put {beside} next to the scene file', "NotLoaded")
-        text = json.loads(_core.hosted_text(beside))
+        text = _text_of(beside)
         if text["fingerprint"] != _fingerprint():
             raise refuse(f"{beside} does not belong to the scene in {path}: bodies, motion, or clock differ; load the matching file", "Mismatch")
         _registered.pop(name, None)
         found.append(_restore(text, beside, threads))
     return found
+
+
+def _text_of(beside: str) -> dict[str, Any]:
+    """What is told of an engine in its file, which has no bonds if the engine waited for them."""
+    with open(beside, "rb") as file:
+        waits = file.read(1) == b"{"
+    if waits:
+        with open(beside, encoding="utf-8") as file:
+            return dict(json.load(file))
+    return dict(json.loads(_core.hosted_text(beside)))
 
 
 _hooks.savers.append(_write_bonds)
@@ -105,6 +120,10 @@ def load(path: str | os.PathLike[str], threads: int | None = None) -> list[Bonde
 def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEngine:
     omega = host().omega
     ids, kind = np.array(text["ids"], np.int32), text["kind"]
+    if "losses" not in text:
+        waiting = BondedEngine(text["name"], None, ids, kind, threads)
+        waiting._stand_by(insert=False)
+        return waiting
     everything = bodies()
     found = everything.of(np.isin(everything.ids, ids))
     if kind["kind"] == "scenario":

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from . import _rules
+from . import _late, _rules
 from ._concrete import Concrete, class_of, engine_of
 from ._engine import BondedEngine, _registered
 from ._rules import refuse
@@ -45,41 +45,75 @@ def take_over(
     the other bodies and all settings. Raises YadeError if the scene is not supported.
     """
     at_rest()
-    everything = bodies()
-    # Before the settings, in which NewtonIntegrator would be missing beside an engine that moves the bodies.
-    _refuse_bonded(everything.of(of_class(everything.state, "CpmState.vtable")))
-    concrete = Concrete()
-    replaced = "CpmStateUpdater" if update_states else ""
-    _rules.refuse_blind_engines(host().omega.engines, replaced, lends=True)
-    kinematics = kinematics or concrete.settings.kinematics
-    solver = concrete.hosted(kinematics, mode, False, threads)
-    kind = {
-        "kind": "concrete",
-        "kinematics": kinematics,
-        "mode": mode,
-        "update_states": update_states,
-        "laws": concrete.laws(mode),
-        "materials": len(concrete.materials),
-        "motion": motion,
-        **(concrete.own.kind() if concrete.own is not None else {}),
-    }
+    kind = {"kind": "concrete", "kinematics": kinematics, "mode": mode, "update_states": update_states, "motion": motion}
+    waits = _rules.bonds_until(host().omega.engines, host().omega.iter)
+    if waits and motion:
+        raise refuse(f"{waits}, and motion=True starts between two runs; call take_over(motion=True) after that, or set motion=False", "Motion")
+    concrete = _concrete_of(kind, bool(waits))
+    if waits:
+        engine = BondedEngine(name, None, concrete.bodies.ids[:0], kind, threads)
+        _begin(engine)
+        _late.tell(engine)
+        return engine
+    solver = _bonds_of(concrete, kind, threads)
     if not solver.bond_count:
         raise refuse(
             "there are no bonds to take over; let YADE create them first (an interactionDetectionFactor above 1 in a step before "
             "cohesiveThresholdIter)",
             "NoBonds",
         )
-    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind, threads), replaced)
+    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind, threads))
 
 
-def _begin(engine: BondedEngine, replaced: str = "") -> BondedEngine:
+def _concrete_of(kind: dict[str, Any], late: bool) -> Concrete:
+    """The concrete of the scene, for a bonded engine of this kind."""
+    everything = bodies()
+    # Before the settings, in which NewtonIntegrator would be missing beside an engine that moves the bodies.
+    _refuse_bonded(everything.of(of_class(everything.state, "CpmState.vtable")))
+    concrete = Concrete(late=late)
+    _rules.refuse_blind_engines(host().omega.engines, _replaced(kind), lends=True)
+    return concrete
+
+
+def _replaced(kind: dict[str, Any]) -> str:
+    """The engine of YADE that a bonded engine of this kind replaces."""
+    return "CpmStateUpdater" if kind.get("update_states") else ""
+
+
+def _bonds_of(concrete: Concrete, kind: dict[str, Any], threads: int | None) -> _core.Hosted:
+    """The contacts of the scene in our solver; `kind` gets what the engine saves of them."""
+    kind["kinematics"] = kind["kinematics"] or concrete.settings.kinematics
+    solver = concrete.hosted(kind["kinematics"], kind["mode"], False, threads)
+    kind.update(laws=concrete.laws(kind["mode"]), materials=len(concrete.materials), **(concrete.own.kind() if concrete.own is not None else {}))
+    return solver
+
+
+def take_over_late(engine: BondedEngine) -> bool:
+    """Take over the bonds for which an engine has waited; returns whether there are any."""
+    kind = dict(engine._kind)
+    concrete = _concrete_of(kind, late=True)
+    solver = _bonds_of(concrete, kind, engine._threads)
+    if not solver.bond_count:
+        return False
+    engine._placed = False
+    engine._have(solver, concrete.bodies.ids, kind)
+    _begin(engine, insert=False)
+    return True
+
+
+def _begin(engine: BondedEngine, insert: bool = True) -> BondedEngine:
+    """Let an engine act. `insert`: it is not in O.engines yet."""
     omega = host().omega
-    disabled = [other for other in omega.engines if class_of(other) == replaced and not other.dead]
+    if engine._waits:
+        engine._stand_by()
+        return engine
+    disabled = [other for other in omega.engines if class_of(other) == _replaced(engine._kind) and not other.dead]
     engine._attach()
     try:
         if engine._motion is not None:
             engine._motion.begin()
-        engine._insert()
+        if insert:
+            engine._insert()
         for other in disabled:
             other.dead = True
         # A PyRunner's new engines act from the next step on.
