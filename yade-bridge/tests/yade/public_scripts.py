@@ -25,6 +25,8 @@ class Script(NamedTuple):
     """The same as `refused` for `BondedEngine_Rust`; None: as without headers."""
     tolerance: float = 1e-9
     """Of the largest number of each record."""
+    one_thread: bool = False
+    """Whether stock YADE's own runs differ too much on two threads."""
 
 
 _YADE = "Togekey/yade_trunk: examples/"
@@ -129,6 +131,9 @@ found = [tuple(a / 1e6 for a in p3d.stress), tuple(a / 1e-3 for a in p3d.strain)
 """,
         native="Peri3dController",
         tolerance=1e-5,
+        # Five stresses are held at 0. Of 566 runs of stock YADE 2025.2.0 with -j2, two ended at other stresses, 1.6 times the largest apart; why is
+        # not known. With -j1, all are equal in every bit.
+        one_thread=True,
     ),
     "agglomerate": Script(
         _YADE + "agglomerate/simulation.py",
@@ -211,6 +216,8 @@ for b in O.bodies:
     stress *= 1 / (4 / 3. * pi * b.shape.radius**3)
     found.append(tuple(stress[a, c] for a in range(3) for c in range(3)))
 """,
+        # Of 98 runs of stock YADE 2025.2.0 with -j2, 22 differ from the first one by 4.7e-9.
+        tolerance=1e-7,
     ),
     "uniax_of_the_thesis": Script(
         _THESIS + "cpm_uniax/uniax.py",
