@@ -16,8 +16,9 @@ use concordem::output::{checkpoint, hash};
 use concordem::solver::own_thread::{self, Workers};
 use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
+use concordem::state::contacts::ContactFlags;
 use concordem_yade::assembly::{
-    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, cell_of, motion_measure,
+    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, Spheres, cell_of, motion_measure,
 };
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -238,9 +239,9 @@ impl Hosted {
     }
 
     /// The spheres of a scenario with its bonds and contacts, built as for a run. `bodies`: the host's body id of each sphere of the
-    /// scenario; `mass` (kg) and `inertia` (kg m²) are those of the bodies.
+    /// scenario; `mass` (kg) and `inertia` (kg m²) are those of the bodies. `clumps`: see [`clumps::of_arrays`].
     #[staticmethod]
-    #[pyo3(signature = (scenario, bodies, mass, inertia, dt, threads=None))]
+    #[pyo3(signature = (scenario, bodies, mass, inertia, dt, threads=None, clumps=None))]
     fn of_scenario(
         py: Python<'_>,
         scenario: &Bound<'_, Scenario>,
@@ -249,15 +250,17 @@ impl Hosted {
         inertia: Scalars<'_>,
         dt: f64,
         threads: Option<usize>,
+        clumps: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let clumps = clumps.map(clumps::of_arrays).transpose()?.unwrap_or_default();
         let Scenario { inner, folder } = scenario.get();
         let folder: &PathBuf = folder;
         let assembly = guarded(py, threads, None, |progress| assemble(inner, folder, progress))?;
         let assembly = assembly.map_err(|error| of_assembly(inner, error))?;
         warn(py, inner, &assembly.summary.warnings)?;
-        let (bodies, mass, inertia) = (bodies.get()?, mass.get()?, inertia.get()?);
+        let spheres = Spheres { id: bodies.get()?, mass: mass.get()?, inertia: inertia.get()?, clumps: &clumps };
         let allow = inner.integration.allow_unstable;
-        let made = Assembly::of_scenario(assembly, allow, Origin::Elsewhere {}, bodies, mass, inertia, dt);
+        let made = Assembly::of_scenario(assembly, allow, Origin::Elsewhere {}, spheres, dt);
         Self::new(made.map_err(PyValueError::new_err)?, threads)
     }
 
@@ -479,6 +482,20 @@ impl Hosted {
     #[getter]
     fn bond_count(&self, py: Python<'_>) -> PyResult<usize> {
         Ok(self.read(py)?.assembly.state.bond_count())
+    }
+
+    /// Number of active bonds and contacts.
+    #[getter]
+    fn contact_count(&self, py: Python<'_>) -> PyResult<usize> {
+        let inner = self.read(py)?;
+        let state = &inner.assembly.state;
+        let active = |flags: &&ContactFlags| flags.carries();
+        Ok(state
+            .bonds
+            .iter()
+            .chain(&state.contacts)
+            .map(|block| block.contacts().flags().iter().filter(active).count())
+            .sum())
     }
 
     /// Number of bonds broken so far.

@@ -172,10 +172,8 @@ impl HostClump {
 }
 
 /// Put `clumps` into `state`, whose particles are bodies at their `place`. Members follow their clump, so their own constraints have no
-/// effect, as in YADE.
-fn add_clumps(state: &mut State, clumps: &[HostClump], place: &[u32]) -> Result<(), String> {
-    // A host stores members with the rounding of its own arithmetic.
-    const DISPLACED: f64 = 1e-6;
+/// effect, as in YADE. A member may be `displaced` from its place in the clump by this fraction of its radius.
+pub(super) fn add_clumps(state: &mut State, clumps: &[HostClump], place: &[u32], displaced: f64) -> Result<(), String> {
     for (number, clump) in clumps.iter().enumerate() {
         clump.check(number, place.len())?;
         let placed = clump.placed(place);
@@ -186,7 +184,7 @@ fn add_clumps(state: &mut State, clumps: &[HostClump], place: &[u32]) -> Result<
                 return Err(format!("body {} is in two clumps, but may be in one", particles.id[member]));
             }
             let away = (placed.position + rotate(&placed.orientation, offset) - particles.position[member]).norm();
-            if away > DISPLACED * particles.radius[member] {
+            if away > displaced * particles.radius[member] {
                 return Err(format!(
                     "body {} is {away:e} m away from its place in its clump; take one step, so that the host moves it there",
                     particles.id[member]
@@ -464,7 +462,8 @@ impl Assembly {
         let (mut bonds, model) = Self::empty_concrete(&origin)?;
         let mut unbonded = bonds.clone();
         let mut state = State { particles, cell, ..State::default() };
-        add_clumps(&mut state, clumps, &place)?;
+        // A host stores members with the rounding of its own arithmetic.
+        add_clumps(&mut state, clumps, &place, 1e-6)?;
         let particles = &state.particles;
         let pairs = if let Origin::Concrete { pairs, .. } = &origin { pairs.len() as u16 } else { 0 };
         for k in 0..contacts.pair.len() {

@@ -121,6 +121,19 @@ pub struct BodyState {
     pub constraint: u32,
 }
 
+/// The bodies of a host that are the spheres of a scenario, in their order.
+#[derive(Debug, Clone, Copy)]
+pub struct Spheres<'a> {
+    /// Their ids.
+    pub id: &'a [u32],
+    /// Masses, kg.
+    pub mass: &'a [f64],
+    /// Moments of inertia, kg m².
+    pub inertia: &'a [f64],
+    /// Clumps that the host moves, with members among them.
+    pub clumps: &'a [HostClump],
+}
+
 /// OpenMP's `omp_pause_resource_all` (version 5.0, section 3.2.44). Only the thread that starts parallel loops may call it; within
 /// such a loop it fails and has no effect.
 pub type PauseThreads = unsafe extern "C" fn(i32) -> i32;
@@ -192,25 +205,24 @@ impl Assembly {
         })
     }
 
-    /// The spheres of a scenario with its bonds and contacts, built as for a run. `bodies` contains the body id of each sphere; masses
-    /// (kg) and moments of inertia (kg m²) come from the host.
+    /// The spheres of a scenario with its bonds and contacts, built as for a run. Masses and moments of inertia come from the host.
+    /// Members of a clump have no bonds and contacts with each other.
     ///
     /// # Errors
-    /// Arrays of different lengths, or a time step above the time step bound.
+    /// Arrays of different lengths, a time step above the time step bound, or clumps with heat or deformable particles.
     pub fn of_scenario(
         assembly: concordem_scenario::assembly::Assembly,
         allow_unstable: bool,
         origin: Origin,
-        bodies: &[u32],
-        mass: &[f64],
-        inertia: &[f64],
+        spheres: Spheres<'_>,
         dt: f64,
     ) -> Result<Self, String> {
+        let Spheres { id, mass, inertia, clumps } = spheres;
         refuse_heat(&assembly)?;
         let heat_limit = assembly.summary.heat_step.filter(|_| !allow_unstable).unwrap_or(f64::INFINITY);
         let (mut state, model) = (assembly.state, assembly.model);
         let n = state.particles.len();
-        for (name, found) in [("bodies", bodies.len()), ("mass", mass.len()), ("inertia", inertia.len())] {
+        for (name, found) in [("bodies", id.len()), ("mass", mass.len()), ("inertia", inertia.len())] {
             same_length(name, found, n)?;
         }
         let limit = assembly.summary.bounds.spectral.max(assembly.summary.bounds.per_particle);
@@ -220,11 +232,27 @@ impl Assembly {
                  the scenario's density); set O.dt, or integration.allow_unstable"
             ));
         }
+        let mut place = vec![0; n];
         for p in 0..n {
             let sphere = state.particles.id[p] as usize;
+            place[sphere] = p as u32;
             state.particles.mass[p] = mass[sphere];
             state.particles.inertia[p] = inertia[sphere];
-            state.particles.id[p] = bodies[sphere];
+            state.particles.id[p] = id[sphere];
+        }
+        if !clumps.is_empty() {
+            if model.deformable.is_some() || model.heat.is_some() {
+                return Err("spheres of clumps are rigid and their contacts lie within, so they neither deform nor conduct heat; exclude \
+                            them, or remove [deformable] and [heat]"
+                    .into());
+            }
+            // The host moves the members, which in a cell that deforms leave their places a little.
+            concrete::add_clumps(&mut state, clumps, &place, f64::INFINITY)?;
+            let State { particles, bonds, contacts, .. } = &mut state;
+            let of = |p: u32| particles.clump[p as usize];
+            for block in bonds.iter_mut().chain(contacts) {
+                block.retain_pairs(&|pair, _| of(pair.a) == u32::MAX || of(pair.a) != of(pair.b));
+            }
         }
         state.clock.dt = dt;
         let mut made = Self::new(state, model, origin)?;
@@ -260,7 +288,8 @@ impl Assembly {
         let made =
             assemble_without_hdf5(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
         let origin = Origin::Scenario { text: text.to_owned() };
-        Self::of_scenario(made, scenario.integration.allow_unstable, origin, bodies, mass, inertia, dt)
+        let spheres = Spheres { id: bodies, mass, inertia, clumps: &[] };
+        Self::of_scenario(made, scenario.integration.allow_unstable, origin, spheres, dt)
     }
 
     /// Compute the forces at the positions from [`Self::take_motions`] and return the number of bonds that broke. `sample`: sum stored

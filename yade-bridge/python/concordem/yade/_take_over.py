@@ -8,8 +8,10 @@ import numpy as np
 
 from .. import _core
 from . import _late, _rules
-from ._concrete import Concrete, class_of, engine_of
+from ._clumps import Clumps
+from ._concrete import Concrete, cell_of, class_of, engine_of
 from ._engine import BondedEngine, _registered
+from ._motion import only_integrator
 from ._rules import refuse
 from ._scene import Bodies, at_rest, bodies, gather, host, of_class
 
@@ -151,7 +153,8 @@ def bond(
 
     `material`, `bonds`, and `contacts` are tables of a scenario; `tables` are its other tables and keys (`deformable`, `dimension`,
     ...). Without `bonds`, all contacts are unbonded; without `contacts`, unbonded particles pass through each other. `ids`: the
-    spheres; default all. Masses and motion come from YADE's bodies. `motion`: as in :func:`take_over`. Raises YadeError if the scene is not supported,
+    spheres; default all. Masses and motion come from YADE's bodies. A periodic cell is YADE's; members of one clump have neither bonds nor contacts
+    with each other. `motion`: as in :func:`take_over`. Raises YadeError if the scene is not supported,
     ScenarioError if the tables are invalid.
 
     >>> concordem.yade.bond(                                                       # doctest: +SKIP
@@ -161,8 +164,6 @@ def bond(
     """
     at_rest()
     omega = host().omega
-    if omega.periodic:
-        raise refuse("bond() does not support periodic scenes; use take_over()", "Periodic")
     _rules.refuse_blind_engines(omega.engines)
     everything = bodies()
     ball = of_class(everything.shape, "Sphere.vtable")
@@ -175,13 +176,10 @@ def bond(
         ball = wanted
     mine = everything.of(ball)
     _refuse_bonded(mine)
-    for number in mine.ids:
-        if not omega.bodies[int(number)].isStandalone:
-            raise refuse(f"body {int(number)} belongs to a clump and cannot be bonded; exclude it by `ids`", "Clumps")
     radius = gather(mine.shape, "Sphere.radius")
     spheres = np.concatenate([mine.positions, radius[:, None]], axis=1)
     description = dict(
-        packing={"kind": "spheres", "spheres": spheres},
+        packing={"kind": "spheres", "spheres": spheres, **_periodic(mine)},
         material=material,
         contacts=contacts or {"law": "none"},
         stop={"steps": 1},
@@ -197,6 +195,25 @@ def bond(
     return _begin(BondedEngine(name, solver, mine.ids, kind))
 
 
+def _periodic(mine: Bodies) -> dict[str, Any]:
+    """The periodic cell of the scene, as keys of a packing."""
+    omega = host().omega
+    if not omega.periodic:
+        return {}
+    edges = cell_of(omega)[0]
+    if (edges != np.diag(np.diag(edges))).any() or (np.diag(edges) <= 0).any():
+        raise refuse("bond() needs a rectangular periodic cell along the axes; bond the spheres before O.cell is sheared", "Periodic")
+    outside = ((mine.positions < 0) | (mine.positions >= np.diag(edges))).any(axis=1)
+    if outside.any():
+        number = int(mine.ids[outside][0])
+        raise refuse(
+            f"body {number} is outside of the periodic cell, where bond() does not search for its neighbors; move it by whole edges: "
+            f"O.bodies[{number}].state.pos = O.cell.wrap(O.bodies[{number}].state.pos), before YADE makes contacts",
+            "Periodic",
+        )
+    return {"cell": np.diag(edges).tolist()}
+
+
 def _hosted_of(scenario: _core.Scenario, mine: Bodies, dt: float, threads: int | None) -> _core.Hosted:
     inertia = gather(mine.state, "State.inertia", components=3)
     mass = gather(mine.state, "State.mass")
@@ -208,6 +225,7 @@ def _hosted_of(scenario: _core.Scenario, mine: Bodies, dt: float, threads: int |
             np.ascontiguousarray(inertia.min(axis=1)),
             dt,
             threads or host().omega.numThreads,
+            clumps=Clumps(mine.ids).arrays(only_integrator(host().omega.engines), dt),
         )
     except ValueError as error:
         raise refuse(f"the bodies cannot be bonded: {error}") from error
