@@ -169,7 +169,8 @@ class _Engine:
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the engine is in its place and alive; in its steps, it checks the rest itself."""
         self._refuse_lost()
-        _native_bonds.follow(self._engine)
+        if not _native_bonds.follow(self._engine):
+            return
         _rules.refuse_shown(self._shown, "BondedEngine_Rust")
         _rules.refuse_order(_lending.working_engines(), [self._place], "BondedEngine_Rust")
         if deep:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
+import warnings
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from . import _hooks, _interactions, _vtk
 from ._concrete import add_to_lost, scatter, write_states
 from ._memory import address_of, known_address_of
 from ._mirror import Mirror
+from ._own import STORED, damage
 from ._rules import refuse
 from ._scene import Reals, bodies, gather, host, of_class
 from ._scene import interactions as interactions_of_yade
@@ -105,12 +107,12 @@ def mirror(engine: Any) -> Mirror:
     return _mirrors[address]
 
 
-def follow(engine: Any) -> None:
+def follow(engine: Any) -> bool:
     """Let the engine have what a script has changed or erased in O.interactions: give the bonds back to YADE, change them there, and take them
-    over."""
+    over. Returns whether it has bonds then."""
     found = _mirrors.get(address_of(engine)) if _mirrors else None
     if found is None or not found.changed():
-        return
+        return True
     if host().omega.subStep >= 0:
         raise refuse(
             "bonds of BondedEngine_Rust were changed within a step, in which it cannot follow; change them between two steps, not from a PyRunner",
@@ -129,15 +131,25 @@ def follow(engine: Any) -> None:
     own.eraseNonReal()
     kept = np.flatnonzero(inside & (np.array(row) >= 0))
     place = np.array(row)[kept]
+    phys = np.ascontiguousarray(made.phys[kept])
+    before = gather(phys, "CpmPhys.kappaD")
     for name, column in values.items():
         if column.dtype == np.float64:
-            scatter(made.phys[kept], f"CpmPhys.{name}", column[place])
+            scatter(phys, f"CpmPhys.{name}", column[place])
+    # YADE's law computes damage anew in each step, ours from the strain that grows.
+    damaged = np.flatnonzero(values["kappaD"][place] != before)
+    stored = np.stack([values[name][place[damaged]].astype(float) for name in STORED], axis=1)
+    scatter(phys[damaged], "CpmPhys.omega", damage(stored, values["kappaD"][place[damaged]]))
     for k in kept[values["isCohesive"][place] != gather(made.phys[kept], "CpmPhys.isCohesive", "u8")]:
         contact = own[int(made.id1[k]), int(made.id2[k])]
         contact.phys.isCohesive = not contact.phys.isCohesive
-    # It stopped when it gave the bonds back.
+    if not values["isCohesive"].any():
+        # It stopped when it gave the bonds back.
+        warnings.warn("a script has erased all bonds of BondedEngine_Rust, so it ends, and YADE goes on with the contacts", stacklevel=2)
+        return False
     engine.dead = False
     _asked(engine.takeOver)
+    return True
 
 
 def update_lost(engine: Any) -> None:
