@@ -30,7 +30,7 @@ void BondConcordem::settings(int narg, char **arg)
 {
   style_.settings.assign(arg, arg + narg);
   for (const std::string &word : style_.settings)
-    if (word == "bond" || word == "between" || word == "at")
+    if (word == "bond" || word == "between" || word == "limit" || word == "at")
       error->all(FLERR, "{}: bonds come from the atoms (create_bonds, read_data); remove `{}`", style_.name, word);
 }
 

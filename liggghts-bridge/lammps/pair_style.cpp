@@ -52,7 +52,7 @@ void PairConcordem::take_settings()
 {
   const std::vector<std::string> &words = style_.settings;
   for (size_t k = 0; k < words.size(); k++) {
-    if (words[k] == "bond" || words[k] == "between" || words[k] == "at" || words[k] == "contact")
+    if (words[k] == "bond" || words[k] == "between" || words[k] == "limit" || words[k] == "at" || words[k] == "contact")
       error->all(FLERR, "{}: a pair style creates no bonds and defines its own law; remove `{}`", style_.name, words[k]);
     if (words[k] == "reach" && k + 1 < words.size()) reach_ = utils::numeric(FLERR, words[k + 1], true, lmp);
   }

@@ -428,8 +428,17 @@ int64_t concordem_network_own_pairs(ConcordemNetwork *network,
 int64_t concordem_network_broken_now(const ConcordemNetwork *network,
                                      const int64_t (**pairs)[2]);
 
-/// Queue bonds by distance (`bond distance FACTOR`). Returns the number of bonds that this processor counts, or −1 and a message.
-int64_t concordem_network_make_near(ConcordemNetwork *network, const ConcordemMessage *message);
+/// Queue bonds by distance (`bond distance FACTOR`), or with `limit` the pairs among which to choose. Returns 0, or −1 and a message.
+int64_t concordem_network_make_near(ConcordemNetwork *network,
+                                    const ConcordemMessage *message);
+
+/// With `limit`: set the ids that owned atoms name as partners, 0 for none, one real per atom and ghost. Returns the number of undecided pairs.
+int64_t concordem_network_name_partners(const ConcordemNetwork *network,
+                                        double *named,
+                                        int64_t count);
+
+/// Queue the bonds of atoms that name each other; `named` as above, of ghosts too.
+void concordem_network_bond_named(ConcordemNetwork *network, const double *named, int64_t count);
 
 /// Rotate owned atoms by the angular velocity of the step.
 void concordem_network_turn(const ConcordemNetwork *network, const ConcordemAtoms *atoms);
@@ -852,4 +861,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xc4c77fb5a6adbe69)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x2600455036ca3971)

@@ -103,9 +103,9 @@ void FixBondBase::follow_changes()
       if (body[i] >= 0) body_mass_[i] = total[body[i]];
   }
   if (!body_mass_.empty()) {
-    sends_masses_ = true;
+    sent_ = &body_mass_;
     communicate_ghosts();
-    sends_masses_ = false;
+    sent_ = nullptr;
   }
   find_exclusions();
 }

@@ -205,8 +205,8 @@ void FixBondBase::communicate(bool rebuilds)
 
 int FixBondBase::pack_ghosts(int count, const int *list, double *buffer) const
 {
-  if (sends_masses_) {
-    for (int k = 0; k < count; k++) buffer[k] = body_mass_[list[k]];
+  if (sent_) {
+    for (int k = 0; k < count; k++) buffer[k] = (*sent_)[list[k]];
     return count;
   }
   if (sends_sizes_) {
@@ -222,8 +222,8 @@ int FixBondBase::pack_ghosts(int count, const int *list, double *buffer) const
 
 void FixBondBase::unpack_ghosts(int count, int first_atom, const double *buffer)
 {
-  if (sends_masses_) {
-    std::copy(buffer, buffer + count, body_mass_.begin() + first_atom);
+  if (sent_) {
+    std::copy(buffer, buffer + count, sent_->begin() + first_atom);
     return;
   }
   if (sends_sizes_) {
@@ -237,13 +237,33 @@ void FixBondBase::unpack_ghosts(int count, int first_atom, const double *buffer)
                           periodic_ ? original_ : NULL);
 }
 
+// Among the pairs of `limit N`: atoms name partners, until no process has an undecided pair. Without a limit there is none.
+void FixBondBase::choose_bonds()
+{
+  std::vector<double> named(atom->nlocal + atom->nghost);
+  const int64_t count = named.size();
+  for (;;) {
+    const int64_t mine = concordem_network_name_partners(network_, named.data(), count);
+    int64_t all;
+    MPI_Allreduce(&mine, &all, 1, MPI_INT64_T, MPI_SUM, world);
+    if (all == 0) return;
+    sent_ = &named;
+    communicate_ghosts();
+    sent_ = nullptr;
+    concordem_network_bond_named(network_, named.data(), count);
+  }
+}
+
 void FixBondBase::make_bonds()
 {
   const bool lost = !lost_.empty() && modify->find_fix(lost_.c_str()) < 0, creates = facts_.creation || lists_;
   if (lost && !creates)
     fail("the restart file contains the bonds of fix " + lost_ + ", which the script does not define; give this fix the same id: `fix " +
          lost_ + " ...`");
-  if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
+  if (facts_.creation == 1) {
+    if (concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
+    choose_bonds();
+  }
   if (facts_.creation == 2) concordem_make_listed(network_, atom, groupbit, world);
   if (lists_) {
     const ConcordemAtoms atoms = arrays();

@@ -104,10 +104,11 @@ class FixBondBase : public Fix {
   void communicate(bool rebuilds);
   int pack_ghosts(int count, const int *list, double *buffer) const;
   void unpack_ghosts(int count, int first_atom, const double *buffer);
-  int reals_of_ghost() const { return sends_masses_ ? 1 : sends_sizes_ ? 2 : facts_.communicated + rebuilds_ + (periodic_ ? 3 : 0); }
+  int reals_of_ghost() const { return sent_ ? 1 : sends_sizes_ ? 2 : facts_.communicated + rebuilds_ + (periodic_ ? 3 : 0); }
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
+  void choose_bonds();       // of `limit N`; collective
   void check_resumed();      // warn if a continued run has no bonds; collective
   void find_mean_radius();   // of the atoms with a queued bond; collective
   void find_forces(bool setup, bool energies, bool virial);
@@ -128,7 +129,7 @@ class FixBondBase : public Fix {
   double **memory_ = nullptr;     // data that the network stores per atom
   double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
   bool rebuilds_ = false;         // ghosts also get their place in the order of the particles
-  bool sends_masses_ = false;     // ghosts get the masses of their bodies, and nothing else
+  std::vector<double> *sent_ = nullptr;   // ghosts get this number of each atom, and nothing else
   bool sends_sizes_ = false;      // ghosts get radii and masses, and nothing else
   int frozen_ = 0;                // bits of the groups of fix freeze
   std::vector<double> body_mass_;       // of each atom's body, kg; 0 outside bodies; empty without bodies

@@ -56,6 +56,8 @@ pub struct Options {
     pub creation: Creation,
     /// Pairs of atom types (from 0, ascending) that `bond distance` bonds; `None`: all.
     pub between: Option<Vec<[u16; 2]>>,
+    /// Most bonds that `bond distance` gives an atom, by its type; `None`: any number.
+    pub limit: Option<Vec<u32>>,
     /// Step at which bonds are created; `None` for the first step of the run.
     pub at: Option<i64>,
     /// Data file with the bonds, contacts, and histories to continue with.
@@ -112,6 +114,7 @@ struct Arguments {
     mode: Option<MotionMeasure>,
     creation: Option<Creation>,
     between: Option<Vec<[u16; 2]>>,
+    limit: Option<Vec<u32>>,
     at: Option<i64>,
     reach: Option<f64>,
     sample_every_step: Option<bool>,
@@ -198,6 +201,16 @@ impl Arguments {
         if arguments.between.is_some() && !matches!(arguments.creation, Some(Creation::Distance(_))) {
             return Err(OptionError::BetweenWhat);
         }
+        if let Some(limit) = &mut arguments.limit {
+            if !matches!(arguments.creation, Some(Creation::Distance(_))) {
+                return Err(OptionError::LimitOfWhat);
+            }
+            match limit[..] {
+                [all] => *limit = vec![all; types],
+                _ if limit.len() != types => return Err(OptionError::LimitTypes { given: limit.len(), types }),
+                _ => {}
+            }
+        }
         if let Some([a, b]) = arguments.between.iter().flatten().find(|[_, b]| usize::from(*b) >= types) {
             return Err(OptionError::NoSuchType { a: a + 1, b: b + 1, types });
         }
@@ -227,6 +240,11 @@ impl Arguments {
             "between" => words.fill(&mut self.between, "pairs of atom types without spaces, such as 1-1,1-2", |word| {
                 word.split(',').map(type_pair).collect()
             }),
+            "limit" => words.fill(
+                &mut self.limit,
+                "a number of bonds per atom, or one number per atom type, such as 4,2",
+                |word| word.split(',').map(|number| number.parse().ok().filter(|number| *number > 0)).collect(),
+            ),
             "at" => {
                 words.fill(&mut self.at, "a step number, 0 or more", |word| word.parse().ok().filter(|step| *step >= 0))
             }
@@ -362,6 +380,7 @@ impl Options {
             mode: arguments.mode.unwrap_or_default(),
             creation: arguments.creation.ok_or(OptionError::NoBonds)?,
             between: arguments.between,
+            limit: arguments.limit,
             at: arguments.at,
             state: arguments.state,
             reach: arguments.reach.unwrap_or(0.0),

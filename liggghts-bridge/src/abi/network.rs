@@ -409,11 +409,25 @@ pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, p
     }
 }
 
-/// Queue bonds by distance (`bond distance FACTOR`). Returns the number of bonds that this processor counts, or −1 and a message.
+/// Queue bonds by distance (`bond distance FACTOR`), or with `limit` the pairs among which to choose. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_make_near(network: *mut Network, message: *const Message) -> i64 {
     // SAFETY: valid pointers from the shim.
-    unsafe { guarded(message, || (*network).make_near().map(|made| made as i64)) }
+    unsafe { guarded(message, || (*network).make_near().map(|()| 0)) }
+}
+
+/// With `limit`: set the ids that owned atoms name as partners, 0 for none, one real per atom and ghost. Returns the number of undecided pairs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_name_partners(network: *const Network, named: *mut f64, count: i64) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).name_partners(slice_mut(named, count)) as i64 }
+}
+
+/// Queue the bonds of atoms that name each other; `named` as above, of ghosts too.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_bond_named(network: *mut Network, named: *const f64, count: i64) {
+    // SAFETY: valid pointers from the shim.
+    unsafe { (*network).bond_named(slice(named, count)) }
 }
 
 /// Rotate owned atoms by the angular velocity of the step.

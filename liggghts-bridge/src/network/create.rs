@@ -2,7 +2,7 @@
 
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::math::Vec3;
-use concordem_solver::neighbor::candidate_pairs;
+use concordem_solver::neighbor::{CandidatePair, candidate_pairs};
 use concordem_solver::state::contacts::Pair;
 
 use super::bonds::{BondsOfAtom, Fresh, ends};
@@ -95,24 +95,28 @@ impl Network {
         self.bond_coefficients.get(kind, kind).unwrap_or_default()
     }
 
-    /// Queue bonds between all unbonded pairs of the group that are closer than the user's factor times the sum of their radii. Call
-    /// [`Self::rebuild`] afterwards. Returns the number of bonds that this processor counts.
+    /// Queue bonds between all unbonded pairs of the group that are closer than the user's factor times the sum of their radii; with
+    /// `limit`, begin to choose among these pairs ([`Self::name_partners`]). Call [`Self::rebuild`] afterwards.
     ///
     /// # Errors
     /// The neighbor search fails.
-    pub fn make_near(&mut self) -> Result<usize, NetworkError> {
-        let Creation::Distance(factor) = self.options.creation else { return Ok(0) };
+    pub fn make_near(&mut self) -> Result<(), NetworkError> {
+        let Creation::Distance(factor) = self.options.creation else { return Ok(()) };
         let particles = &self.state.particles;
         // Search slightly farther: rounding in the search depends on the other atoms of this processor and must not affect the result.
         let reach: Vec<f64> = particles.radius.iter().map(|r| r * factor * (1.0 + 1e-9)).collect();
         let between = self.options.between.as_deref();
         let present = self.state.bonds[0].contacts().pairs();
+        let distance = |pair: &CandidatePair| {
+            let shift = self.state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
+            let [a, b] = [pair.a, pair.b].map(|end| &particles.position[end as usize]);
+            initial_geometry(a, b, &shift).length
+        };
+        let sum_of_radii = |pair: &CandidatePair| particles.radius[pair.a as usize] + particles.radius[pair.b as usize];
         let mut pairs = candidate_pairs(&particles.position, &reach, self.state.cell.as_ref())?;
         pairs.retain(|pair| {
             let (a, b) = (pair.a as usize, pair.b as usize);
-            let shift = self.state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
-            let distance = initial_geometry(&particles.position[a], &particles.position[b], &shift).length;
-            distance < factor * (particles.radius[a] + particles.radius[b])
+            distance(pair) < factor * sum_of_radii(pair)
                 && (self.owned[a] || self.owned[b])
                 && between.is_none_or(|types| {
                     let [a, b] = [particles.material[a], particles.material[b]];
@@ -121,12 +125,18 @@ impl Network {
                 && self.bond_coefficients.get(particles.material[a], particles.material[b]).is_some()
                 && present.binary_search(&Pair { a: pair.a, b: pair.b }).is_err()
         });
+        if let Some(limits) = self.options.limit.clone() {
+            let chosen: Vec<_> =
+                pairs.iter().map(|pair| (Pair { a: pair.a, b: pair.b }, distance(pair) / sum_of_radii(pair))).collect();
+            self.begin_choice(&limits, chosen.into_iter());
+            return Ok(());
+        }
         self.fresh.reserve_exact(pairs.len());
         self.fresh.extend(pairs.iter().map(|pair| {
             let tags = [self.tags[pair.a as usize], self.tags[pair.b as usize]];
             Fresh { tags: ascending(tags), length: 0.0, row: 0 }
         }));
-        Ok(pairs.iter().filter(|pair| self.owned[pair.a as usize]).count())
+        Ok(())
     }
 
     /// Take the queued bonds, without duplicates, sorted by ids. `arriving`: records of this rebuild.

@@ -11,6 +11,7 @@
 //! | `before` | the particles before a rebuild |
 //! | `bonds` | bonds as the host lists them, and new ones |
 //! | `create` | new bonds |
+//! | `limit` | new bonds if an atom may have a few |
 //! | `lists` | bonds of the host's lists; pairs of the host's neighbor lists that belong to the network |
 //! | `memory` | data stored per atom in the host's arrays |
 //! | `exchange` | records of bonds and contacts for migration and restart |
@@ -30,6 +31,7 @@ mod exchange;
 mod exclude;
 mod heat;
 mod heat_network;
+mod limit;
 mod lists;
 mod lost;
 mod memory;
@@ -55,6 +57,7 @@ use exchange::{Adjacency, Incoming, Pieces};
 pub use exclude::{Exclusions, Rules};
 use heat::Thermal;
 pub use heat_network::Asked;
+use limit::Choice;
 pub use lists::NeighborLists;
 use memory::Layout;
 use results::row_of_break;
@@ -97,6 +100,8 @@ pub struct Network {
     user_list: UserList,
     /// Bonds to create at the next rebuild, which drops those without an owned atom.
     fresh: Vec<Fresh>,
+    /// Pairs among which `limit N` chooses, while bonds are created.
+    choice: Choice,
     /// Contacts with the history of a broken bond whose other atom is out of range.
     dormant: Vec<Record>,
     /// Bonds that another command added to the host's lists, until they are created.
@@ -187,6 +192,7 @@ impl Network {
             pieces: Pieces::default(),
             user_list: UserList::default(),
             fresh: Vec::new(),
+            choice: Choice::default(),
             dormant: Vec::new(),
             added: Vec::new(),
             particle_of: Vec::new(),

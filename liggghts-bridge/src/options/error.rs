@@ -66,6 +66,17 @@ pub enum OptionError {
         /// Number of types.
         types: usize,
     },
+    /// A limit without `bond distance`.
+    #[error("`limit` counts the bonds of `bond distance FACTOR`; add that, or remove `limit`")]
+    LimitOfWhat,
+    /// Limits of other types than the host has.
+    #[error("`limit` has {given} numbers, but there are {types} atom types; give one number for all, or one per type")]
+    LimitTypes {
+        /// Numbers given.
+        given: usize,
+        /// Number of types.
+        types: usize,
+    },
     /// Neither bonds nor contacts.
     #[error("law `none` without `contact LAW` computes no forces; add `contact LAW`, or choose a bond law")]
     Nothing,

@@ -46,6 +46,23 @@ fn bonds_between_chosen_types() {
 }
 
 #[test]
+fn limits_of_bonds_per_atom() {
+    let of = |end: &str| parse(&format!("linear_bond normal_stiffness 1e6 shear_stiffness 1e6 {end}"));
+    assert_eq!(of("bond distance 1.2 limit 3").unwrap().limit, Some(vec![3, 3]));
+    assert_eq!(of("limit 4,1 bond distance 1.2").unwrap().limit, Some(vec![4, 1]));
+    for (end, wanted) in [
+        ("bond list file limit 2", "`limit` counts the bonds of `bond distance FACTOR`"),
+        ("bond distance 1.2 limit 1,2,3", "`limit` has 3 numbers, but there are 2 atom types"),
+        ("bond distance 1.2 limit 0", "`limit 0` is invalid; give a number of bonds per atom"),
+        ("bond distance 1.2 limit 2,x", "`limit 2,x` is invalid"),
+        ("bond distance 1.2 limit 2 limit 2", "given twice"),
+    ] {
+        let message = of(end).unwrap_err();
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
+#[test]
 fn without_a_bond_law_the_parameters_belong_to_contacts() {
     let options =
         parse("none contact frictional normal_stiffness 2e6 shear_stiffness 1e6 friction_coefficient 0.3").unwrap();
