@@ -72,7 +72,14 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
                 .args(["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np"])
                 .arg(processors.to_string())
                 .arg(built("liggghts/concordem-liggghts", "liggghts-bridge/build"))
-                .arg(&path);
+                .arg(&path)
+                // Open MPI looks for no network, and waits for no second before it kills the processes that are left when one has failed: a
+                // refusal takes 0.5 instead of 1.5 s, any other start half as long.
+                .envs([
+                    ("OMPI_MCA_pml", "ob1"),
+                    ("OMPI_MCA_btl", "self,vader"),
+                    ("OMPI_MCA_odls_base_sigkill_timeout", "0"),
+                ]);
         }
         Host::Lammps => {
             let [launcher, program, plugin] = lammps();
