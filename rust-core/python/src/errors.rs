@@ -13,7 +13,7 @@ use concordem::operator::OperatorError;
 use concordem::output::OutputError;
 use concordem::packing::PackingError;
 use concordem::program::Failure;
-use concordem::scenario::{Problem, ReadError, Scenario, ScenarioError, Source};
+use concordem::scenario::{Problem, ReadError, Scenario, ScenarioError};
 use concordem::schedule::simulation::RunError;
 use concordem::solver::SolverError;
 use concordem::solver::own_thread::with_all_processors;
@@ -173,9 +173,8 @@ impl Raise for ScenarioError {
 /// Fields of a Python `Problem`.
 type Entry<'a> = (String, &'a str, Option<&'a str>, usize, usize, &'a str, &'a str);
 
-/// A problem of the scenario with this text, as the fields of a Python `Problem`.
-pub fn entry<'a>(source: &Source, problem: &'a Problem) -> Entry<'a> {
-    let (line, column) = source.position(problem.span.start);
+/// A problem at this line and column, as the fields of a Python `Problem`.
+pub fn entry((line, column): (usize, usize), problem: &Problem) -> Entry<'_> {
     let kind = format!("{:?}", problem.kind);
     (kind, &*problem.key, problem.value.as_deref(), line, column, &*problem.message, &*problem.help)
 }
@@ -183,8 +182,9 @@ pub fn entry<'a>(source: &Source, problem: &'a Problem) -> Entry<'a> {
 fn scenario(class: &str, error: &ScenarioError) -> PyErr {
     Python::attach(|py| {
         let make = || -> PyResult<PyErr> {
+            let places = error.locate(&error.problems);
             let problems: Vec<_> =
-                error.problems.iter().map(|problem| entry(&error.locate(problem).source, problem)).collect();
+                error.problems.iter().zip(places).map(|(problem, place)| entry(place.position, problem)).collect();
             let class = py.import("concordem._errors")?.getattr(class)?;
             Ok(PyErr::from_value(class.call1((error.to_string(), &*error.source_text.name, problems))?))
         };
@@ -206,9 +206,8 @@ pub fn of_call(call: &str, table: &str, error: &ScenarioError) -> PyErr {
     let lines: Vec<String> = error.shown().0.iter().map(line).collect();
     let problems: Vec<Problem> = error.problems.iter().map(own).collect();
     Python::attach(|py| {
-        let source = Source::new(call, call);
         let make = || -> PyResult<PyErr> {
-            let entries: Vec<_> = problems.iter().map(|problem| entry(&source, problem)).collect();
+            let entries: Vec<_> = problems.iter().map(|problem| entry((1, 1), problem)).collect();
             let class = py.import("concordem._errors")?.getattr("ScenarioError")?;
             Ok(PyErr::from_value(class.call1((lines.join("\n"), call, entries))?))
         };

@@ -11,9 +11,9 @@ use crate::errors::entry;
 pub fn warn(py: Python<'_>, scenario: &Scenario, warnings: &[Problem]) -> PyResult<()> {
     for problem in warnings {
         let alone = ScenarioError::new(&scenario.source, vec![problem.clone()]);
-        let problem = &alone.problems[0];
+        let (problem, place) = (&alone.problems[0], &alone.locate(&alone.problems)[0]);
         let class = py.import("concordem._errors")?.getattr("ConcordemWarning")?;
-        let warning = class.call1((alone.to_string(), entry(&alone.locate(problem).source, problem)))?;
+        let warning = class.call1((alone.to_string(), entry(place.position, problem)))?;
         let options = PyDict::new(py);
         // Functions of this library have no frame of their own, so 1 is the line that called it.
         options.set_item("stacklevel", 1)?;

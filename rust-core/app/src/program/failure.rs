@@ -223,11 +223,11 @@ fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
         .build();
     let mut text = String::new();
     let (shown, further) = error.shown();
-    for problem in shown {
-        let one = One { place: error.locate(problem), problem };
+    for (problem, place) in shown.iter().zip(error.locate(shown)) {
+        let one = One { place, problem };
         // Writing to a string cannot fail. If the graphical message fails, print the plain text, which has the same content.
         if write!(text, "{}", Picture { handler: &handler, one: &one }).is_err() {
-            let (line, _) = one.place.source.position(problem.span.start);
+            let (line, _) = one.place.position;
             let _ = write!(text, "{}:{line}: {problem}\n  help: {}", one.place.source.name, problem.help);
         }
         text.push('\n');

@@ -28,15 +28,60 @@ impl Source {
         Self { name: name.into(), text: text.into(), given: None }
     }
 
-    /// Line and column of a byte, both counted from 1; columns count characters.
+    /// Line and column of a byte, both counted from 1; columns count characters. For many bytes use a [`Cursor`].
     pub fn position(&self, byte: usize) -> (usize, usize) {
+        Cursor::new(&self.text).position(byte)
+    }
+}
+
+/// Finds lines and columns of bytes in a text. Bytes in ascending order take one pass over the text, however many they are.
+#[derive(Debug)]
+struct Cursor<'a> {
+    text: &'a str,
+    /// The last byte, and its line and column.
+    at: usize,
+    line: usize,
+    column: usize,
+    /// Bytes passed so far.
+    #[cfg(test)]
+    passed: usize,
+}
+
+impl<'a> Cursor<'a> {
+    fn new(text: &'a str) -> Self {
+        Self {
+            text,
+            at: 0,
+            line: 1,
+            column: 1,
+            #[cfg(test)]
+            passed: 0,
+        }
+    }
+
+    /// Line and column of a byte, both counted from 1; columns count characters.
+    fn position(&mut self, byte: usize) -> (usize, usize) {
         let mut byte = byte.min(self.text.len());
         while !self.text.is_char_boundary(byte) {
             byte -= 1;
         }
-        let before = &self.text[..byte];
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+        if byte < self.at {
+            (self.at, self.line, self.column) = (0, 1, 1);
+        }
+        let between = &self.text[self.at..byte];
+        match between.rfind('\n') {
+            Some(last) => {
+                self.line += between.matches('\n').count();
+                self.column = between[last + 1..].chars().count() + 1;
+            }
+            None => self.column += between.chars().count(),
+        }
+        #[cfg(test)]
+        {
+            self.passed += between.len();
+        }
+        self.at = byte;
+        (self.line, self.column)
     }
 }
 
@@ -115,6 +160,8 @@ pub struct Location {
     pub source: Source,
     /// Range of bytes in the text.
     pub span: Range<usize>,
+    /// Line and column of its start, both counted from 1; columns count characters.
+    pub position: (usize, usize),
     /// Whether it is a setting, which has no lines.
     pub is_setting: bool,
 }
@@ -143,16 +190,25 @@ impl ScenarioError {
         Self { source_text: shown, problems }
     }
 
-    /// Where a problem is.
-    pub fn locate(&self, problem: &Problem) -> Location {
-        if let Some(given) = &self.source_text.given
-            && let Ok(document) = Document::parse(&self.source_text)
-            && let Some(setting) = given.cause(&problem.key, document.locate(&problem.key).1.is_none())
-        {
-            let source = Source::new(setting.door.name(), &setting.shown());
-            return Location { source, span: problem.span.clone(), is_setting: true };
-        }
-        Location { source: self.source_text.clone(), span: problem.span.clone(), is_setting: false }
+    /// Where each of these problems is. Takes one pass over the text for all problems in their order.
+    pub fn locate(&self, problems: &[Problem]) -> Vec<Location> {
+        let given = self.source_text.given.as_ref();
+        let given = given.and_then(|given| Some((given, Document::parse(&self.source_text).ok()?)));
+        let mut cursor = Cursor::new(&self.source_text.text);
+        let one = |problem: &Problem| {
+            let cause = given
+                .as_ref()
+                .and_then(|(given, document)| given.cause(&problem.key, document.locate(&problem.key).1.is_none()));
+            let span = problem.span.clone();
+            if let Some(setting) = cause {
+                let source = Source::new(setting.door.name(), &setting.shown());
+                let position = source.position(span.start);
+                return Location { source, span, position, is_setting: true };
+            }
+            let position = cursor.position(span.start);
+            Location { source: self.source_text.clone(), span, position, is_setting: false }
+        };
+        problems.iter().map(one).collect()
     }
 
     /// The problems to show, and the number of further ones.
@@ -162,17 +218,16 @@ impl ScenarioError {
     }
 
     fn plain(&self) -> String {
-        let one = |problem: &Problem| {
+        let one = |(problem, place): (&Problem, Location)| {
             let help = if problem.help.is_empty() { String::new() } else { format!("\n  help: {}", problem.help) };
-            let Location { source, span, is_setting } = self.locate(problem);
+            let Location { source, position: (line, column), is_setting, .. } = place;
             if is_setting {
                 return format!("{}: {problem}{help}", source.text);
             }
-            let (line, column) = source.position(span.start);
             format!("{}:{line}:{column}: {problem}{help}", source.name)
         };
         let (shown, further) = self.shown();
-        let mut lines: Vec<String> = shown.iter().map(one).collect();
+        let mut lines: Vec<String> = shown.iter().zip(self.locate(shown)).map(one).collect();
         if further > 0 {
             lines.push(format!("and {further} more problems"));
         }
@@ -271,6 +326,37 @@ mod rendered {
                 )
                 .with_language("TOML"),
             ))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines and columns are those of a count from the start, also at ends of lines, within characters, and backwards.
+    #[test]
+    fn positions_are_counted_from_the_start() {
+        let text = "a = 1\nb = \"\u{fc}\u{20ac}\"\n\nc";
+        let mut cursor = Cursor::new(text);
+        for byte in (0..=text.len() + 2).chain([3, 0, 9]) {
+            let end = (0..=byte.min(text.len())).rev().find(|end| text.is_char_boundary(*end)).unwrap();
+            let lines: Vec<&str> = text[..end].split('\n').collect();
+            let expected = (lines.len(), lines[lines.len() - 1].chars().count() + 1);
+            assert_eq!(cursor.position(byte), expected, "{byte}");
+            assert_eq!(Source::new("a", text).position(byte), expected, "{byte}");
+        }
+    }
+
+    /// Any number of places take one pass over the text, whether they lie on many lines or on one.
+    #[test]
+    fn many_places_take_one_pass() {
+        for text in ["x = [1],\n".repeat(1000), "[1, -1], ".repeat(1000)] {
+            let mut cursor = Cursor::new(&text);
+            for byte in (0..text.len()).step_by(9) {
+                cursor.position(byte);
+            }
+            assert_eq!(cursor.passed, text.len() - 9);
         }
     }
 }
