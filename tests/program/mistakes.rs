@@ -590,6 +590,13 @@ const MISTAKES: &[Mistake] = &[
         "`strain_rate`",
     ),
     command(
+        "misspelled key on the command line that the scenario has",
+        "check m.toml --set packing.radus=2",
+        "--set packing.radus=2",
+        &["packing.radus", "unknown key"],
+        "did you mean `radius`, which is given, too?",
+    ),
+    command(
         "wrong value of the only material on the command line",
         "check m.toml --set material.density=-1",
         "--set material.density=-1",

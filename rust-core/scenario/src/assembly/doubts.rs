@@ -139,7 +139,10 @@ pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_w
         && (steps * step > LONG || steps > MOST_STEPS)
     {
         let hours = steps * step / 3600.0;
-        let time = if hours > 48.0 { format!("{:.0e} days", hours / 24.0) } else { format!("{hours:.0e} hours") };
+        let plain = |value: f64, unit: &str| {
+            if value < 1e3 { format!("{value:.0} {unit}") } else { format!("{value:.0e} {unit}") }
+        };
+        let time = if hours > 48.0 { plain(hours / 24.0, "days") } else { plain(hours, "hours") };
         let message = format!("the run may take {steps:.1e} steps of {dt:.2e} s, about {time} on one core");
         let (place, help) = match (key, key_of_rate(&scenario.loading)) {
             ("strain", Some(rate)) => {

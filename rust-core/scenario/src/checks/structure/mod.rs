@@ -172,16 +172,16 @@ impl Checker<'_> {
         {
             return (Some(key), format!("YADE's `{yade}` is called `{ours}` here. {}", about_key(ours)));
         }
-        let free = properties.keys().map(String::as_str).filter(|other| !table.contains_key(*other));
         if let Some((c, what, plain)) = on_keyboard(name) {
             let help = format!("`{c}` (U+{:04X}) is {what}: write `{plain}`", u32::from(c));
             return (properties.get_key_value(&plain).map(|(key, _)| key.as_str()), help);
         }
-        if let Some(other) = nearest(name, free) {
-            return (Some(other), format!("did you mean `{other}`? {}", about_key(other)));
-        }
         if let Some(other) = nearest(name, properties.keys().map(String::as_str)) {
-            return (None, format!("did you mean `{other}`, which is given, too? {}", about_key(other)));
+            return if table.contains_key(other) {
+                (None, format!("did you mean `{other}`, which is given, too? {}", about_key(other)))
+            } else {
+                (Some(other), format!("did you mean `{other}`? {}", about_key(other)))
+            };
         }
         if let Some(help) = self.key_of_outer_table(name, path) {
             return (None, help);
