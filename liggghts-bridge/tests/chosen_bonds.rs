@@ -201,7 +201,9 @@ fn limited_bonds_are_those_that_lammps_makes_in_many_steps() {
     write(Host::Lammps, folder, &atoms);
     let sorted = |file: &str| {
         let mut pairs = tables(&folder.join(file)).pop().unwrap().1;
-        pairs.iter_mut().for_each(|pair| pair.sort_by(f64::total_cmp));
+        for pair in &mut pairs {
+            pair.sort_by(f64::total_cmp);
+        }
         pairs.sort_by(|a, b| a.partial_cmp(b).unwrap());
         pairs
     };
