@@ -3,7 +3,7 @@
 //! Only this module accesses foreign memory in bulk. The caller (`concordem.yade`) passes addresses that it has just read from the
 //! host's containers, and offsets that were found and checked by its `_layout.py`.
 
-use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -95,6 +95,111 @@ fn memory_gather<'py>(
     if components == 1 { Ok(flat) } else { flat.call_method1("reshape", (list.len(), components)) }
 }
 
+/// Fields of an object, as numbers of bytes from its start and to the start of a row.
+struct Fields {
+    /// Words of eight bytes, for which no length must be asked.
+    words: Vec<(usize, usize)>,
+    /// Single bytes.
+    bytes: Vec<(usize, usize)>,
+    /// Bytes of a row.
+    width: usize,
+    /// First byte of an object, and the one behind the last.
+    span: std::ops::Range<usize>,
+}
+
+impl Fields {
+    /// From (offset, bytes) of each.
+    fn new(fields: &[(usize, usize)]) -> Self {
+        let (mut words, mut bytes, mut width) = (Vec::new(), Vec::new(), 0);
+        for &(offset, size) in fields {
+            let whole = size / 8 * 8;
+            words.extend((0..whole).step_by(8).map(|n| (offset + n, width + n)));
+            bytes.extend((whole..size).map(|n| (offset + n, width + n)));
+            width += size;
+        }
+        let start = fields.iter().map(|field| field.0).min().unwrap_or(0);
+        let end = fields.iter().map(|field| field.0 + field.1).max().unwrap_or(0);
+        Self { words, bytes, width, span: start..end }
+    }
+
+    /// Prefetch an object that is read soon.
+    fn prefetch(&self, address: Option<&u64>) {
+        if let Some(&address) = address {
+            self.span.clone().step_by(64).for_each(|offset| prefetch((address as usize).wrapping_add(offset)));
+        }
+    }
+
+    /// Read an object.
+    ///
+    /// Safety: as [`peek`], for all fields.
+    unsafe fn read(&self, address: u64, row: &mut [u8]) {
+        for &(offset, at) in &self.words {
+            let word: [u8; 8] = unsafe { peek(address as usize + offset) };
+            row[at..at + 8].copy_from_slice(&word);
+        }
+        for &(offset, at) in &self.bytes {
+            row[at] = unsafe { peek(address as usize + offset) };
+        }
+    }
+}
+
+/// Read several fields of all objects at `addresses`, each object once: (offset, bytes) of each. Returns the bytes, (n, sum of the widths).
+#[pyfunction]
+fn memory_rows<'py>(
+    py: Python<'py>,
+    addresses: PyReadonlyArray1<'py, u64>,
+    fields: Vec<(usize, usize)>,
+) -> PyResult<Bound<'py, PyAny>> {
+    exchange(py, addresses.as_slice()?, &[], &Fields::new(&fields))
+}
+
+/// Write several fields of reals of all objects at `addresses`, each object once: (offset, rows) of each. Then read as [`memory_rows`].
+#[pyfunction]
+fn memory_exchange<'py>(
+    py: Python<'py>,
+    addresses: PyReadonlyArray1<'py, u64>,
+    written: Vec<(usize, PyReadonlyArray1<'py, f64>)>,
+    read: Vec<(usize, usize)>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let list = addresses.as_slice()?;
+    let mut columns = Vec::with_capacity(written.len());
+    for (offset, values) in &written {
+        let values = values.as_slice()?;
+        let components = values.len().checked_div(list.len()).unwrap_or(0);
+        if components * list.len() != values.len() {
+            let message = format!("{} numbers cannot be distributed evenly to {} objects", values.len(), list.len());
+            return Err(PyValueError::new_err(message));
+        }
+        columns.push((*offset, components, values));
+    }
+    exchange(py, list, &columns, &Fields::new(&read))
+}
+
+/// Write columns (offset, components, values), then read fields, object by object.
+fn exchange<'py>(
+    py: Python<'py>,
+    list: &[u64],
+    columns: &[(usize, usize, &[f64])],
+    fields: &Fields,
+) -> PyResult<Bound<'py, PyAny>> {
+    let found = numpy::PyArray2::<u8>::zeros(py, [list.len(), fields.width], false);
+    let mut access = found.readwrite();
+    let rows = access.as_slice_mut()?;
+    for (k, &address) in list.iter().enumerate() {
+        fields.prefetch(list.get(k + AHEAD));
+        for &(offset, components, values) in columns {
+            for (n, &value) in values[k * components..(k + 1) * components].iter().enumerate() {
+                // Safety: see the module.
+                unsafe { poke(address as usize + offset + 8 * n, value) };
+            }
+        }
+        // Safety: see the module.
+        unsafe { fields.read(address, &mut rows[k * fields.width..(k + 1) * fields.width]) };
+    }
+    drop(access);
+    Ok(found.into_any())
+}
+
 /// Write rows of reals to the field at `offset` of all objects at `addresses`.
 #[pyfunction]
 fn memory_scatter(
@@ -155,6 +260,8 @@ fn memory_targets(py: Python<'_>, address: usize) -> Bound<'_, PyAny> {
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(memory_gather, module)?)?;
+    module.add_function(wrap_pyfunction!(memory_rows, module)?)?;
+    module.add_function(wrap_pyfunction!(memory_exchange, module)?)?;
     module.add_function(wrap_pyfunction!(memory_scatter, module)?)?;
     module.add_function(wrap_pyfunction!(memory_scatter_i32, module)?)?;
     module.add_function(wrap_pyfunction!(memory_targets, module)?)

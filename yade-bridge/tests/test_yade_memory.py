@@ -3,9 +3,10 @@
 import ctypes
 import struct
 
+import numpy as np
 import pytest
 
-from concordem import YadeError
+from concordem import YadeError, _core
 from concordem.yade._memory import Finder, image_of, known_pointer, memory, usable_size
 
 libc = ctypes.CDLL(None)
@@ -79,3 +80,20 @@ def test_a_field_is_not_found_in_the_next_object():
 def test_pointers():
     box = ctypes.c_uint64(77)
     assert known_pointer(ctypes.addressof(box)) == memory.pointer(ctypes.addressof(box)) == 77
+
+
+def test_fields_are_written_and_read_object_by_object():
+    """Words and single bytes, in any order of the fields; what lies between them stays."""
+    objects = [(ctypes.c_uint8 * 64)(*range(k, 64 + k)) for k in (0, 100)]
+    addresses = np.array([ctypes.addressof(one) for one in objects], np.uint64)
+    pair, one = np.array([1.5, -2.0, 3.25, 4.0]), np.array([5.0, 6.0])
+    found = _core.memory_exchange(addresses, [(8, pair), (40, one)], [(40, 8), (3, 5), (8, 16)])
+    assert found.shape == (2, 29)
+    for k, row in enumerate(found):
+        assert row[:8].tobytes() == one[k].tobytes() and row[13:].tobytes() == pair[2 * k : 2 * k + 2].tobytes()
+        assert row[8:13].tolist() == [n + 100 * k for n in range(3, 8)]
+        assert list(objects[k])[:8] == [n + 100 * k for n in range(8)] and list(objects[k])[48:] == [n + 100 * k for n in range(48, 64)]
+    assert (_core.memory_rows(addresses, [(40, 8), (3, 5), (8, 16)]) == found).all()
+    assert _core.memory_rows(addresses[:0], [(0, 8)]).shape == (0, 8)
+    with pytest.raises(ValueError, match="3 numbers cannot be distributed evenly to 2 objects"):
+        _core.memory_exchange(addresses, [(0, pair[:3])], [])

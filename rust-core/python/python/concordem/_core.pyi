@@ -75,7 +75,9 @@ __all__ = [
     "lattice",
     "macro_rotation",
     "measure",
+    "memory_exchange",
     "memory_gather",
+    "memory_rows",
     "memory_scatter",
     "memory_scatter_i32",
     "memory_targets",
@@ -735,6 +737,10 @@ def memory_gather(
     components: int = 1,
 ) -> NDArray[Any]: ...
 def memory_scatter(addresses: NDArray[np.uint64], offset: int, values: _Reals) -> None: ...
+def memory_rows(addresses: NDArray[np.uint64], fields: Sequence[tuple[int, int]]) -> NDArray[np.uint8]: ...
+def memory_exchange(
+    addresses: NDArray[np.uint64], written: Sequence[tuple[int, _Reals]], read: Sequence[tuple[int, int]]
+) -> NDArray[np.uint8]: ...
 def memory_scatter_i32(addresses: NDArray[np.uint64], offset: int, values: NDArray[np.int32]) -> None: ...
 def memory_targets(address: int) -> NDArray[np.uint64]: ...
 def elastic_constants(

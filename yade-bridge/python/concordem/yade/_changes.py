@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import _core
 from ._memory import flag_offset
@@ -31,24 +32,59 @@ def values(phys: Addresses) -> dict[str, Any]:
     return {name: gather(phys, f"CpmPhys.{name}", kind, width) for name, (kind, width) in _READ.items()}
 
 
-def everything(address: Addresses, phys: Addresses, concrete: bool) -> dict[str, Any]:
-    """What a script may change with an effect, row by row; of other laws than concrete, the forces."""
-    return {
-        "geom": gather(address, "Interaction.geom", "u64"),
-        "phys": gather(address, "Interaction.phys", "u64"),
-        "cellDist": gather(address, "Interaction.cellDist", "i32", 3),
-        "isActive": _core.memory_gather(address, _active_offset(), "u8", 1),
-        **(values(phys) if concrete else {name: gather(phys, f"CpmPhys.{name}", components=3) for name in ("normalForce", "shearForce")}),
-    }
+class Rows(NamedTuple):
+    """Attributes of objects as bytes, because a value that is not a number equals itself."""
+
+    fields: tuple[tuple[str, int], ...]
+    """Names, with their numbers of bytes."""
+    bytes: NDArray[np.uint8]
+    """One row per object."""
+
+    def of(self, keep: NDArray[np.bool_]) -> Rows:
+        """The selected objects."""
+        return Rows(self.fields, np.ascontiguousarray(self.bytes[keep]))
 
 
-def between(before: dict[str, Any], now: dict[str, Any]) -> dict[str, int]:
+_SIZES = {"f64": 8, "i32": 4, "u8": 1}
+
+
+#: What is watched in an interaction, and in physics of other laws than concrete.
+_CONTACT = (("geom", 8), ("phys", 8), ("cellDist", 12), ("isActive", 1))
+_FORCES = (("normalForce", 24), ("shearForce", 24))
+_CONCRETE = tuple((name, _SIZES[kind] * width) for name, (kind, width) in _READ.items())
+
+
+def of_contacts(address: Addresses) -> Rows:
+    """What a script may change with an effect in interactions."""
+    offsets = {**host().layout, "Interaction.isActive": _active_offset()}
+    return Rows(_CONTACT, _core.memory_rows(address, [(offsets[f"Interaction.{name}"], size) for name, size in _CONTACT]))
+
+
+def places_in_physics(concrete: bool) -> list[tuple[int, int]]:
+    """Offsets and numbers of bytes of what a script may change with an effect in physics; of other laws than concrete, the forces."""
+    return [(host().layout[f"CpmPhys.{name}"], size) for name, size in (_CONCRETE if concrete else _FORCES)]
+
+
+def of_physics(found: NDArray[np.uint8], concrete: bool) -> Rows:
+    """What was read at :func:`places_in_physics`."""
+    return Rows(_CONCRETE if concrete else _FORCES, found)
+
+
+def everything(address: Addresses, phys: Addresses, concrete: bool) -> list[Rows]:
+    """What a script may change with an effect."""
+    return [of_contacts(address), of_physics(_core.memory_rows(phys, places_in_physics(concrete)), concrete)]
+
+
+def between(before: list[Rows], now: list[Rows]) -> dict[str, int]:
     """The names whose values differ, with the first row of each."""
     found = {}
-    for name, column in before.items():
-        # Bytes, because a value that is not a number equals itself.
-        one, two = (np.ascontiguousarray(part).view(np.uint8).reshape(len(part), -1) if len(part) else part for part in (column, now[name]))
-        differ = one != two
-        if differ.any():
-            found[name] = int(np.flatnonzero(differ.any(axis=1))[0])
+    for old, new in zip(before, now):
+        if np.array_equal(old.bytes, new.bytes):
+            continue
+        at = 0
+        for name, size in old.fields:
+            differ = (old.bytes[:, at : at + size] != new.bytes[:, at : at + size]).any(axis=1)
+            at += size
+            if differ.any():
+                found[name] = int(np.flatnonzero(differ)[0])
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any
+from typing import Any, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -295,6 +295,18 @@ def scatter(addresses: NDArray[np.uint64], field: str, values: Any) -> None:
     _core.memory_scatter(np.ascontiguousarray(addresses), host().layout[field], flat)
 
 
+def scatter_fields(addresses: NDArray[np.uint64], kind: str, fields: dict[str, Any], read: Sequence[tuple[int, int]] = ()) -> NDArray[np.uint8]:
+    """Write several fields of objects of this class, each object once, and read those at `read` (offset, bytes) then."""
+    rows = [(host().layout[f"{kind}.{name}"], np.ascontiguousarray(values, dtype=float).reshape(-1)) for name, values in fields.items()]
+    return _core.memory_exchange(np.ascontiguousarray(addresses), rows, read)
+
+
+def gather_fields(addresses: NDArray[np.uint64], kind: str, names: Sequence[str]) -> Iterator[Reals]:
+    """Read several numbers of objects of this class, each object once."""
+    rows = _core.memory_rows(np.ascontiguousarray(addresses), [(host().layout[f"{kind}.{name}"], 8) for name in names])
+    return iter(np.ascontiguousarray(rows.view(np.float64).T))
+
+
 def keys_of(one: Any, two: Any, bonded: Any) -> NDArray[np.int64]:
     """A number for each contact from its unordered pair and whether it is a bond (particles of a broken bond may touch again)."""
     one, two = np.asarray(one, np.int64), np.asarray(two, np.int64)
@@ -433,7 +445,8 @@ def write_contacts(solver: _core.Hosted, kind: dict[str, Any]) -> dict[str, int]
     now = solver.bodies()
     row = np.zeros(int(now["id"].max()) + 1, np.int64)
     row[now["id"]] = np.arange(len(now["id"]))
-    write_values(concrete.contacts.geom, concrete.contacts.phys, now["position"][row[concrete.contacts.id1]], table, sign)
+    geom, phys = concrete.contacts.geom, concrete.contacts.phys
+    write_values(geom, phys, now["position"][row[concrete.contacts.id1]], table, sign, constants_of(geom, phys))
     return {"erased": int(gone.sum()), "made": int(new.sum()), "written": len(table)}
 
 
@@ -441,10 +454,9 @@ def write_contacts(solver: _core.Hosted, kind: dict[str, Any]) -> dict[str, int]
 NORMAL_HISTORY = ("normal_strain", "plastic_normal_strain", "omega")
 
 
-def _normal(phys: Addresses, table: Any) -> tuple[Reals, Reals]:
+def _normal(modulus: Reals, prestress: Reals, table: Any) -> tuple[Reals, Reals]:
     """Total normal strain, and the normal stress before the prestress is taken off, Pa."""
-    modulus = gather(phys, "CpmPhys.E")
-    strain = table["normal_strain"] + gather(phys, "CpmPhys.isoPrestress") / modulus
+    strain = table["normal_strain"] + prestress / modulus
     effective = strain - table["plastic_normal_strain"]
     return strain, (1.0 - np.where(effective > 0, table["omega"], 0.0)) * modulus * effective
 
@@ -452,56 +464,63 @@ def _normal(phys: Addresses, table: Any) -> tuple[Reals, Reals]:
 def write_normal_force(geom: Addresses, phys: Addresses, table: Any, sign: Reals) -> None:
     """Write of :func:`write_values` what a time step depends on: normal and normal force."""
     normal = table["normal"] * sign[:, None]
-    stress = _normal(phys, table)[1] - gather(phys, "CpmPhys.isoPrestress")
-    scatter(phys, "CpmPhys.normalForce", -(stress * gather(phys, "CpmPhys.crossSection"))[:, None] * normal)
+    modulus, prestress, area = gather_fields(phys, "CpmPhys", ("E", "isoPrestress", "crossSection"))
+    stress = _normal(modulus, prestress, table)[1] - prestress
+    scatter(phys, "CpmPhys.normalForce", -(stress * area)[:, None] * normal)
     scatter(geom, "ScGeom.normal", normal)
 
 
-def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sign: Reals) -> None:
-    """Write what the law computes in every step. `first`: positions of the first bodies in that step; `sign`: -1 where the table has the
-    bodies in the other order."""
+def constants_of(geom: Addresses, phys: Addresses) -> list[Reals]:
+    """What :func:`write_values` needs of contacts and the law does not change."""
+    names = ("E", "G", "crossSection", "isoPrestress", "undamagedCohesion", "tanFrictionAngle", "epsCrackOnset")
+    return [*gather_fields(phys, "CpmPhys", names), *gather_fields(geom, "ScGeom", ("refR1", "refR2"))]
+
+
+def write_values(
+    geom: Addresses, phys: Addresses, first: Reals, table: Any, sign: Reals, constants: list[Reals], read: Sequence[tuple[int, int]] = ()
+) -> NDArray[np.uint8]:
+    """Write what the law computes in every step, and read the physics as :func:`scatter_fields`. `first`: positions of the first bodies in that step;
+    `sign`: -1 where the table has the bodies in the other order; `constants`: of :func:`constants_of`."""
     turned = sign[:, None]
     normal = table["normal"] * turned
     shear, slip = table["shear_strain"] * turned, table["plastic_shear_strain"] * turned
-
-    def physics(name: str) -> Reals:
-        return gather(phys, f"CpmPhys.{name}")
-
-    shear_modulus, area, prestress = physics("G"), physics("crossSection"), physics("isoPrestress")
+    modulus, shear_modulus, area, prestress, cohesion, friction, onset, radius, other = constants
     bonded = table["bonded"]
     omega, kappa = table["omega"], table["kappa"]
-    strain, stress = _normal(phys, table)
+    strain, stress = _normal(modulus, prestress, table)
     # While a contact slips, YADE stores a plastic strain with which the elastic traction exceeds the bound; the bound acts.
     # As YADE: a cohesion that is not a number bounds the stress by 0.
-    bound = np.fmax(0.0, physics("undamagedCohesion") * (1.0 - omega) - stress * physics("tanFrictionAngle"))
+    bound = np.fmax(0.0, cohesion * (1.0 - omega) - stress * friction)
     traction = shear_modulus[:, None] * (shear - slip)
     size = np.linalg.norm(traction, axis=1)
-    traction *= np.where(size > bound, bound / np.where(size > 0, size, 1.0), 1.0)[:, None]
+    if (beyond := np.flatnonzero(size > bound)).size:
+        traction[beyond] *= (bound[beyond] / size[beyond])[:, None]
     stress = stress - prestress
-    onset = physics("epsCrackOnset")
     residual = np.where(bonded, np.where(kappa < onset, 1.0, (1.0 - omega) * kappa / onset), 0.0)
-    radii = gather(geom, "ScGeom.refR1") + gather(geom, "ScGeom.refR2")
-    overlap = radii - table["length"]
-    for name, values in (
-        ("kappaD", kappa),
-        ("omega", omega),
-        ("epsN", strain),
-        ("epsNPl", table["plastic_normal_strain"]),
-        ("epsT", shear),
-        ("epsTPl", slip),
-        ("sigmaN", stress),
-        ("sigmaT", traction),
-        ("Fn", stress * area),
-        ("Fs", traction * area[:, None]),
-        ("normalForce", -(stress * area)[:, None] * normal),
-        ("shearForce", -traction * area[:, None]),
-        ("relResidualStrength", residual),
-    ):
-        scatter(phys, f"CpmPhys.{name}", values)
-    scatter(geom, "ScGeom.normal", normal)
-    scatter(geom, "ScGeom.penetrationDepth", overlap)
-    arm = gather(geom, "ScGeom.refR1") - 0.5 * overlap
-    scatter(geom, "ScGeom.contactPoint", first + normal * arm[:, None])
+    overlap = radius + other - table["length"]
+    force, shear_force = stress * area, traction * area[:, None]
+    point = first + normal * (radius - 0.5 * overlap)[:, None]
+    scatter_fields(geom, "ScGeom", {"normal": normal, "penetrationDepth": overlap, "contactPoint": point})
+    return scatter_fields(
+        phys,
+        "CpmPhys",
+        {
+            "kappaD": kappa,
+            "omega": omega,
+            "epsN": strain,
+            "epsNPl": table["plastic_normal_strain"],
+            "epsT": shear,
+            "epsTPl": slip,
+            "sigmaN": stress,
+            "sigmaT": traction,
+            "Fn": force,
+            "Fs": shear_force,
+            "normalForce": -force[:, None] * normal,
+            "shearForce": -shear_force,
+            "relResidualStrength": residual,
+        },
+        read,
+    )
 
 
 def write_states(solver: _core.Hosted) -> None:

@@ -139,14 +139,14 @@ def shown(engine: Bonds) -> Iterator[None]:
         sort_anew()
 
 
-def _present(engine: Bonds) -> tuple[Interactions, dict[str, Any]]:
+def _present(engine: Bonds) -> tuple[Interactions, list[_changes.Rows]]:
     """The interactions between the bodies, and what a script may change in them."""
     found = interactions()
     found = found.of(np.isin(found.id1, engine.ids) & np.isin(found.id2, engine.ids))
     return found, _changes.everything(found.address, found.phys, engine._kind["kind"] == "concrete")
 
 
-def _refuse_changes(before: tuple[Interactions, dict[str, Any]], now: tuple[Interactions, dict[str, Any]]) -> None:
+def _refuse_changes(before: tuple[Interactions, list[_changes.Rows]], now: tuple[Interactions, list[_changes.Rows]]) -> None:
     """Raise YadeError if a script has changed the interactions, which end with the block."""
     if not np.array_equal(before[0].address, now[0].address):
         gone = np.flatnonzero(~np.isin(before[0].address, now[0].address))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from . import _changes
-from ._concrete import NORMAL_HISTORY, keys_of, scatter, write_constants, write_images, write_normal_force, write_own, write_values
+from ._concrete import NORMAL_HISTORY, constants_of, keys_of, scatter, write_constants, write_images, write_normal_force, write_own, write_values
 from ._interactions import Bonds, table_of
 from ._memory import known_address_of, memory
 from ._own import STORED
@@ -68,8 +68,18 @@ class Mirror:
         self._concrete = True
         #: Whether a script may have changed the objects since the last comparison.
         self.out = False
-        self._before: dict[str, Any] = {}
+        self._before: list[_changes.Rows] = []
         self._erased = 0
+        #: The contacts of the solver at the last look, in its order.
+        self._unsorted = self._keys
+        #: Whether an object has another periodic image than that of its second body.
+        self._imaged = False
+        #: Of the objects; None after something may have changed them.
+        self._constant: list[Any] | None = None
+        #: What scripts do not change of the interactions themselves.
+        self._fixed: _changes.Rows | None = None
+        #: The objects as they are written, for :meth:`_hand_out`; None if they must be read.
+        self._written: list[_changes.Rows] | None = None
 
     # -- reading ------------------------------------------------------------------------------------------------------
 
@@ -88,7 +98,7 @@ class Mirror:
                 break
             moment = again
         self._write(bonds, table, bodies)
-        self._at, self._before = moment, {}
+        self._at, self._before = moment, []
 
     def refresh_stiffness(self) -> None:
         """As :meth:`refresh`, of what GlobalStiffnessTimeStepper reads alone: normals and normal forces of the same contacts as before."""
@@ -106,13 +116,17 @@ class Mirror:
     def _write(self, bonds: Bonds, table: Any, bodies: dict[str, Any]) -> None:
         self._concrete = bonds._kind["kind"] == "concrete"
         self._rows = {name: table[name] for name in _ROW}
-        keys = keys_of(table["a"], table["b"], table["bonded"])
-        order = np.argsort(keys, kind="stable")
-        keys = keys[order]
+        unsorted = keys_of(table["a"], table["b"], table["bonded"])
+        order = self._order
+        if not np.array_equal(unsorted, self._unsorted):
+            order = np.argsort(unsorted, kind="stable")
+        keys = unsorted[order]
         if (keys[1:] >> 1 == keys[:-1] >> 1).any():
             raise refuse("two bodies touch through two periodic images, which YADE cannot store; enlarge the cell", "TwoImages")
-        names = table.dtype.names if isinstance(table, np.ndarray) else table
-        table = {name: table[name][order] for name in names}
+        if isinstance(table, np.ndarray):
+            table = table.take(order)
+        else:
+            table = {name: values[order] for name, values in table.items()}
         row = np.zeros(int(bodies["id"].max(initial=0)) + 1, np.int64)
         row[bodies["id"]] = np.arange(len(bodies["id"]))
         if not (np.array_equal(keys, self._keys) and np.array_equal(_bits(table["reference_length"]), self._reference)):
@@ -120,11 +134,20 @@ class Mirror:
         sign = np.where(table["a"] == self._one, 1.0, -1.0)
         first = bodies["position"][row[self._one]]
         if self._concrete:
-            write_values(self._geom, self._phys, first, table, sign)
+            if self._constant is None:
+                self._constant = constants_of(self._geom, self._phys)
+            places = _changes.places_in_physics(True)
+            physics = write_values(self._geom, self._phys, first, table, sign, self._constant, places)
         else:
             _write_forces(self._geom, self._phys, first, table, sign)
-        write_images(self._address, table["image"] * sign.astype(np.int32)[:, None])
-        self._order = order
+        if self._imaged or table["image"].any():
+            write_images(self._address, table["image"] * sign.astype(np.int32)[:, None])
+            self._imaged, self._fixed = True, None
+        if self._concrete:
+            if self._fixed is None:
+                self._fixed = _changes.of_contacts(self._address)
+            self._written = [self._fixed, _changes.of_physics(physics, True)]
+        self._order, self._unsorted = order, unsorted
 
     def _match(self, keys: NDArray[np.int64], table: Any, radius: Any, kind: dict[str, Any]) -> None:
         """Keep the objects of contacts that still exist, and make those of new ones."""
@@ -159,6 +182,7 @@ class Mirror:
         self._reference = _bits(table["reference_length"])
         self._address, self._geom, self._phys = address, geom, phys
         self._index = self._of_body = None
+        self._constant = self._fixed = self._written = None
 
     def _constants(self, one: Ints, two: Ints) -> Iterable[dict[str, Any] | None]:
         """Attributes of the physics of new contacts; None for laws that YADE does not have."""
@@ -175,8 +199,13 @@ class Mirror:
     # -- for scripts --------------------------------------------------------------------------------------------------
 
     def __len__(self) -> int:
-        self.refresh()
-        return len(self._contacts)
+        # What a script has erased is gone at once. Before the next look, the engine has the number.
+        if self._moment() == self._at:
+            return len(self._contacts)
+        if changed := self._changes():
+            self._before = []
+            self._refuse_late(changed)
+        return int(self._bonds().solver.contact_count)
 
     def contacts(self) -> list[Any]:
         """All objects, by the ids of their bodies."""
@@ -227,11 +256,12 @@ class Mirror:
         if not self.out:
             self.out = True
             if not self._before:
-                self._before = self._read()
+                self._before = self._written or self._read()
+            self._written = None
 
     # -- changes by scripts -------------------------------------------------------------------------------------------
 
-    def _read(self) -> dict[str, Any]:
+    def _read(self) -> list[_changes.Rows]:
         return _changes.everything(self._address, self._phys, self._concrete)
 
     def _changes(self) -> dict[str, int]:
@@ -260,7 +290,8 @@ class Mirror:
 
     def followed(self) -> None:
         """The engine has the changes."""
-        self._at, self._stiff_at, self._before, self._erased, self._rows = None, None, {}, 0, {}
+        self._at, self._stiff_at, self._before, self._erased, self._rows = None, None, [], 0, {}
+        self._constant = self._fixed = self._written = None
 
     def values(self) -> dict[str, Any]:
         """Attributes of the physics that the law reads, row by row."""
@@ -271,7 +302,7 @@ class Mirror:
         if not self._before:
             return
         changed = self._changes()
-        self._before = {}
+        self._before = []
         if changed:
             self._refuse_late(changed)
 
@@ -302,7 +333,8 @@ class Mirror:
         self._contacts = [contact for contact, kept in zip(self._contacts, keep.tolist()) if kept]
         self._keys, self._one, self._two, self._reference = self._keys[keep], self._one[keep], self._two[keep], self._reference[keep]
         self._address, self._geom, self._phys = (np.ascontiguousarray(column[keep]) for column in (self._address, self._geom, self._phys))
-        self._before = {name: np.ascontiguousarray(column[keep]) for name, column in self._before.items()}
+        self._before = [rows.of(keep) for rows in self._before]
+        self._constant = self._fixed = self._written = None
         self._index = self._of_body = None
 
 
