@@ -131,7 +131,8 @@ class BondedEngine:
             _late.refuse_waiting(self._title)
         if self._mirror is not None and self._mirror.out:
             self._follow(self._mirror)
-        return self._solver
+        found: _core.Hosted = self._solver
+        return found
 
     # -- in and out of the scene ------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import _hooks, _interactions
 from ._rules import late, refuse
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def _next_contacts() -> int:
     """The iteration in which contacts begin next, if the engine has acted in a step that is under way."""
     omega = host().omega
-    return int(omega.iter) + (omega.subStep >= 0)
+    return int(omega.iter) + int(omega.subStep >= 0)
 
 
 def why() -> str:
@@ -35,7 +35,7 @@ def tell(engine: BondedEngine) -> None:
     warnings.warn(f"take_over(): {why()}, so YADE computes all contacts until then; {engine._title} has the bonds from then on", stacklevel=3)
 
 
-def refuse_waiting(what: str) -> None:
+def refuse_waiting(what: str) -> NoReturn:
     """Raise YadeError: the bonds of an engine that waits are YADE's."""
     raise refuse(f"{what} has no bonds now: {why() or 'it takes them over in the next step'}; until then they are in O.interactions", "Waits")
 

@@ -44,7 +44,10 @@ def take_over(
     (``-j``).
 
     `motion`: the engine also moves its bodies, in place of NewtonIntegrator and with the same bits, which is faster; NewtonIntegrator keeps
-    the other bodies and all settings. Raises YadeError if the scene is not supported.
+    the other bodies and all settings.
+
+    While YADE still makes bonds (`cohesiveThresholdIter` ahead), or makes more of them later, its law computes all contacts, and the engine waits; it
+    takes them over in the step of the last new bond. Raises YadeError if the scene is not supported.
     """
     at_rest()
     kind = {"kind": "concrete", "kinematics": kinematics, "mode": mode, "update_states": update_states, "motion": motion}
