@@ -178,3 +178,35 @@ fn reports_of_plane_runs_draw_the_particles() {
     // Six bytes for each of 24 discs, in base 64.
     assert_eq!(discs.len(), 24 * 6 * 4 / 3);
 }
+
+/// A specimen that is held has no stress but rounding errors. The program says so in place of a modulus, a strength, and a curve.
+#[test]
+fn rounding_errors_have_no_modulus() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = write(
+        folder.path(),
+        "held.toml",
+        "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\n\
+         shape = { kind = \"box\", size = [\"9 mm\", \"9 mm\", \"16 mm\"] }\n[[material]]\nname = \"concrete\"\ndensity = 4800\n\
+         cpm = { young = \"25 GPa\", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 5, cohesion = \"3 MPa\", \
+         friction_coefficient = 0.8 }\n[bonds]\nlaw = \"cpm\"\ninteraction_ratio = 1.5\n[contacts]\nlaw = \"cpm\"\n[integration]\n\
+         damping = { kind = \"local\", coefficient = 0.3 }\n[loading]\nkind = \"uniaxial\"\nstrain_rate = \"20 1/s\"\n\
+         [[stage]]\nname = \"hold\"\nrate = 0\nstop = { steps = 100 }\n[output]\nsample_interval = 5\n",
+    );
+    let run = concordem(["run", text(&path)]);
+    assert_eq!(run.code, exit::DONE, "{}", run.err);
+    let result = folder.path().join("held.h5");
+    let info = concordem(["info", text(&result)]);
+    let report = concordem(["report", text(&result), "-o", text(&folder.path().join("held.html"))]);
+    assert_eq!(report.code, exit::DONE, "{}", report.err);
+    let page = std::fs::read_to_string(folder.path().join("held.html")).expect("a page");
+    for shown in [&run.err, &info.out, &page] {
+        assert!(shown.contains("are rounding errors: no modulus, no strength"), "{shown}");
+        assert!(
+            ![" GPa,", "Young’s", "f_t", "f_c", "f<sub>", "<h2>Stress and strain"]
+                .iter()
+                .any(|word| shown.contains(word)),
+            "{shown}"
+        );
+    }
+}

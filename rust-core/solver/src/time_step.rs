@@ -295,14 +295,12 @@ pub fn bounds_unless(
     (bounds(found.upper, found.width, found.iterations), convergence)
 }
 
-/// `Σ k l²/V` over all contacts and candidates, Pa, with the larger one of normal and shear stiffness k and the center
-/// distance l: at least the stiffness of the periodic cell under any affine strain. 0 without a cell.
-pub fn cell_stiffness(state: &State) -> f64 {
-    let Some(cell) = &state.cell else { return 0.0 };
+/// `Σ k l²` over all contacts and candidates, J, with the larger one of normal and shear stiffness k and the center distance l: over the volume,
+/// at least the stiffness of a body under any affine strain.
+pub fn stiffness_sum(state: &State) -> f64 {
+    let all = blocks(state).flat_map(|block| (0..block.len()).filter_map(|k| element(state, block, k)));
     let length = |e: &Element| e.arm_a + e.arm_b;
-    let sum: f64 =
-        elements(state).iter().map(|e| e.stiffness.normal.max(e.stiffness.shear) * (length(e) * length(e))).sum();
-    sum / cell.volume()
+    all.map(|e| e.stiffness.normal.max(e.stiffness.shear) * (length(&e) * length(&e))).sum()
 }
 
 /// Inverse square roots of the masses and moments of inertia, by particle; zero for prescribed degrees of freedom.

@@ -16,7 +16,7 @@ pub struct CurveFigures {
     pub sense: Sense,
     /// Young's modulus E, Pa: slope of a straight line fitted to the beginning of the curve (least squares, with
     /// intercept), from the first sample to the last one before the stress first exceeds [`FITTED_SHARE`] of its peak in this sense.
-    /// `None` with fewer than three samples.
+    /// `None` with fewer than three samples, and where they lie on no line ([`SCATTER`]).
     pub modulus: Option<f64>,
     /// The same, using the strain of the middle half of the specimen, if measured.
     pub gauge_modulus: Option<f64>,
@@ -31,6 +31,20 @@ pub struct CurveFigures {
 /// Fraction of the peak stress up to which the modulus is fitted. In the concrete particle model no link is damaged there:
 /// the tensile strength is approximately 1.4 times the stress at which damage begins.
 pub const FITTED_SHARE: f64 = 0.3;
+
+/// Largest standard error of a modulus, as a fraction of it: a slope that is less than three of its errors may as well be another one. Samples of a
+/// specimen that stands still, or swings about its rest, have such slopes.
+const SCATTER: f64 = 1.0 / 3.0;
+
+/// Least range of strains to which a modulus is fitted. Strains are differences of coordinates, which round by 1e-16 of themselves in each step.
+const LEAST_STRAIN: f64 = 1e-12;
+
+/// The largest magnitude of the stresses, if it is no more than rounding errors (Pa).
+pub fn only_rounding(stress: &[f64], rounding: f64) -> Option<f64> {
+    let largest =
+        stress.iter().copied().filter(|stress| stress.is_finite()).fold(0.0, |most: f64, s| most.max(s.abs()));
+    (largest > 0.0 && largest <= rounding).then_some(largest)
+}
 
 impl CurveFigures {
     /// Figures of a curve; `None` without a finite, nonzero stress.
@@ -75,9 +89,13 @@ impl CurveFigures {
     }
 }
 
-/// Slope of the least-squares line.
+/// Slope of the least-squares line; `None` if the samples do not determine it.
 fn slope(samples: &[(f64, f64)]) -> Option<f64> {
-    if samples.len() < 3 {
+    let range = |of: fn(&(f64, f64)) -> f64| {
+        let values = || samples.iter().map(of);
+        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+    };
+    if samples.len() < 3 || range(|sample| sample.0) < LEAST_STRAIN {
         return None;
     }
     let count = samples.len() as f64;
@@ -85,7 +103,10 @@ fn slope(samples: &[(f64, f64)]) -> Option<f64> {
     let mean_y = samples.iter().map(|(_, y)| y).sum::<f64>() / count;
     let xx: f64 = samples.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
     let xy: f64 = samples.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
-    (xx > 0.0).then(|| xy / xx)
+    let slope = xy / xx;
+    let left: f64 = samples.iter().map(|(x, y)| (y - mean_y - slope * (x - mean_x)).powi(2)).sum();
+    let error = (left / (count - 2.0) / xx).sqrt();
+    (error <= SCATTER * slope.abs()).then_some(slope)
 }
 
 /// A published value: one number or a range, and how much other packings scatter around it.
@@ -322,6 +343,32 @@ mod tests {
         assert_eq!((short.modulus, short.peak_stress), (None, 2e6));
         let standing = CurveFigures::of(&[0.0; 5], &[0.0, 0.1, 0.1, 0.1, 1.0]).unwrap();
         assert_eq!(standing.modulus, None, "without strain there is no slope");
+        let heated = CurveFigures::of(&[0.0, 1e-17, 2e-17, 3e-17, 1e-17], &[0.0, 1e5, 2e5, 3e5, 1e6]).unwrap();
+        assert_eq!(heated.modulus, None, "the strains are rounding errors");
+    }
+
+    /// Samples that lie on no line have no modulus; on a line they may scatter.
+    #[test]
+    fn a_modulus_needs_a_line() {
+        let of = |errors: [f64; 6]| {
+            let strain: Vec<f64> = (0..7).map(|k| f64::from(k) * 1e-6).collect();
+            let stress: Vec<f64> = strain.iter().zip(errors).map(|(e, error)| 20e9 * e + error).chain([1e6]).collect();
+            CurveFigures::of(&strain, &stress).unwrap()
+        };
+        // Errors of alternating sign a beside 0, 20, 40, 60, 80, 100 kPa: the slope is 20 GPa less 6a/35 per 1e-6, its standard error 0.27994 a per
+        // 1e-6 (the root of (6 - 9/17.5)/(4 * 17.5)), a third of the slope at a = 19.78 kPa.
+        let alternating = |a: f64| of([a, -a, a, -a, a, -a]);
+        assert_eq!(alternating(19e3).fitted, 6);
+        assert!((alternating(19e3).modulus.unwrap() / (20e9 - 6.0 / 35.0 * 19e9) - 1.0).abs() < 1e-12);
+        assert_eq!(alternating(20e3).modulus, None);
+    }
+
+    /// What is not larger than rounding errors is found, whatever its sign; zeros and what is larger are not.
+    #[test]
+    fn rounding_errors_are_no_stress() {
+        assert_eq!(only_rounding(&[0.0, 1e-9, -2e-9, f64::NAN], 1e-8), Some(2e-9));
+        assert_eq!(only_rounding(&[0.0, 1e-9, -2e-8], 1e-8), None);
+        assert_eq!(only_rounding(&[0.0, 0.0], 1e-8), None);
     }
 
     #[test]

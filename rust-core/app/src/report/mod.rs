@@ -29,15 +29,20 @@ use std::path::Path;
 
 use crate::output::{OutputError, ResultFile, sealed};
 use crate::provenance::PROGRAM;
+use concordem_scenario::schedule::Rounding;
 use concordem_scenario::schema::Scenario;
 pub(crate) use coverage::Coverage;
 pub(crate) use cracks::base64;
+use figures::only_rounding;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
-use html::{escape, frame};
+use html::{escape, frame, number};
 use laboratory::Test;
 use meaning::Meaning;
 pub(crate) use summary::properties_of_run;
 pub use summary::{Property, summary};
+
+/// Name of the provenance entry with the size of rounding errors of the stress in one step, Pa.
+pub(crate) const STRESS_ROUNDING: &str = "stress_rounding_pa";
 
 /// Name of the provenance entry with the length that strains refer to, m.
 pub(crate) const SPECIMEN_LENGTH: &str = "specimen_length_m";
@@ -55,6 +60,8 @@ struct Run<'a> {
     /// The curve from the start of the test on, also through the runs before.
     history: History,
     coverage: Coverage,
+    /// The largest stress (Pa), if the run has nothing but rounding errors of stress, hence no figures and no results of a test.
+    noise: Option<f64>,
     figures: Option<CurveFigures>,
     /// Standard test of the scenario; `None` for other loadings and unreadable scenarios.
     test: Option<Test>,
@@ -125,11 +132,22 @@ impl<'a> Run<'a> {
             CurveFigures::of(&history.strain, &history.stress)
         };
         // The peak may lie before the first record.
-        let (figures, test) = if coverage == Coverage::Unknown { (None, None) } else { (figures, test) };
-        let length =
-            provenance.iter().find(|(name, _)| name == SPECIMEN_LENGTH).and_then(|(_, value)| value.parse().ok());
+        let entry = |name: &str| provenance.iter().find(|(other, _)| other == name);
+        let number = |name: &str| entry(name).and_then(|(_, value)| value.parse::<f64>().ok());
+        let steps = file.samples("step")?.last().copied().unwrap_or(0.0) as u64;
+        let rounding = Rounding { one_step: number(STRESS_ROUNDING).unwrap_or(0.0) }.after(steps);
+        let noise = only_rounding(&history.stress, rounding);
+        let is_known = coverage != Coverage::Unknown && noise.is_none();
+        let (figures, test) = if is_known { (figures, test) } else { (None, None) };
+        let length = number(SPECIMEN_LENGTH);
         let color = RUN_COLORS[k % RUN_COLORS.len()];
-        Ok(Self { file, name, title, strain, history, coverage, figures, test, meaning, length, color })
+        Ok(Self { file, name, title, strain, history, coverage, noise, figures, test, meaning, length, color })
+    }
+
+    /// Why the run has no modulus and no strength, if its stress is nothing but rounding errors.
+    fn note_on_noise(&self) -> Option<String> {
+        let largest = self.noise? / 1e6;
+        Some(format!("no more than {} MPa, which are rounding errors: no modulus, no strength", number(largest)))
     }
 
     /// The slope at the beginning of the curve, Pa, where it is a modulus.
@@ -157,10 +175,11 @@ fn page_title(runs: &[Run]) -> String {
 fn heading(runs: &[Run]) -> String {
     let files: Vec<String> = runs.iter().map(|run| format!("<code>{}</code>", escape(&run.name))).collect();
     let note = |run: &Run| Some(format!("<p>Records of {}: {}.</p>\n", escape(&run.name), run.coverage.note()?));
+    let noise = |run: &Run| Some(format!("<p>Stress of {}: {}.</p>\n", escape(&run.name), run.note_on_noise()?));
     format!(
         "<h1>{}</h1>\n<p class=\"quiet\">Results {}, computed by {PROGRAM}. Tension is positive.</p>\n{}",
         escape(&page_title(runs)),
         files.join(", "),
-        runs.iter().filter_map(note).collect::<String>(),
+        runs.iter().flat_map(|run| [note(run), noise(run)]).flatten().collect::<String>(),
     )
 }

@@ -1,6 +1,6 @@
 //! The properties of a specimen as text, for the end of a run and `concordem info`.
 
-use super::figures::{CurveFigures, Sense};
+use super::figures::{CurveFigures, Sense, only_rounding};
 use super::html::{number, percent};
 use super::laboratory::Test;
 use super::meaning::Meaning;
@@ -57,6 +57,9 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
             add(symbol, format!("{} {unit}, {name}", number(value)));
         }
     }
+    if let Some(note) = run.note_on_noise() {
+        add("stress", note);
+    }
     if let Some(note) = run.coverage.note() {
         add("records", note);
     }
@@ -64,14 +67,15 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
 }
 
 /// Properties of a run with this scenario, by symbol, in SI units. `curves`: strain, strain of the middle half (may be empty), and stress
-/// (Pa) of all records; `length`: the length that strains refer to, m.
+/// (Pa) of all records; `length`: the length that strains refer to, m; `rounding`: rounding errors of the stress, Pa.
 pub(crate) fn properties_of_run(
     scenario: &Scenario,
     [strain, gauge, stress]: [&[f64]; 3],
     length: Option<f64>,
+    rounding: f64,
 ) -> Vec<(String, f64)> {
     let mut found = Vec::new();
-    let Some(test) = Test::of(scenario) else { return found };
+    let Some(test) = Test::of(scenario).filter(|_| only_rounding(stress, rounding).is_none()) else { return found };
     let free = Meaning::of(scenario).is_uniaxial_stress();
     if let Some(figures) = CurveFigures::with_gauge(strain, gauge, stress).filter(|_| test.is_axial()) {
         found.extend(figures.modulus.filter(|_| free).map(|modulus| ("E".to_owned(), modulus)));

@@ -161,7 +161,8 @@ fn try_run(
         at.map_or_else(Vec::new, |at| records.iter().map(|record| record[at]).collect())
     };
     let [strain, gauge, stress] = ["strain", "gauge_strain", "stress"].map(column);
-    let properties = properties_of_run(scenario, [&strain, &gauge, &stress], length);
+    let rounding = simulation.schedule.rounding.after(simulation.state.clock.step);
+    let properties = properties_of_run(scenario, [&strain, &gauge, &stress], length, rounding);
     let mut outcome = Outcome::default();
     for (k, result) in results.iter().take(MOST_RESULTS).enumerate() {
         outcome.values[k] = match &result.source {

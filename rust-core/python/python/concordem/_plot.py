@@ -20,6 +20,10 @@ _FITTED_SHARE = 0.3
 """Share of the peak stress up to which E is fitted; that of reports (rust-core/app/src/report/figures.rs)."""
 _STILL_RISING = 0.999
 """Share of the largest stress at the end above which it is no peak; that of reports."""
+_SCATTER = 1.0 / 3.0
+"""Largest standard error of E, as a fraction of it; that of reports."""
+_LEAST_STRAIN = 1e-12
+"""Least range of strains to which E is fitted: smaller ones are rounding errors; that of reports."""
 
 
 def plot(
@@ -150,11 +154,15 @@ def _mark(axes: Axes, color: Any, strain: Reals, stress: Reals, axial: bool) -> 
 
 
 def _slope(strain: Reals, stress: Reals, limit: float) -> float | None:
-    """Slope of the least-squares line through the samples before the stress first exceeds the limit; None with fewer than three."""
+    """Slope of the least-squares line through the samples before the stress first exceeds the limit; None with fewer than three, and where they
+    lie on no line."""
     above = np.abs(stress) > limit
     count = int(np.argmax(above)) if above.any() else len(stress)
-    if count < 3:
+    if count < 3 or np.ptp(strain[:count]) < _LEAST_STRAIN:
         return None
     x, y = strain[:count] - strain[:count].mean(), stress[:count] - stress[:count].mean()
     square = float(x @ x)
-    return float(x @ y) / square if square > 0 else None
+    slope = float(x @ y) / square
+    left = y - slope * x
+    error = float(np.sqrt(left @ left / (count - 2) / square))
+    return slope if error <= _SCATTER * abs(slope) else None

@@ -40,7 +40,7 @@ use std::path::Path;
 use cuts::Cuts;
 use fibers::Links;
 
-use crate::schedule::{Bonding, Histories, Moment, Schedule, Stop};
+use crate::schedule::{Bonding, Histories, Moment, Rounding, Schedule, Stop};
 use crate::schema::{LawName, Problem, Quantity, Scenario};
 use concordem_contact::law::cpm::Cpm;
 use concordem_contact::math::Vec3;
@@ -275,7 +275,10 @@ fn assemble_stages(
     progress("time step", 0.0);
     let step = time_step::choose(scenario, &model, &mut state, sharpness)?;
     state.clock.dt = step.dt;
-    schedule.loading.tune(step.cell_stiffness);
+    if let Some(cell) = &state.cell {
+        schedule.loading.tune(step.stiffness_sum / cell.volume());
+    }
+    schedule.rounding = Rounding::new(&state, schedule.loading.volume(&state), step.stiffness_sum);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;
     schedule.histories.recorded = recorded;
@@ -553,6 +556,7 @@ fn schedule(
         initial_edges: state.cell.map(|cell| cell.matrix),
         operators,
         planar: scenario.dimension == 2,
+        rounding: Rounding::default(),
         stop: Stop {
             drop_to: scenario.stop.drop_to.map(Quantity::si),
             strain: scenario.stop.strain.map(Quantity::si),

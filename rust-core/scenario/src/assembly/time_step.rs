@@ -39,8 +39,8 @@ pub(super) struct Step {
     pub(super) collision: Option<Collision>,
     /// Largest stable time step, s.
     pub(super) limit: f64,
-    /// Upper bound of the stiffness of the periodic cell, Pa; 0 without one.
-    pub(super) cell_stiffness: f64,
+    /// [`time_step::stiffness_sum`], J.
+    pub(super) stiffness_sum: f64,
     /// Convergence of the iteration between strains and forces of deformable particles.
     pub(super) convergence: Option<Convergence>,
     /// Largest explicit step of heat conduction, s.
@@ -71,7 +71,7 @@ pub(super) fn choose(
         }
         _ => false,
     };
-    let Measured { bounds, convergence, collision, cell_stiffness, memory } = measure(model, state, suffices)?;
+    let Measured { bounds, convergence, collision, stiffness_sum, memory } = measure(model, state, suffices)?;
     if let (Some(deformable), Some(convergence)) = (&model.deformable, convergence) {
         settles(deformable, &convergence, integration.allow_unstable)?;
     }
@@ -113,7 +113,7 @@ pub(super) fn choose(
     Ok(Step {
         dt,
         bounds,
-        cell_stiffness,
+        stiffness_sum,
         collision,
         limit: stable,
         convergence,
@@ -128,7 +128,7 @@ struct Measured {
     bounds: TimeStepBounds,
     convergence: Option<Convergence>,
     collision: Option<Collision>,
-    cell_stiffness: f64,
+    stiffness_sum: f64,
     memory: usize,
 }
 
@@ -149,7 +149,7 @@ fn measure(
         bounds,
         convergence,
         collision: collision::stiffest(state, model),
-        cell_stiffness: time_step::cell_stiffness(state),
+        stiffness_sum: time_step::stiffness_sum(state),
         memory: memory::peak(state),
     };
     for block in state.contacts.iter_mut().chain(&mut state.wall_contacts) {

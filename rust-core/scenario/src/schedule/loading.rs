@@ -353,6 +353,12 @@ impl Loading {
         if let Self::Turning { length, lever, .. } = self { Some(lever / length) } else { None }
     }
 
+    /// Volume that the stress refers to, m³.
+    pub(crate) fn volume(&self, state: &State) -> Option<f64> {
+        let of_specimen = self.dimensions().map(|(area, length)| area * length);
+        of_specimen.or_else(|| state.cell.map(|cell| cell.volume()))
+    }
+
     /// Cross-section (m²) and length (m) of the loaded specimen.
     pub fn dimensions(&self) -> Option<(f64, f64)> {
         match self {

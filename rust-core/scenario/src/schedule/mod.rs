@@ -12,6 +12,7 @@ pub mod loading;
 mod membrane;
 mod opening;
 mod recorded;
+mod rounding;
 mod servo;
 pub mod simulation;
 mod stage;
@@ -30,6 +31,7 @@ pub use loading::Loading;
 pub use membrane::Membrane;
 pub use opening::{Extensometer, Opening, OpeningServo};
 pub use recorded::{Moved, RecordedMotion};
+pub use rounding::Rounding;
 pub use servo::{Aim, Gain, Servo, Standing, Target};
 pub use simulation::{Advance, Simulation};
 pub use stage::{Stage, StageEnd, StageReason};
@@ -56,6 +58,8 @@ pub struct Schedule {
     pub bondings: Vec<Bonding>,
     /// Pair coefficients of these bonds.
     pub bond_rows: PairCoefficients,
+    /// How large the stress of the loading is by rounding alone.
+    pub rounding: Rounding,
     /// Conditions that end the run.
     pub stop: Stop,
     /// Whether the run continues even if integration errors have changed its energy.
@@ -88,6 +92,7 @@ impl Default for Schedule {
             servos: Vec::new(),
             bondings: Vec::new(),
             bond_rows: PairCoefficients::default(),
+            rounding: Rounding::default(),
             stop: Stop::default(),
             allow_energy_error: false,
             allow_unstable: false,

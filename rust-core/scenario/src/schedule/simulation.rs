@@ -424,7 +424,7 @@ impl Simulation {
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
         let loaded = self.loaded_time();
         let [mut peak, mut farthest] = [memory::PEAK, memory::FARTHEST].map(|place| self.state.schedule_memory[place]);
-        stop::update_peak(&mut peak, &mut farthest, measure.stress, loaded);
+        stop::update_peak(&mut peak, &mut farthest, measure.stress, loaded, self.schedule.rounding.after(step));
         self.state.schedule_memory[memory::PEAK] = peak;
         self.state.schedule_memory[memory::FARTHEST] = farthest;
         let contacts: u64 = report.active.iter().sum();

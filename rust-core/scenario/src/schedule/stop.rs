@@ -3,7 +3,8 @@
 /// Conditions that end a run; the first one that holds ends it. All are checked with each record, `steps` after every step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stop {
-    /// The stress drops to this fraction of its peak (of the same sign). That of a run does not count while a stage unloads or loads again.
+    /// The stress drops to this fraction of its peak (of the same sign). That of a run does not count while a stage unloads or loads again. A
+    /// stress that is nothing but [rounding](super::Rounding) has no peak.
     pub drop_to: Option<f64>,
     /// Absolute strain.
     pub strain: Option<f64>,
@@ -60,9 +61,9 @@ impl std::fmt::Display for StopReason {
 }
 
 /// Updates the stress of the largest magnitude so far, with its sign, and how far the loading (`loaded`: time of a run at constant rate that has
-/// come as far, s) has come since then, in its direction.
-pub(super) fn update_peak(peak: &mut f64, farthest: &mut f64, stress: f64, loaded: f64) {
-    if stress.abs() > peak.abs() {
+/// come as far, s) has come since then, in its direction. Stresses up to `rounding` (Pa) do not count.
+pub(super) fn update_peak(peak: &mut f64, farthest: &mut f64, stress: f64, loaded: f64, rounding: f64) {
+    if stress.abs() > peak.abs().max(rounding) {
         (*peak, *farthest) = (stress, loaded);
     } else if *farthest == 0.0 || loaded / *farthest > 1.0 {
         *farthest = loaded;
@@ -126,7 +127,7 @@ mod tests {
         for sign in [1.0, -1.0] {
             let (mut peak, mut farthest) = (0.0, 0.0);
             for (loaded, stress) in [(1.0, 1.0), (3.0, 3.0), (4.0, 2.0), (-5.0, -2.5), (3.5, 2.5)] {
-                update_peak(&mut peak, &mut farthest, sign * stress, loaded);
+                update_peak(&mut peak, &mut farthest, sign * stress, loaded, 0.0);
             }
             assert_eq!((peak, farthest), (sign * 3.0, 4.0));
             let drop = Stop { drop_to: Some(0.5), ..Stop::default() };
@@ -142,6 +143,18 @@ mod tests {
             {
                 assert_eq!(reason(strain, 0.0, sign * value, 0.0, 0.0), expected, "{sign} {value}");
             }
+        }
+    }
+
+    /// Rounding errors have no peak to drop from; the stress that follows has.
+    #[test]
+    fn rounding_errors_have_no_peak() {
+        let (mut peak, mut farthest) = (0.0, 0.0);
+        let drop = Stop { drop_to: Some(0.5), ..Stop::default() };
+        for (stress, expected) in [(1e-9, 0.0), (-1e-10, 0.0), (-1e-8, 0.0), (2.0, 2.0), (1e-9, 2.0)] {
+            update_peak(&mut peak, &mut farthest, stress, 0.0, 1e-8);
+            assert_eq!(peak, expected, "{stress}");
+            assert_eq!(reason(drop, 0.0, 0.0, stress, peak).is_some(), peak > 0.0 && stress < 1.0, "{stress}");
         }
     }
 

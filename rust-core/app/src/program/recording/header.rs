@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::output::hash::StateHasher;
 use crate::output::{OperatorTable, OutputError, RunHeader, SeriesColumn};
 use crate::program::Failure;
-use crate::report::SPECIMEN_LENGTH;
+use crate::report::{SPECIMEN_LENGTH, STRESS_ROUNDING};
 use concordem_files::paths::open_regular;
 use concordem_scenario::assembly::Assembly;
 use concordem_scenario::sampling::{Record, SampledQuantity, ScheduledOperator};
@@ -103,6 +103,9 @@ pub fn header(scenario: &Scenario, folder: &Path, assembly: &Assembly) -> Result
     let mut provenance = entries.map(|(name, value)| (name.to_owned(), value)).to_vec();
     if let Some((_, length)) = summary.specimen {
         provenance.push((SPECIMEN_LENGTH.to_owned(), format!("{length:e}")));
+    }
+    if schedule.rounding.one_step > 0.0 {
+        provenance.push((STRESS_ROUNDING.to_owned(), format!("{:e}", schedule.rounding.one_step)));
     }
     provenance.extend(inputs(scenario, folder)?.into_iter().map(|(name, _, hash)| (name, hash)));
     Ok(RunHeader {
