@@ -27,12 +27,23 @@ pub enum Shape {
     Disc(Vec3, Vec3, f64),
 }
 
+/// A servo of a wall.
+#[derive(Clone, Debug)]
+pub struct Servo {
+    /// Force on the particles, N.
+    pub force: f64,
+    pub maximum_speed: f64,
+    /// Unit vector along which the wall pushes: the normal of a plane.
+    pub direction: Vec3,
+}
+
 /// A wall.
 #[derive(Clone, Debug)]
 pub struct Wall {
     pub shape: Shape,
     pub velocity: Vec3,
-    /// Number of the history that multiplies the velocity.
+    pub servo: Option<Servo>,
+    /// Number of the history that multiplies the velocity, or the force of the servo.
     pub history: Option<usize>,
     /// Angular velocity of a plane about its normal, with the number of the history that multiplies it.
     pub rotation: Option<(f64, Option<usize>)>,
@@ -252,6 +263,7 @@ impl Case {
         };
         for wall in &mut case.walls {
             v(&mut wall.velocity);
+            wall.servo.iter_mut().for_each(|servo| v(&mut servo.direction));
             match &mut wall.shape {
                 Shape::Plane(point, normal) | Shape::Disc(point, normal, _) => {
                     v(point);
@@ -438,7 +450,13 @@ impl Case {
                 }
                 continue;
             }
-            let _ = writeln!(text, "velocity = {}", list(&wall.velocity));
+            if let Some(Servo { force, maximum_speed, direction }) = &wall.servo {
+                let own = matches!(wall.shape, Shape::Plane(..));
+                let direction = if own { String::new() } else { format!(", direction = {}", list(direction)) };
+                let _ = writeln!(text, "servo = {{ force = {force:?}, maximum_speed = {maximum_speed:?}{direction} }}");
+            } else {
+                let _ = writeln!(text, "velocity = {}", list(&wall.velocity));
+            }
             *text += &follows(wall.history);
             if let Some((speed, history)) = wall.rotation {
                 let follows = history.map_or(String::new(), |k| format!(", history = \"h{k}\""));

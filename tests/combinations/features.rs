@@ -70,6 +70,7 @@ pub const FEATURES: &[Feature] = &[
     any("disc", |case| wall(case, |shape| matches!(shape, Shape::Disc(..)))),
     any("mesh", |case| wall(case, |shape| matches!(shape, Shape::Mesh(..)))),
     any("moving wall", |case| case.walls.iter().any(|wall| wall.velocity.norm() > 0.0)),
+    any("servo of a wall", |case| case.walls.iter().any(|wall| wall.servo.is_some())),
     any("turning wall", |case| case.walls.iter().any(|wall| wall.rotation.is_some())),
     any("membrane", |case| case.membrane.is_some()),
     any("clump of packed particles", |case| case.clumps.iter().any(|clump| clump.spheres.is_empty())),

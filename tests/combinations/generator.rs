@@ -5,7 +5,7 @@
 use concordem::math::{Mat3, Vec3};
 use concordem_tests::random::Random;
 
-use crate::case::{Action, Case, Clump, Loading, Membrane, Motion, Region, Sample, Shape, Wall};
+use crate::case::{Action, Case, Clump, Loading, Membrane, Motion, Region, Sample, Servo, Shape, Wall};
 use crate::{fibers, finite_walls, heat, in_time, slaves};
 
 /// Distance of neighbors, m.
@@ -13,6 +13,13 @@ const SPACING: f64 = 2e-3;
 
 /// The scenario of a seed and a number.
 pub fn case(seed: u64, number: u64) -> Case {
+    let mut case = basic(seed, number);
+    extend(&mut case, seed, number);
+    case
+}
+
+/// The scenario without what came later.
+fn basic(seed: u64, number: u64) -> Case {
     let random = &mut Random::new(seed, number);
     let dimension = if random.happens(0.3) { 2 } else { 3 };
     let bonds = bonds(random, dimension);
@@ -70,12 +77,11 @@ pub fn case(seed: u64, number: u64) -> Case {
         let sample = sample(random, &case, counts);
         case.samples.push(sample);
     }
-    additions(seed, number, &mut case);
     case
 }
 
-/// What came to the scenarios later, each by numbers of its own, so that all else in the scenarios of a seed stays the same.
-fn additions(seed: u64, number: u64, case: &mut Case) {
+/// Adds what came later, with numbers of its own, so that scenarios without it stay as they were.
+fn extend(case: &mut Case, seed: u64, number: u64) {
     let random = &mut Random::new(!seed, number);
     if random.happens(0.5) {
         in_time::add(random, case);
@@ -104,6 +110,10 @@ fn additions(seed: u64, number: u64, case: &mut Case) {
     if random.happens(0.2) {
         scatter(random, case);
     }
+    let random = &mut Random::new(seed.rotate_left(32) ^ 0x76, number);
+    if random.happens(0.6) {
+        servo(random, case);
+    }
 }
 
 /// Strengths that scatter, where bonds have a strength that may.
@@ -121,6 +131,37 @@ fn scatter(random: &mut Random, case: &mut Case) {
     ]);
     let table = format!("strength_scatter = {{ {distribution}, seed = {} }}\n", random.below(1000));
     case.materials = case.materials.replace("density = 2500\n", &format!("density = 2500\n{table}"));
+}
+
+/// A servo in place of the velocity of a wall. Forces are some of those that the laws let contacts bear.
+fn servo(random: &mut Random, case: &mut Case) {
+    let is_flat = |wall: &Wall| matches!(wall.shape, Shape::Plane(..) | Shape::Plate(..) | Shape::Disc(..));
+    let flat: Vec<usize> = (0..case.walls.len()).filter(|&k| is_flat(&case.walls[k])).collect();
+    if flat.is_empty() {
+        return;
+    }
+    let at = flat[random.below(flat.len())];
+    let wall = &mut case.walls[at];
+    let mut direction = match &wall.shape {
+        Shape::Plane(_, normal) | Shape::Disc(_, normal, _) => *normal,
+        // Across its two edges.
+        Shape::Plate(_, [a, b]) => a.cross(b).normalize(),
+        _ => return,
+    };
+    // Towards the particles, also from a plate.
+    let middle = case.spheres.iter().map(|(x, _)| x).sum::<Vec3>() / case.spheres.len() as f64;
+    let place = match &wall.shape {
+        Shape::Plane(x, _) | Shape::Disc(x, ..) | Shape::Plate(x, _) => *x,
+        _ => return,
+    };
+    if direction.dot(&(middle - place)) < 0.0 {
+        direction = -direction;
+    }
+    let force = random.between(0.5, 20.0) * if case.dimension == 2 { 100.0 } else { 1.0 };
+    wall.velocity = Vec3::zeros();
+    wall.servo = Some(Servo { force, maximum_speed: random.between(0.1, 2.0), direction });
+    // Long enough to come to the force.
+    case.steps = 2 * case.steps + 100;
 }
 
 /// A membrane; seldom where it is refused.
@@ -438,7 +479,13 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
         let lowest = case.spheres.iter().map(|(x, r)| x[axis] - r).fold(f64::INFINITY, f64::min);
         let mut point = Vec3::zeros();
         point[axis] = single(lowest - 1e-6);
-        case.walls.push(Wall { shape: Shape::Plane(point, normal), velocity, history: None, rotation: None });
+        case.walls.push(Wall {
+            shape: Shape::Plane(point, normal),
+            velocity,
+            servo: None,
+            history: None,
+            rotation: None,
+        });
         if case.cell.is_none() && random.happens(0.4) {
             let highest = case.spheres.iter().map(|(x, r)| x[axis] + r).fold(f64::NEG_INFINITY, f64::max);
             let mut point = Vec3::zeros();
@@ -446,6 +493,7 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
             case.walls.push(Wall {
                 shape: Shape::Plane(point, -normal),
                 velocity: Vec3::zeros(),
+                servo: None,
                 history: None,
                 rotation: None,
             });
@@ -458,7 +506,7 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
         let middle = Vec3::new(counts[0] as f64, counts[1] as f64, 0.0) * (0.5 * SPACING);
         let reach = case.spheres.iter().map(|(x, r)| (x - middle).xy().norm() + r).fold(0.0, f64::max);
         let shape = Shape::Cylinder(middle, 2, reach + 1e-6, true, None);
-        case.walls.push(Wall { shape, velocity: Vec3::zeros(), history: None, rotation: None });
+        case.walls.push(Wall { shape, velocity: Vec3::zeros(), servo: None, history: None, rotation: None });
     }
 }
 

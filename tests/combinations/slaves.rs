@@ -133,7 +133,7 @@ fn mesh(random: &mut Random, case: &mut Case) {
     let vertices = vec![corner(-1.0, -1.0), corner(2.0, -1.0), corner(2.0, 2.0), corner(-1.0, 2.0)];
     let shape = Shape::Mesh(vertices, vec![[0, 1, 2], [0, 2, 3]]);
     let number = case.walls.len();
-    case.walls.push(Wall { shape, velocity: Vec3::zeros(), history: None, rotation: None });
+    case.walls.push(Wall { shape, velocity: Vec3::zeros(), servo: None, history: None, rotation: None });
     let period = period(random);
     let one = planar(case.dimension, vector(random, 0.5));
     // In the plane both ends of an edge along z move alike.

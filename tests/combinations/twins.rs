@@ -48,7 +48,13 @@ pub fn compare(case: &Case, base: &Run, folder: &Path, judged: &mut Judgement) -
     let mut directions = 1..MOST_DIRECTIONS;
     let mut sensitive = false;
     let moving = matches!(case.loading, Loading::CellStrain(_));
+    // The stiffness of a Hertzian impact, which the gain of a servo follows from, grows with the largest speed to be expected: that of a fall
+    // through the space that particles and walls take up as they are listed.
+    let by_speed = case.contacts == "hertz_mindlin" && case.walls.iter().any(|wall| wall.servo.is_some());
     let mut compare = |name: &'static str, twin: &Case, turn: &Turn, excluded: &dyn Fn(&str) -> bool| {
+        if by_speed && ["image shift", "infinite walls", "facets", "mesh"].contains(&name) {
+            return;
+        }
         let found: Differences = match run(twin, folder, Options::default()) {
             Ok(Outcome::Done(other)) => differences(base, &other, turn),
             // Every triangle near a particle counts for the bound as if it touched: the step of the planes may be too large.
@@ -188,8 +194,11 @@ fn shifted(case: &Case) -> Option<Case> {
 fn with_facets(case: &Case) -> Option<Case> {
     // Triangles cannot turn.
     let turns = case.walls.iter().any(|wall| wall.rotation.is_some());
+    // Particles slow a servo of triangles down in the box around them, which is not the reach of a plate.
+    let pushes = case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plate(..)) && wall.servo.is_some());
     if case.cell.is_some()
         || turns
+        || pushes
         || !case.walls.iter().any(|wall| matches!(wall.shape, Shape::Plane(..) | Shape::Plate(..)))
     {
         return None;
@@ -228,7 +237,7 @@ fn with_facets(case: &Case) -> Option<Case> {
 /// The scenario with meshes in place of triangles that move as a whole with a constant velocity.
 fn with_meshes(case: &Case) -> Case {
     let mut twin = case.clone();
-    for wall in twin.walls.iter_mut().filter(|wall| wall.history.is_none()) {
+    for wall in twin.walls.iter_mut().filter(|wall| wall.history.is_none() && wall.servo.is_none()) {
         let Shape::Facets(triangles) = &wall.shape else { continue };
         let mut vertices: Vec<Vec3> = Vec::new();
         let mut number = |corner: &Vec3| {

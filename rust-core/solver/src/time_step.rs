@@ -56,6 +56,10 @@ pub struct TimeStepBounds {
     pub iterations: usize,
     /// The smaller one of the frequencies of the two bounds, rad/s.
     pub smallest_frequency: f64,
+    /// A bound of the frequencies of contacts between particles that is no result of an iteration, rad/s: that per particle, with the effect of
+    /// deformable particles rounded up to a power of two. It depends on the frame and on the order of the particles by rounding only, and not on
+    /// the form in which walls are given.
+    pub closed_frequency: f64,
     /// Largest ratio β of a dashpot to its spring, s.
     pub dashpot_ratio: f64,
 }
@@ -257,8 +261,9 @@ pub fn bounds_unless(
     });
     let walls = wall_elements(state);
     let scale = mass_scale(state);
-    let (largest, beta) = per_particle(state, &walls, &scale);
+    let PerParticle { largest, between, beta } = per_particle(state, &walls, &scale);
     let largest = largest * stiffening;
+    let closed_frequency = (between * power_of_two_above(stiffening)).max(0.0).sqrt();
     let per_particle_frequency = largest.max(0.0).sqrt();
     let bounds = |square: f64, width: f64, iterations: usize| {
         let frequency = square.max(0.0).sqrt();
@@ -269,6 +274,7 @@ pub fn bounds_unless(
             uncertainty: if square > 0.0 { 0.5 * width / square } else { 0.0 },
             iterations,
             smallest_frequency: frequency.min(per_particle_frequency),
+            closed_frequency,
             dashpot_ratio: beta,
         }
     };
@@ -293,6 +299,13 @@ pub fn bounds_unless(
         },
     );
     (bounds(found.upper, found.width, found.iterations), convergence)
+}
+
+/// The least power of two that is not below `value`; 1 for values up to 1, and for those that are no number.
+fn power_of_two_above(value: f64) -> f64 {
+    let powers = std::iter::successors(Some(1.0), |power| Some(2.0 * power));
+    let mut powers = powers.skip_while(|power: &f64| *power < value && power.is_finite());
+    powers.next().unwrap_or(1.0)
 }
 
 /// `Σ k l²` over all contacts and candidates, J, with the larger one of normal and shear stiffness k and the center distance l: over the volume,
@@ -331,12 +344,32 @@ struct TileContacts {
     walls: Vec<u32>,
 }
 
-/// `max_p λ_max` of the mass-scaled stiffness blocks: an upper bound of the largest squared frequency of rigid particles. And the largest
-/// ratio of a dashpot to its spring, s.
+/// Bounds from the stiffness blocks of single particles.
+#[derive(Debug, Clone, Copy, Default)]
+struct PerParticle {
+    /// `max_p λ_max` of the mass-scaled stiffness blocks: an upper bound of the largest squared frequency of rigid particles, 1/s².
+    largest: f64,
+    /// The same without walls.
+    between: f64,
+    /// Largest ratio of a dashpot to its spring, s.
+    beta: f64,
+}
+
+impl PerParticle {
+    fn or_larger(self, other: Self) -> Self {
+        Self {
+            largest: self.largest.max(other.largest),
+            between: self.between.max(other.between),
+            beta: self.beta.max(other.beta),
+        }
+    }
+}
+
+/// The bounds of rigid particles.
 ///
 /// Tile by tile, so that neither all elements nor all stiffness blocks are in memory at once; a contact between two tiles is an element of
 /// both. A particle sums its elements in their order.
-fn per_particle(state: &State, walls: &[WallElement], scale: &[Vector6<f64>]) -> (f64, f64) {
+fn per_particle(state: &State, walls: &[WallElement], scale: &[Vector6<f64>]) -> PerParticle {
     const TILE: usize = 1024;
     let mut tiles: Vec<TileContacts> = Vec::new();
     tiles.resize_with(scale.len().div_ceil(TILE), TileContacts::default);
@@ -367,17 +400,23 @@ fn per_particle(state: &State, walls: &[WallElement], scale: &[Vector6<f64>]) ->
                 *block += end_block(&-e.normal, e.arm_b, &e.stiffness) * 2.0;
             }
         }
-        for &k in &tile.walls {
-            let (p, normal, arm, k) = &walls[k as usize];
-            beta = beta.max(damping_ratio(k));
-            blocks[*p as usize - first] += end_block(normal, *arm, k);
-        }
         let eigenvalue = |(block, s): (&Matrix6<f64>, &Vector6<f64>)| {
             let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * s[i] * s[j]);
             scaled.symmetric_eigenvalues().max()
         };
-        (blocks.iter().zip(scale).map(eigenvalue).fold(0.0, f64::max), beta)
+        let between = blocks.iter().zip(scale).map(eigenvalue).fold(0.0, f64::max);
+        let mut beside_walls = vec![false; if tile.walls.is_empty() { 0 } else { scale.len() }];
+        for &k in &tile.walls {
+            let (p, normal, arm, k) = &walls[k as usize];
+            let p = *p as usize - first;
+            beta = beta.max(damping_ratio(k));
+            blocks[p] += end_block(normal, *arm, k);
+            beside_walls[p] = true;
+        }
+        let changed = blocks.iter().zip(scale).zip(&beside_walls).filter(|(_, beside)| **beside);
+        let largest = changed.map(|(particle, _)| eigenvalue(particle)).fold(between, f64::max);
+        PerParticle { largest, between, beta }
     };
     let tiles = tiles.par_iter().zip(scale.par_chunks(TILE)).enumerate();
-    tiles.map(|(t, tile)| of_tile(tile, t * TILE)).reduce(|| (0.0, 0.0), |p, q| (p.0.max(q.0), p.1.max(q.1)))
+    tiles.map(|(t, tile)| of_tile(tile, t * TILE)).reduce(PerParticle::default, PerParticle::or_larger)
 }

@@ -63,12 +63,8 @@ pub(super) fn choose(
 ) -> Result<Step, AssemblyError> {
     let integration = &scenario.integration;
     memory::check_run(state)?;
-    // Servos of walls follow from the largest frequency.
-    let servos = scenario.walls.iter().any(|wall| wall.servo.is_some());
     let suffices = |bounds: &TimeStepBounds| match integration.time_step {
-        TimeStep::Given(step) if sharpness == Sharpness::Sufficient && !servos => {
-            step.si() <= bounds.limit(&model.damping)
-        }
+        TimeStep::Given(step) if sharpness == Sharpness::Sufficient => step.si() <= bounds.limit(&model.damping),
         _ => false,
     };
     let Measured { bounds, convergence, collision, stiffness_sum, memory } = measure(model, state, suffices)?;

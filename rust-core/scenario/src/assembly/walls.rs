@@ -70,7 +70,7 @@ fn pushing(servo: &schema::Servo, shape: &walls::WallShape, face: usize) -> Vec3
 /// The servos of the walls, which are at rest before the first step.
 pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Result<Vec<Servo>, AssemblyError> {
     let planar = scenario.dimension == 2;
-    let frequency = step.bounds.frequency.max(step.collision.map_or(0.0, |collision| collision.frequency));
+    let frequency = step.bounds.closed_frequency.max(step.collision.map_or(0.0, |collision| collision.frequency));
     let mut servos = Vec::new();
     let mut first = 0;
     for wall in &scenario.walls {

@@ -172,18 +172,18 @@ impl Servo {
 }
 
 /// Mass of the particles nearer to a wall than `reach` (m), kg, from the positions alone: candidates of the neighbor list depend on the step at
-/// which it was built. Of a wall of triangles, particles in the box around it.
+/// which it was built. Of a wall of triangles, particles in the box around their corners.
 fn mass_near(state: &State, wall: usize, reach: f64) -> f64 {
     let (particles, wall) = (&state.particles, &state.walls[wall]);
-    let balls = (0..wall.element_count()).filter_map(|element| wall.bounds(element));
-    let extent = balls.fold(None, |extent: Option<(Vec3, Vec3)>, (center, radius)| {
-        let (low, high) = (center.add_scalar(-radius), center.add_scalar(radius));
-        Some(extent.map_or((low, high), |(l, h)| (l.inf(&low), h.sup(&high))))
-    });
+    // Surfaces of one element have no balls around it.
+    let extent = wall.bounds(0).map(|_| [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| wall.span(&axis)));
     let is_near = |p: usize| {
         let (x, reach) = (&particles.position[p], particles.radius[p] + reach);
         match &extent {
-            Some((low, high)) => (0..3).all(|k| x[k] > low[k] - reach && x[k] < high[k] + reach),
+            Some(spans) => spans
+                .iter()
+                .enumerate()
+                .all(|(k, span)| span.is_none_or(|[low, high]| x[k] > low - reach && x[k] < high + reach)),
             None => wall.distance(0, x) < reach,
         }
     };
