@@ -271,6 +271,18 @@ impl Arguments {
         }
     }
 
+    /// With `state`, the bonds are those of the file.
+    fn refuse_bonds_beside_state(&mut self) -> Result<(), OptionError> {
+        if self.state.is_none() {
+            return Ok(());
+        }
+        let creates = !matches!(self.creation.get_or_insert(Creation::None), Creation::None);
+        match creates.then_some("bond").or_else(|| self.at.map(|_| "at")) {
+            Some(key) => Err(OptionError::StateAndBonds { key }),
+            None => Ok(()),
+        }
+    }
+
     /// Refuse what needs SI units.
     fn refuse_units(&self) -> Result<(), OptionError> {
         if self.heat_file.is_some() {
@@ -332,12 +344,7 @@ impl Options {
                 return Err(OptionError::NoBondLaw);
             }
         }
-        if arguments.state.is_some() {
-            let creates = !matches!(arguments.creation.get_or_insert(Creation::None), Creation::None);
-            if let Some(key) = creates.then_some("bond").or_else(|| arguments.at.map(|_| "at")) {
-                return Err(OptionError::StateAndBonds { key });
-            }
-        }
+        arguments.refuse_bonds_beside_state()?;
         let (materials, interfaces) = match arguments.materials_file {
             Some(path) => {
                 if let Some(key) = arguments.first_parameter {
