@@ -29,7 +29,7 @@ help:
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make fuzz-readers   1,000,000 mutated inputs for each reader of packings and surfaces (hours)"
-	@echo "make host-decks     500 random scripts and 500 of random commands in LIGGGHTS and LAMMPS, and bodies that migrate on up to 16 processes (hours); DECKS=N, SEED=N"
+	@echo "make host-decks     500 random scripts and 500 of random commands in LIGGGHTS and LAMMPS, public decks, and bodies that migrate on up to 16 processes (hours); DECKS=N, SEED=N"
 	@echo "make faults         each call of the system that writes fails once, in every command (hours; resumable; EVERY=N tries each N-th)"
 	@echo "make asan           the fuzz tests of all readers under AddressSanitizer (an hour). make miri: laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
 	@echo "make servos         servos of cells and walls over many rates, stiffnesses, targets, and sizes (hours; resumable)"
@@ -224,10 +224,12 @@ COUNT ?= 2000
 combinations:
 	CONCORDEM_COMBINATIONS=$(COUNT) CONCORDEM_COMBINATIONS_SEED=$(SEED) $(CARGO) test $(TESTED) --test combinations -- --nocapture
 
-# Random scripts and bodies that migrate, in LIGGGHTS and LAMMPS; the tests run a few of them.
+# Random scripts, public decks, and bodies that migrate, in LIGGGHTS and LAMMPS; the tests run a few of them. The record, of which the book prints
+# a table, is validation/results/host-decks.json.
 DECKS ?= 500
 host-decks: test-build
-	CONCORDEM_HOST_DECKS=$(DECKS) CONCORDEM_HOST_DECKS_SEED=$(SEED) $(CARGO) test $(TESTED) --test decks --test migration --test host_commands -- --include-ignored
+	CONCORDEM_HOST_DECKS=$(DECKS) CONCORDEM_HOST_DECKS_SEED=$(SEED) CONCORDEM_HOST_RECORD=$(CURDIR)/validation/results/host-decks.json \
+	  $(CARGO) test $(TESTED) --test decks --test migration --test host_commands --test public_decks -- --include-ignored --test-threads=1
 
 # The packages in bare Debian 12 and 13, beside h5py, in another Python, with LAMMPS, and with YADE; and the steps of the recipe of the image.
 test-install: wheel deb

@@ -6,6 +6,7 @@
 * commands.md: `concordem COMMAND --help`
 * results.md: datasets of small runs' result files, with their units and descriptions
 * host-commands.md: commands of LIGGGHTS and LAMMPS beside our styles, from the tables that the tests run
+* host-decks.md: public decks on our styles, from the record of `make host-decks`
 * yade-classes.md, yade-CLASS.md: the classes of the native YADE plugin, from their declarations
 * yade-functions.md: what functions and engines of YADE answer beside a bonded engine, from the outcomes of a test
 * templates.md: every template, from `concordem init`; c-interface.md: the functions of the C interfaces, from their headers

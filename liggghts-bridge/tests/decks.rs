@@ -143,4 +143,5 @@ fn random_decks_have_the_same_bits() {
             resumed.0
         );
     }
+    harness::record::put(&["random", "scripts"], serde_json::json!({ "ran": count, "first": seed }));
 }

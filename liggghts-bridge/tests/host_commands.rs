@@ -234,28 +234,9 @@ fn last(folder: &Path, dump: &str) -> Vec<Vec<f64>> {
     harness::tables(&folder.join(dump)).pop().unwrap_or_else(|| panic!("{dump} is empty")).1
 }
 
-/// The largest difference in positions, velocities, angular velocities, forces, torques, and further columns, each relative to the largest magnitude;
-/// rotations also relative to the motion of a surface. Infinite if the atoms or the columns are others.
+/// [`harness::apart`] of dumps of [`script`].
 fn apart(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    if a.len() != b.len() || a.iter().zip(b).any(|(a, b)| a[0] != b[0] || a.len() != b.len()) {
-        return f64::INFINITY;
-    }
-    let largest =
-        |at: usize| b.iter().flat_map(|row| row.iter().skip(at).take(3)).fold(0.0f64, |most, x| most.max(x.abs()));
-    let mut worst = 0.0f64;
-    for at in (1..b.first().map_or(1, Vec::len)).step_by(3) {
-        let size = match at {
-            7 => largest(7).max(largest(4) / RADIUS),
-            13 => largest(13).max(largest(10) * RADIUS),
-            _ => largest(at),
-        };
-        let pairs = a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b).skip(at).take(3));
-        let far = pairs.fold(0.0f64, |most, (a, b)| if a == b { most } else { most.max((a - b).abs()) });
-        if far != 0.0 {
-            worst = worst.max(far / size);
-        }
-    }
-    worst
+    harness::apart(a, b, Some(7), RADIUS)
 }
 
 fn styles_of(deck: &Deck, name: &str, row: &Row) -> String {
@@ -469,4 +450,5 @@ fn random_commands_together_do_what_they_do_with_stock() {
     }
     assert!(wrong.is_empty(), "{wrong}");
     assert!(2 * ran >= count, "stock takes {ran} of {count} scripts");
+    harness::record::put(&["random", "commands"], serde_json::json!({ "drawn": count, "ran": ran, "first": seed }));
 }

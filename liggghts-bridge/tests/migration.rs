@@ -54,27 +54,43 @@ fn write(host: Host, folder: &Path, atoms: &[Atom]) {
     data_file_for(host, &folder.join("atoms.data"), atoms, &bonds, Vec3::repeat(-0.1), Vec3::repeat(0.1));
 }
 
-/// The cube crosses the corner within one rebuild: its atoms pass over a processor that has fewer bonds than they have.
-#[test]
-fn a_cube_flies_over_the_corner_of_four_processors() {
+/// A cube crosses a corner of the processor grid within one rebuild: its atoms pass over processors that have fewer bonds than they have.
+fn fly_over_the_corner(grid: [usize; 3]) {
+    let processors = grid.iter().product();
     for host in BOTH {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
-        let velocity = Vec3::new(50.0, 50.0, 0.0);
-        write(host, folder, &cube(3, Vec3::new(-0.03, -0.03, 0.0), velocity, Vec3::zeros()));
-        let head =
-            head_for(host, "atoms.data", "f f f", 2e-3, 1e-6).replace("read_data", "processors 2 2 1\nread_data");
+        // Along the axes that are divided; the corner is in the middle of the box.
+        let divided = Vec3::from_fn(|k, _| if grid[k] > 1 { 1.0 } else { 0.0 });
+        write(host, folder, &cube(3, divided * -0.03, divided * 50.0, Vec3::zeros()));
+        let [x, y, z] = grid;
+        let head = head_for(host, "atoms.data", "f f f", 2e-3, 1e-6)
+            .replace("read_data", &format!("processors {x} {y} {z}\nread_data"));
         let script = head
             + &styles(host, "1e9")
             + "fix integrate all nve/sphere\nthermo 1200\nrun 1200\nwrite_restart half\n\
                write_restart again\n";
-        let rows = thermo(&run_in(host, folder, &script, 4));
+        let rows = thermo(&run_in(host, folder, &script, processors));
         let last = rows.last().unwrap();
-        let energy = 27.0 * 0.5 * 2500.0 * std::f64::consts::PI / 6.0 * 1e-6 * 5000.0;
-        assert_eq!((rows.len(), last[0], last[2], last[3]), (2, 1200.0, 54.0, 0.0), "{host:?}: {rows:?}");
+        let square = 2500.0 * divided.norm_squared();
+        let energy = 27.0 * 0.5 * 2500.0 * std::f64::consts::PI / 6.0 * 1e-6 * square;
+        assert_eq!((rows.len(), last[0], last[2], last[3]), (2, 1200.0, 54.0, 0.0), "{host:?} {grid:?}: {rows:?}");
         // Digits of the output.
-        assert!((last[1] / energy - 1.0).abs() < 1e-6, "{host:?}: {rows:?}");
+        assert!((last[1] / energy - 1.0).abs() < 1e-6, "{host:?} {grid:?}: {rows:?}");
     }
+}
+
+#[test]
+fn a_cube_flies_over_the_corner_of_four_processors() {
+    fly_over_the_corner([2, 2, 1]);
+}
+
+#[test]
+#[ignore = "run by `make host-decks`"]
+fn a_cube_flies_over_corners_of_more_processors() {
+    let grids = [[2, 2, 2], [4, 2, 1], [4, 2, 2], [2, 4, 2]];
+    grids.into_iter().for_each(fly_over_the_corner);
+    harness::record::put(&["corners"], grids);
 }
 
 /// Cubes with random motions in a periodic box. `more`: bodies that are added between runs.
@@ -160,6 +176,7 @@ fn bodies_on_any_number_of_processors() {
 #[ignore = "run by `make host-decks`"]
 fn many_bodies_on_any_number_of_processors() {
     compare(3, 2000, 6, &[1, 2, 4, 8, 16]);
+    harness::record::put(&["bodies"], serde_json::json!({ "hosts": 2, "seeds": 6, "processes": [1, 2, 4, 8, 16] }));
 }
 
 /// Three layers fall into an empty box and meet at the borders of four processors: the first atoms decide how far ghosts must reach.

@@ -1,5 +1,6 @@
-"""The page of the hosts' commands, from the tables that liggghts-bridge/tests/host_commands.rs runs."""
+"""The pages of the hosts' commands and of public decks, from what liggghts-bridge/tests/host_commands.rs and public_decks.rs run."""
 
+import json
 import tomllib
 
 from .text import ROOT, sentence
@@ -50,10 +51,50 @@ def page(host, table):
     return [*lines, ""]
 
 
+DECKS = """# Public decks on our styles
+
+Scripts that others have published for LIGGGHTS and LAMMPS, rebuilt small, with styles of ConcorDEM. The tests run them beside the host's own styles;
+`make host-decks` on 1, 2, 4, and 8 processes.
+
+- **Lines**: how many change. Most are `pair_style`, `pair_coeff`, `fix wall/gran`, or `bond_style`, `bond_coeff`, and the integrator. The scripts are in
+  `liggghts-bridge/tests/public_decks/`.
+- **From stock**: the largest difference of positions, velocities, spins, forces, and torques from the host's own styles at the end, relative to the largest magnitude, on
+  any of these numbers of processes; and how both scripts are compared.
+- **From one process**: the largest difference of our run on 2, 4, or 8 processes from the run on one; 0: the same bits.
+"""
+
+
+def largest(runs, key):
+    """The largest difference of a deck's runs."""
+    numbers = [run[key] for run in runs if key in run]
+    return "–" if not numbers else "0" if max(numbers) == 0 else f"{max(numbers):.0e}"
+
+
+def decks_of(host, decks):
+    """Table of the public decks of a host."""
+    lines = [f"## {host}", "", "| Deck | Source | Lines | From stock | From one process |", "|---|---|---|---|---|"]
+    for deck in decks:
+        what = sentence(f"{deck['deck']}: {deck['says']}") + (f"; left out: {deck['misses']}" if "misses" in deck else "")
+        stock = f"{largest(deck['runs'], 'from_stock')}, {deck['compared']}" if "from_stock" in deck["runs"][0] else deck["compared"]
+        one = largest(deck["runs"], "from_one") + (f", {deck['over_processes']}" if "over_processes" in deck else "")
+        project, file = deck["source"].split(": ")
+        lines.append(f"| {what} | {project}: `{file}` | {deck['changed_lines']} | {stock} | {one} |")
+    return [*lines, ""]
+
+
+def page_of_decks():
+    """The page of public decks, from the record."""
+    record = json.loads((ROOT / "validation/results/host-decks.json").read_text())
+    lines = [DECKS]
+    for host, decks in record["public"].items():
+        lines += decks_of(host, decks)
+    return "\n".join(lines)
+
+
 def pages():
-    """The page, by file name."""
+    """The pages, by file name."""
     lines = [INTRODUCTION]
     for host, name in HOSTS.items():
         text = "".join(file.read_text() for file in sorted((TABLES / name).glob("*.toml")))
         lines += page(host, tomllib.loads(text))
-    return {"host-commands.md": "\n".join(lines)}
+    return {"host-commands.md": "\n".join(lines), "host-decks.md": page_of_decks()}

@@ -1,7 +1,9 @@
 //! Runs the stock LIGGGHTS and LAMMPS with our libraries and reads their output.
 #![allow(dead_code)] // each test uses a part
 
+pub mod decks;
 pub mod lammps;
+pub mod record;
 pub mod spheres;
 
 use std::fmt::Write as _;
@@ -328,6 +330,30 @@ pub fn tables(path: &Path) -> Vec<(u64, Vec<Vec<f64>>)> {
         (step, part.lines().skip_while(|line| !is_header(line)).skip(1).map(numbers).collect())
     };
     content.split("ITEM: TIMESTEP\n").skip(1).map(part).collect()
+}
+
+/// The largest difference of two lists of atoms, without ids: columns in threes, each relative to the largest magnitude; those at `spin`, if any,
+/// and their torques (six columns on) also relative to the motion of a surface at `radius` (m). Infinite if the atoms or the columns are others.
+pub fn apart(a: &[Vec<f64>], b: &[Vec<f64>], spin: Option<usize>, radius: f64) -> f64 {
+    if a.len() != b.len() || a.iter().zip(b).any(|(a, b)| a[0] != b[0] || a.len() != b.len()) {
+        return f64::INFINITY;
+    }
+    let largest =
+        |at: usize| b.iter().flat_map(|row| row.iter().skip(at).take(3)).fold(0.0f64, |most, x| most.max(x.abs()));
+    let mut worst = 0.0f64;
+    for at in (1..b.first().map_or(1, Vec::len)).step_by(3) {
+        let size = match spin {
+            Some(spin) if at == spin => largest(at).max(largest(at - 3) / radius),
+            Some(spin) if at == spin + 6 => largest(at).max(largest(at - 3) * radius),
+            _ => largest(at),
+        };
+        let pairs = a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b).skip(at).take(3));
+        let far = pairs.fold(0.0f64, |most, (a, b)| if a == b { most } else { most.max((a - b).abs()) });
+        if far != 0.0 {
+            worst = worst.max(far / size);
+        }
+    }
+    worst
 }
 
 /// Rows of thermo output: the numbers of all lines that begin with a step.
