@@ -16,7 +16,7 @@ pub struct CurveFigures {
     pub sense: Sense,
     /// Young's modulus E, Pa: slope of a straight line fitted to the beginning of the curve (least squares, with
     /// intercept), from the first sample to the last one before the stress first exceeds [`FITTED_SHARE`] of its peak in this sense.
-    /// `None` with fewer than three samples, and where they lie on no line ([`SCATTER`]).
+    /// `None` with fewer than three samples, and where they lie on no line.
     pub modulus: Option<f64>,
     /// The same, using the strain of the middle half of the specimen, if measured.
     pub gauge_modulus: Option<f64>,

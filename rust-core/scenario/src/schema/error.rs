@@ -28,7 +28,7 @@ impl Source {
         Self { name: name.into(), text: text.into(), given: None }
     }
 
-    /// Line and column of a byte, both counted from 1; columns count characters. For many bytes use a [`Cursor`].
+    /// Line and column of a byte, both counted from 1; columns count characters. For many bytes use a `Cursor`.
     pub fn position(&self, byte: usize) -> (usize, usize) {
         Cursor::new(&self.text).position(byte)
     }
