@@ -134,7 +134,8 @@ impl<'a> Run<'a> {
         // The peak may lie before the first record.
         let entry = |name: &str| provenance.iter().find(|(other, _)| other == name);
         let number = |name: &str| entry(name).and_then(|(_, value)| value.parse::<f64>().ok());
-        let steps = file.samples("step")?.last().copied().unwrap_or(0.0) as u64;
+        let counts = file.series().iter().any(|series| series.name == "step");
+        let steps = if counts { file.samples("step")?.last().copied().unwrap_or(0.0) as u64 } else { 0 };
         let rounding = Rounding { one_step: number(STRESS_ROUNDING).unwrap_or(0.0) }.after(steps);
         let noise = only_rounding(&history.stress, rounding);
         let is_known = coverage != Coverage::Unknown && noise.is_none();
