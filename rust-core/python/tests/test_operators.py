@@ -107,7 +107,7 @@ def test_acoustic_emissions_group_breaks():
     assert op.b_value(found.magnitude) is None
     magnitudes = 2 - np.log10((np.arange(1000) + 0.5) / 1000) / 1.5
     value = op.b_value(magnitudes, completeness=2.0)
-    assert value.b == pytest.approx(1.5, rel=1e-3) and value.count == 1000 and value.error == value.b / np.sqrt(1000)
+    assert value.b == pytest.approx(1.5, rel=1e-3) and value.events == 1000 and value.error == value.b / np.sqrt(1000)
     with pytest.raises(concordem.OperatorError, match="energy"):
         op.acoustic_emissions(time, x, [1.0], [0.0] * 4, distance=1.0, duration=2.0)
     with pytest.raises(concordem.OperatorError, match="duration"):

@@ -175,7 +175,7 @@ class BValue(NamedTuple):
     """Its standard error."""
     completeness: float
     """Magnitude from which on events count."""
-    count: int
+    events: int
     """Number of events that count."""
 
 
