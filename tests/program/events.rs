@@ -106,9 +106,13 @@ fn breaks_are_counted_by_mode_and_grouped() {
     // A tenth as many emissions count from a great magnitude on.
     let few = concordem(["events", text(&path), "--completeness", "0"]);
     assert!(few.out.contains("too few"), "{}", few.out);
-    for (option, value) in
-        [("--distance", "0 mm"), ("--distance", "1 s"), ("--duration", "soon"), ("--completeness", "x")]
-    {
+    for (option, value) in [
+        ("--distance", "0 mm"),
+        ("--distance", "1 s"),
+        ("--duration", "soon"),
+        ("--completeness", "x"),
+        ("--completeness", "nan"),
+    ] {
         let given = concordem(["events", text(&path), option, value]);
         assert_eq!(given.code, exit::USAGE, "{option} {value}: {}", given.out);
         assert!(given.err.contains(option), "{}", given.err);

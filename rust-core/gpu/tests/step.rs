@@ -4,7 +4,9 @@
 //! the driver are not tested.
 
 use concordem_contact::law::cpm::CpmParameters;
-use concordem_contact::law::{CohesiveBeam, ContactLaw, ContactStiffness, Cpm, Elastic, Frictional, HertzMindlin};
+use concordem_contact::law::{
+    CohesiveBeam, ContactLaw, ContactStiffness, Cpm, DampedBeam, Elastic, Frictional, HertzMindlin,
+};
 use concordem_contact::law::{LinearBond, Section};
 use concordem_contact::math::Vec3;
 use concordem_gpu::DeviceSteps;
@@ -260,7 +262,16 @@ fn beams_have_the_bits_of_the_solver() {
     assert_quiet(&course);
 }
 
-/// Beams that break leave frictional contacts between fast spheres, so that the neighbor list is rebuilt, too.
+#[test]
+fn damped_beams_have_the_bits_of_the_solver() {
+    let beam = CohesiveBeam::new(YOUNG, 0.2, Section::Ratio(0.5)).unwrap();
+    let damped = DampedBeam::new(beam, 0.1).unwrap();
+    let (state, course) = scene(Some(damped), NONE, Damping::None, 0.05).compare(130, 1000);
+    assert_quiet(&course);
+    assert!(state.ledger.viscous.get() > 0.0);
+}
+
+/// Beams that break leave frictional contacts between fast spheres, which also rebuilds the neighbor list.
 #[test]
 fn breaking_beams_and_contacts_have_the_bits_of_the_solver() {
     let beam = CohesiveBeam { strength: 20e6, ..CohesiveBeam::new(YOUNG, 0.2, Section::Ratio(0.5)).unwrap() };

@@ -25,7 +25,7 @@ pub(super) struct EventsArguments {
     #[arg(long, value_name = "TIME", value_parser = time)]
     duration: Option<Time>,
     /// Magnitude from which on emissions count for the b-value; by default the most frequent one and 0.2 more
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = magnitude, allow_negative_numbers = true)]
     completeness: Option<f64>,
     /// Print the emissions as comma-separated values
     #[arg(long)]
@@ -38,6 +38,11 @@ fn length(text: &str) -> Result<Length, String> {
 
 fn time(text: &str) -> Result<Time, String> {
     positive(text, Time::parse(text).map_err(|error| error.to_string())?, |time| time.si())
+}
+
+fn magnitude(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "write a number".to_owned())?;
+    if value.is_finite() { Ok(value) } else { Err("must be finite".into()) }
 }
 
 fn positive<Q>(text: &str, quantity: Q, si: fn(&Q) -> f64) -> Result<Q, String> {
