@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Memory per process while a lattice of bonds drifts through the borders of processes: it must stay flat, and no bond may be lost.
 
-A cubic lattice with a beam to each of six neighbors fills a periodic box. It drifts by one sphere in 100 steps along the diagonal, so that lists
-are built every few steps and atoms migrate over faces, edges, and corners of the grid of processes. At each tenth of the run the resident memory
+A cubic lattice with a beam to each of six neighbors fills a periodic box. It drifts along the diagonal, as a rule by one sphere in 100 steps, so that
+lists are built every few steps and atoms migrate over faces, edges, and corners of the grid of processes. At each tenth of the run the resident memory
 of every process is read. A case passes if the number of bonds is that of the lattice, and the largest process grows by less than 5 % in the second
 half of the run. Finished cases stay in validation/results/host-migration.json and are not run again.
   liggghts-bridge/measure_migration.py --bonds 1e5 1e6           both hosts, 8 processes, 1,000 steps
-  liggghts-bridge/measure_migration.py --bonds 1e7 --host lammps
+  liggghts-bridge/measure_migration.py --bonds 1e7 --drift 3
 """
 import argparse
 import json
@@ -52,13 +52,13 @@ pair_style zero 0.0105
 pair_coeff * *
 """,
 }
-# Half of the skin, 1 mm, in ten steps; a wave of 0.1 m/s, so that forces are not zero.
+# Half of the skin, 1 mm, in ten steps if the lattice drifts by ten spheres; a wave of 0.1 m/s, so that forces are not zero.
 REST = """neighbor 2e-3 bin
 neigh_modify every 1 delay 0
 timestep 1e-6
-velocity all set 58 57 56
+velocity all set {x} {y} {z}
 variable wave atom 0.1*sin(6.283185307179586*z/{edge}/0.01)
-variable speed atom 58+v_wave
+variable speed atom {x}+v_wave
 velocity all set v_speed NULL NULL
 fix bonds all concordem/bond {law}
 fix integrate all nve/sphere
@@ -102,13 +102,14 @@ def resident(script):
     return sorted(sizes)
 
 
-def measure(host, bonds, processes, steps):
+def measure(host, bonds, drift, processes, steps):
     """Run one case; return its record."""
     edge = round((bonds / 3) ** (1 / 3))
+    speed = {axis: share * drift for axis, share in zip("xyz", (5.8, 5.7, 5.6))}
     with tempfile.TemporaryDirectory() as folder:
         script = os.path.join(folder, "drift.in")
         with open(script, "w", encoding="ascii") as file:
-            file.write(SCRIPT[host].format(side=0.01 * edge) + REST.format(edge=edge, law=LAW, every=steps // 10, steps=steps))
+            file.write(SCRIPT[host].format(side=0.01 * edge) + REST.format(edge=edge, law=LAW, every=steps // 10, steps=steps, **speed))
         arguments, environment = command(host, processes, script)
         rows, memory, lines, began = [], [], [], time.monotonic()
         run = subprocess.Popen(arguments, cwd=folder, env=environment, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -131,6 +132,7 @@ def measure(host, bonds, processes, steps):
         "bonds": 3 * edge**3,
         "processes": processes,
         "steps": steps,
+        "drift_per_1000_steps": drift,
         "seconds": round(seconds),
         "largest_resident_MB": [round(size, 1) for size in memory],
         "growth_in_second_half": round(growth, 4),
@@ -148,6 +150,7 @@ def main():
     parser.add_argument("--host", choices=SCRIPT, action="append", help="default: both")
     parser.add_argument("--processes", type=int, default=8)
     parser.add_argument("--steps", type=int, default=1000, help="a multiple of 10")
+    parser.add_argument("--drift", type=float, default=10, help="spheres that the lattice drifts in 1,000 steps")
     options = parser.parse_args()
     if options.steps < 10 or options.steps % 10:
         parser.error(f"--steps {options.steps}: give a multiple of 10")
@@ -157,12 +160,12 @@ def main():
             results = json.load(file)
     for bonds in options.bonds:
         for host in options.host or SCRIPT:
-            case = (host, 3 * round((bonds / 3) ** (1 / 3)) ** 3, options.processes, options.steps)
-            if any(case == (done["host"], done["bonds"], done["processes"], done["steps"]) for done in results):
+            case = (host, 3 * round((bonds / 3) ** (1 / 3)) ** 3, options.processes, options.steps, options.drift)
+            if any(case == tuple(done[key] for key in ("host", "bonds", "processes", "steps", "drift_per_1000_steps")) for done in results):
                 print(f"{case}: done")
                 continue
             print(case, flush=True)
-            results.append(measure(host, bonds, options.processes, options.steps))
+            results.append(measure(host, bonds, options.drift, options.processes, options.steps))
             temporary = RESULTS + ".new"
             with open(temporary, "w", encoding="utf-8") as file:
                 json.dump(results, file, indent=1)
