@@ -232,6 +232,24 @@ fn a_ridge_acts_once() {
     assert!((solver.forces()[0] - Vec3::z() * 5.0).norm() < 1e-12, "{}", solver.forces()[0]);
 }
 
+/// Only particles near a large triangle are candidates, not all those within the ball around it.
+#[test]
+fn candidates_of_a_large_triangle_are_near_it() {
+    let places: Vec<[f64; 3]> =
+        (0..1000).map(|k| [k % 10, k / 10 % 10, k / 100].map(|n| 1.1 * f64::from(n) + 0.6)).collect();
+    let triangle = [Vec3::zeros(), Vec3::x() * 12.0, Vec3::y() * 12.0];
+    let (mut state, model) =
+        with_walls(spheres(&places), vec![wall(WallShape::rigid(Facets { triangles: vec![triangle] }))], 0.0);
+    let skin = model.skin * 0.5;
+    Solver::new(model, &mut state).unwrap().step(&mut state).unwrap();
+    // Of the lowest layer, those above the triangle or beside its long edge.
+    let near =
+        |p: &&[f64; 3]| p[2] < 1.0 && (p[0] + p[1] - 12.0).max(0.0).powi(2) / 2.0 + p[2] * p[2] < (0.5 + skin).powi(2);
+    let expected = places.iter().filter(near).count();
+    assert!(expected < 70, "{expected}");
+    assert_eq!(state.wall_contacts.unwrap().contacts().len(), expected);
+}
+
 /// A sphere that leaves a floor and passes from one of its triangles to the next in the same step does the work that it does on a plane:
 /// the distance is that from the floor, not from the edge of the triangle behind it. Some roundings of numbers of order 1.
 #[test]

@@ -52,23 +52,21 @@ pub fn candidate_pairs(
     reach: &[f64],
     cell: Option<&Cell>,
 ) -> Result<Vec<CandidatePair>, NeighborError> {
-    if positions.len() != reach.len() {
-        return Err(NeighborError::LengthMismatch { positions: positions.len(), reaches: reach.len() });
-    }
-    if u32::try_from(positions.len()).is_err() {
-        return Err(NeighborError::TooManyParticles { count: positions.len() });
-    }
-    if let Some(error) = first_position_not_finite(positions) {
-        return Err(error);
-    }
-    if let Some(index) = reach.iter().position(|r| !(r.is_finite() && *r >= 0.0)) {
-        return Err(NeighborError::BadReach { index, reach: reach[index] });
-    }
-    let lattice = cell.map(Lattice::new).transpose()?;
-    let search = Search::new(positions, reach, lattice.as_ref());
-    search.check_distance()?;
-    search.check_images()?;
-    search.pairs()
+    Search::checked(positions, reach, positions.len(), cell)?.pairs()
+}
+
+/// Those of [`candidate_pairs`] of one of the first `count` positions (a) and one of the others (b), which are few, and may have a large
+/// reach.
+///
+/// # Errors
+/// As [`candidate_pairs`].
+pub fn candidate_pairs_with_others(
+    positions: &[Vec3],
+    reach: &[f64],
+    count: usize,
+    cell: Option<&Cell>,
+) -> Result<Vec<CandidatePair>, NeighborError> {
+    Search::checked(positions, reach, count, cell)?.pairs_with_others(count)
 }
 
 /// A particle in the order of a grid.
@@ -107,7 +105,33 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(positions: &'a [Vec3], reach: &'a [f64], lattice: Option<&Lattice>) -> Self {
+    /// A search among the first `count` of these positions.
+    fn checked(
+        positions: &'a [Vec3],
+        reach: &'a [f64],
+        count: usize,
+        cell: Option<&Cell>,
+    ) -> Result<Self, NeighborError> {
+        if positions.len() != reach.len() {
+            return Err(NeighborError::LengthMismatch { positions: positions.len(), reaches: reach.len() });
+        }
+        if u32::try_from(positions.len()).is_err() {
+            return Err(NeighborError::TooManyParticles { count: positions.len() });
+        }
+        if let Some(error) = first_position_not_finite(positions) {
+            return Err(error);
+        }
+        if let Some(index) = reach.iter().position(|r| !(r.is_finite() && *r >= 0.0)) {
+            return Err(NeighborError::BadReach { index, reach: reach[index] });
+        }
+        let lattice = cell.map(Lattice::new).transpose()?;
+        let search = Self::new(positions, reach, count, lattice.as_ref());
+        search.check_distance()?;
+        search.check_images()?;
+        Ok(search)
+    }
+
+    fn new(positions: &'a [Vec3], reach: &'a [f64], count: usize, lattice: Option<&Lattice>) -> Self {
         let largest = reach.iter().copied().fold(0.0, f64::max);
         let far = positions.par_iter().map(Vec3::amax).reduce(|| 0.0, f64::max);
         let period = lattice.map_or(0.0, |l| l.cell.matrix.abs().sum());
@@ -127,7 +151,7 @@ impl<'a> Search<'a> {
             level
         };
         let mut members: Vec<Vec<u32>> = vec![Vec::new(); LEVELS];
-        for (index, r) in reach.iter().enumerate() {
+        for (index, r) in reach[..count].iter().enumerate() {
             members[level_of(*r)].push(index as u32);
         }
         let (low, high) = typical_bounds(positions);
@@ -242,6 +266,23 @@ impl<'a> Search<'a> {
             })
             .collect();
         // In the order of the tasks, so that always the same one of several errors is reported.
+        let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
+        sorted(self.positions.len(), &found)
+    }
+
+    fn pairs_with_others(&self, count: usize) -> Result<Vec<CandidatePair>, NeighborError> {
+        let watch = Watch::here();
+        let others: Vec<usize> = (count..self.positions.len()).collect();
+        let found: Vec<Result<Vec<CandidatePair>, NeighborError>> = others
+            .par_iter()
+            .map(|&index| {
+                watch.look();
+                let (number, mut out) = (index as u32, Vec::new());
+                let seeker = Entry { position: self.wrapped(number), reach: self.reach[index], index: number };
+                self.levels.iter().try_for_each(|level| self.query(&[seeker], level, None, &mut out))?;
+                Ok(out)
+            })
+            .collect();
         let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
         sorted(self.positions.len(), &found)
     }

@@ -8,7 +8,7 @@ mod verlet;
 #[cfg(test)]
 mod tests;
 
-pub use grid::{CandidatePair, candidate_pairs};
+pub use grid::{CandidatePair, candidate_pairs, candidate_pairs_with_others};
 pub use order::{hilbert, spatial_order};
 pub use verlet::VerletList;
 

@@ -104,6 +104,23 @@ proptest! {
         );
     }
 
+    /// The first particles and the others, with reaches up to ten times as large.
+    #[test]
+    fn pairs_with_others_are_those_of_all_pairs(
+        positions in points(60, -1.0, 2.0), reach in reaches(), share in 0.0..1.0_f64,
+        size in prop::option::of(prop::array::uniform3(0.7..2.0_f64)),
+    ) {
+        let cell = size.map(|size| Cell::new_box(Vec3::from(size)));
+        let count = (share * positions.len() as f64) as usize;
+        let reach: Vec<f64> = (0..positions.len()).map(|i| if i < count { reach[i] } else { 10.0 * reach[i] }).collect();
+        let all = candidate_pairs(&positions, &reach, cell.as_ref()).unwrap();
+        let mixed = |pair: &CandidatePair| (pair.a as usize) < count && pair.b as usize >= count;
+        prop_assert_eq!(
+            candidate_pairs_with_others(&positions, &reach, count, cell.as_ref()).unwrap(),
+            all.into_iter().filter(mixed).collect::<Vec<_>>()
+        );
+    }
+
     #[test]
     fn spatial_order_is_a_permutation(positions in points(200, -1.0, 1.0)) {
         let mut order = spatial_order(&positions, None);

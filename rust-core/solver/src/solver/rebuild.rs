@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::Solver;
 use crate::forces::TileMap;
-use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
+use crate::neighbor::{NeighborError, VerletList, candidate_pairs, candidate_pairs_with_others};
 use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair};
 use crate::state::{Cell, Particles, State, Wall};
 use crate::walls::element_table;
@@ -398,15 +398,19 @@ fn wall_candidates(
         }
     }
     if !bounded.is_empty() {
-        // Triangles take part in the neighbor search as balls, numbered after the particles.
+        // Triangles take part in the neighbor search as balls, numbered after the particles. A ball around a large triangle holds many
+        // particles that are far from it.
         let positions: Vec<Vec3> = particles.position.iter().copied().chain(bounded.iter().map(|b| b.1.0)).collect();
         let reach: Vec<f64> = particles.radius.iter().map(|r| r + skin).chain(bounded.iter().map(|b| b.1.1)).collect();
-        for candidate in candidate_pairs(&positions, &reach, cell)? {
-            let (a, b) = (candidate.a as usize, candidate.b as usize);
-            if a < n && b >= n {
-                pairs.push((Pair { a: candidate.a, b: bounded[b - n].0 }, candidate.image));
-            }
-        }
+        let found = candidate_pairs_with_others(&positions, &reach, n, cell)?;
+        pairs.par_extend(found.par_iter().filter_map(|candidate| {
+            let a = candidate.a as usize;
+            let number = bounded[candidate.b as usize - n].0;
+            let (w, e) = elements[number as usize];
+            let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
+            let is_near = walls[w as usize].distance(e as usize, &(positions[a] - shift)) < reach[a];
+            is_near.then_some((Pair { a: candidate.a, b: number }, candidate.image))
+        }));
     }
     pairs.sort_unstable();
     Ok(pairs)
