@@ -56,7 +56,7 @@ impl Columns {
     /// `None` if a coordinate or the radius is missing.
     ///
     /// # Errors
-    /// A name that stands for two columns.
+    /// A name that stands for two columns, or a radius beside a diameter.
     pub(super) fn of(names: &[String]) -> Result<Option<Self>, String> {
         let find = |word: &str| -> Result<Option<usize>, String> {
             let mut places = names.iter().enumerate().filter(|(_, name)| *name == word).map(|(place, _)| place);
@@ -76,9 +76,13 @@ impl Columns {
                 break;
             }
         }
-        let radius = match any(&RADII)? {
-            Some(place) => Some((place, 1.0)),
-            None => any(&DIAMETERS)?.map(|place| (place, 0.5)),
+        let radius = match (any(&RADII)?, any(&DIAMETERS)?) {
+            (Some(radius), Some(diameter)) => {
+                let [radius, diameter] = [radius, diameter].map(|place| &names[place]);
+                return Err(format!("{radius:?} and {diameter:?} both give the size; remove one column, or rename it"));
+            }
+            (Some(place), None) => Some((place, 1.0)),
+            (None, diameter) => diameter.map(|place| (place, 0.5)),
         };
         let (Some([x, y, z]), Some((r, factor))) = (coordinates, radius) else { return Ok(None) };
         Ok(Some(Self { places: [x, y, z, r], factor, clump: any(&CLUMPS)?, count: Some(names.len()) }))

@@ -1,6 +1,7 @@
 //! Warnings about an assembled scenario that is valid but probably not what its author expects: spheres of meters, regions without
 //! particles, a loading that is too fast or never ends.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::place::lattice_of;
@@ -13,6 +14,7 @@ use concordem_contact::math::Vec3;
 use concordem_files::paths::is_hdf5;
 use concordem_operator::{Period, Region};
 use concordem_packing::Crop;
+use concordem_solver::fracture::fragments::fragments;
 use concordem_solver::state::State;
 
 /// Mean radii of a file, m, outside of which its unit is doubtful.
@@ -167,7 +169,11 @@ pub(super) fn rates(scenario: &Scenario, schedule: &Schedule, state: &State, p_w
              is loaded",
             rate * crossing
         );
-        let help = format!("use a strain rate below {:.1e} 1/s", 1e-2 * FAST / crossing);
+        let slower = 1e-2 * FAST / (rate * crossing);
+        let help = match key {
+            "loading.strain_rate" => format!("use a strain rate below {:.1e} 1/s", slower * rate),
+            _ => format!("load at most {slower:.1e} times as fast"),
+        };
         warnings.push(scenario.warning(key, message, help));
     }
     warnings
@@ -215,6 +221,62 @@ fn too_short(scenario: &Scenario, schedule: &Schedule, state: &State) -> Option<
     );
     let help = format!("raise `maximum_strain_rate` or `stop.{key}`");
     Some(scenario.warning("loading.maximum_strain_rate", message, help))
+}
+
+/// Part of the particles of a specimen that is a piece, not debris.
+const PIECE: f64 = 0.05;
+/// Part of its width by which single particles may stand out of it.
+const BESIDE: f64 = 0.01;
+
+/// Warns about a specimen that is no body when its loading begins: a cut goes through, or particles lie beside it, which its length and
+/// cross-section then count.
+pub(super) fn pieces(scenario: &Scenario, state: &State) -> Option<Problem> {
+    let loads_ends = matches!(
+        scenario.loading,
+        Loading::Uniaxial { .. } | Loading::Flexure { .. } | Loading::Bending { .. } | Loading::Torsion { .. }
+    );
+    if !loads_ends || scenario.bonds.is_none() || state.bonds.iter().all(|block| block.contacts().is_empty()) {
+        return None;
+    }
+    let fragments = fragments(state);
+    let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
+    fragments.iter().for_each(|name| *sizes.entry(*name).or_default() += 1);
+    let mut largest: Vec<usize> = sizes.values().copied().collect();
+    largest.sort_unstable_by(|a, b| b.cmp(a));
+    let count = state.particles.len();
+    largest.retain(|size| *size as f64 >= PIECE * count as f64);
+    if let [first, second, ..] = largest[..] {
+        let more = if largest.len() > 2 { format!(", and {} more", largest.len() - 2) } else { String::new() };
+        let key = if scenario.cuts.is_empty() { "bonds.interaction_ratio" } else { "cut[0]" };
+        let message =
+            format!("bonds do not join the specimen: it consists of pieces of {first} and {second} particles{more}");
+        return Some(scenario.warning(
+            key,
+            message,
+            "check cuts and notches, the interaction ratio, and the unit of the packing",
+        ));
+    }
+    let main = sizes.iter().max_by_key(|(_, size)| **size).map(|(name, _)| *name)?;
+    let of_main = |p: &usize| fragments[*p] == main;
+    let spheres = |p: usize| (state.particles.position[p], state.particles.radius[p]);
+    let (low, high) = box_around((0..count).map(spheres));
+    let (low_main, high_main) = box_around((0..count).filter(of_main).map(spheres));
+    let axis = (0..3).find(|&axis| high[axis] - low[axis] > (1.0 + BESIDE) * (high_main[axis] - low_main[axis]))?;
+    let beside = count - sizes[&main];
+    let message = format!(
+        "{beside} particles without a bond to the specimen lie beside it: along {} it is {} long with them, {} without; length and \
+         cross-section count them",
+        ["x", "y", "z"][axis],
+        length(high[axis] - low[axis]),
+        length(high_main[axis] - low_main[axis])
+    );
+    Some(scenario.warning("packing", message, "remove them from the packing, or check their positions and units"))
+}
+
+/// Corners of the box around spheres, given as centers and radii, m.
+fn box_around(spheres: impl Iterator<Item = (Vec3, f64)>) -> (Vec3, Vec3) {
+    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    spheres.fold(start, |(low, high), (x, r)| (low.inf(&x.add_scalar(-r)), high.sup(&x.add_scalar(r))))
 }
 
 /// Part of the width of a box that a lattice may leave free: stresses that refer to the box are too low by as much.

@@ -291,6 +291,7 @@ fn assemble_stages(
     warnings.extend(doubts::empty_regions(scenario, &schedule.operators, &state));
     warnings.extend(doubts::rates(scenario, &schedule, &state, p_wave));
     warnings.extend(doubts::unfilled(scenario, &state));
+    warnings.extend(doubts::pieces(scenario, &state));
     let particles = state.particles.len();
     let summary = Summary {
         particles,

@@ -7,7 +7,7 @@ use super::{AssemblyError, material_index, unfit};
 use crate::checks::{OVERLAP_BONDED, OVERLAP_DEEP, OVERLAP_UNBONDED, length};
 use crate::schema::{self, Packing, Problem, Scenario};
 use concordem_contact::math::Vec3;
-use concordem_solver::neighbor::candidate_pairs;
+use concordem_solver::neighbor::{candidate_pairs, candidate_pairs_with_others};
 use concordem_solver::state::contacts::Pair;
 use concordem_solver::state::{Cell, State, Wall};
 
@@ -52,12 +52,9 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
         }
     }
     if !triangles.is_empty() {
-        for pair in candidate_pairs(&position, &reach, cell)? {
-            let (p, other) = (pair.a as usize, pair.b as usize);
-            if p < particles.len() && other >= particles.len() {
-                let (w, element) = triangles[other - particles.len()];
-                add(w, element, p, cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image)));
-            }
+        for pair in candidate_pairs_with_others(&position, &reach, particles.len(), cell)? {
+            let (w, element) = triangles[pair.b as usize - particles.len()];
+            add(w, element, pair.a as usize, cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image)));
         }
     }
     let count = deepest.len();
@@ -128,9 +125,11 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
     let passes = Passing::of(scenario);
     let added = scenario.clumps.iter().any(|clump| clump.spheres.is_some());
     let fibers = super::fibers::materials(scenario);
-    if (!(given || added) && fibers.is_empty()) || scenario.contacts.law.law().is_none() {
+    if !(given || added) && fibers.is_empty() {
         return Ok(None);
     }
+    // Particles that pass through each other may lie in each other, but bonds may not be as short as they like.
+    let passing = scenario.contacts.law.law().is_none();
     let particles = &state.particles;
     // Blocks of bonds are sorted by their pairs.
     let bonded = |pair: &Pair| state.bonds.iter().any(|block| block.pairs().binary_search(pair).is_ok());
@@ -154,7 +153,7 @@ pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<
             continue;
         }
         let is_bonded = bonded(&Pair { a: pair.a, b: pair.b });
-        if of_fiber && is_bonded {
+        if of_fiber && is_bonded || passing && !is_bonded {
             continue;
         }
         // Bonds are unstrained at the start, but a contact that follows a broken one is not.

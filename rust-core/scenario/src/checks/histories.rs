@@ -2,8 +2,8 @@
 
 use super::Checker;
 use crate::schedule::{Expression, ExpressionFault, History};
-use crate::schema::quantity::{Component, Time, vector};
-use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage, VelocityField};
+use crate::schema::quantity::{Component, Number, Time, vector};
+use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage, StageStop, VelocityField};
 use concordem_contact::kinematics::MotionMeasure;
 
 impl Checker<'_> {
@@ -138,6 +138,43 @@ impl Checker<'_> {
         self.unique("stage", &names);
         for (at, stage) in scenario.stages.iter().enumerate() {
             self.stage(&format!("stage[{at}]"), stage);
+        }
+        self.strains_behind();
+    }
+
+    /// Warns of stages that strain the specimen away from the strain at which they should end.
+    fn strains_behind(&mut self) {
+        let direction = match &self.scenario.loading {
+            Loading::Uniaxial { strain_rate, .. } => strain_rate.si().signum(),
+            Loading::Platens { .. } => -1.0,
+            _ => return,
+        };
+        if self.scenario.loading.opening().is_some() {
+            return;
+        }
+        // Strain at which the stage begins, where it is known.
+        let mut start = Some(0.0);
+        for (at, stage) in self.scenario.stages.iter().enumerate() {
+            let by_strain_alone = stage.stop == StageStop { strain: stage.stop.strain, ..StageStop::default() };
+            let Some(target) = stage.stop.strain.filter(|_| by_strain_alone).map(Number::si) else {
+                start = None;
+                continue;
+            };
+            let ahead = start.map(|start| (target - start) * direction * stage.rate.si());
+            if stage.history.is_none() && ahead.is_some_and(|ahead| ahead <= 0.0) {
+                let what = match direction * stage.rate.si() {
+                    rate if rate > 0.0 => "pulls",
+                    rate if rate < 0.0 => "presses",
+                    _ => "holds",
+                };
+                let message = format!(
+                    "the stage {what} from a strain of {}, and does not come to this one; unless the run continues another one, it never ends",
+                    start.unwrap_or(0.0)
+                );
+                let help = "tension is positive: check the signs of the strain, of `rate`, and of the loading";
+                self.warn(&format!("stage[{at}].stop.strain"), message, help);
+            }
+            start = Some(target);
         }
     }
 

@@ -6,7 +6,7 @@ use crate::schema::{DeformableUpdate, Interface, LawName, Loading, Scenario};
 use concordem_contact::law::LawTable;
 
 /// Names of the materials that particles may have, but those of fibers, whose bonds have other rules.
-fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
+pub(super) fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
     let mut names = vec![scenario.materials[0].name.as_str()];
     names.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
     names.extend(scenario.materials_of_aggregates());

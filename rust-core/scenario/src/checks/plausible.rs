@@ -21,6 +21,12 @@ const DEGREES: std::ops::Range<f64> = 10.0..90.0;
 const LARGE_STRAIN: f64 = 0.1;
 /// Brittle materials crack at strains far below this.
 const LARGE_ONSET: f64 = 0.01;
+/// A bond that breaks at a smaller strain has no strength.
+const NO_STRENGTH: f64 = 1e-8;
+/// Beams are hardly thicker than their particles.
+const THICK_BEAM: f64 = 2.0;
+/// Strengths with a smaller Weibull modulus, or a larger variation, differ by orders of magnitude.
+const WIDEST_SCATTER: [f64; 2] = [0.5, 2.0];
 /// From this onset on, no bond is meant to break: a model of elasticity, not of concrete.
 const NO_CRACKS: f64 = 1.0;
 
@@ -31,6 +37,9 @@ impl Checker<'_> {
         self.moduli();
         self.frictions();
         self.onsets();
+        self.strengths();
+        self.beams();
+        self.scatters();
         self.lateral_tension();
         self.large_strain();
         for key in ["packing.radius", "packing.radii.minimum", "packing.radii.median"] {
@@ -49,6 +58,15 @@ impl Checker<'_> {
     /// The number at a key, if it is given without a unit.
     fn plain_number(&self, key: &str) -> Option<f64> {
         self.document.locate(key).1?.replace('_', "").parse().ok()
+    }
+
+    /// The stress at a key, Pa, with or without a unit.
+    fn stress(&self, key: &str) -> Option<f64> {
+        let with_unit = || {
+            let text = self.document.locate(key).1?;
+            Stress::parse(text.trim_matches(['"', '\''])).ok().map(Quantity::si)
+        };
+        self.plain_number(key).or_else(with_unit)
     }
 
     fn densities(&mut self) {
@@ -99,11 +117,7 @@ impl Checker<'_> {
         for (law, path) in self.tables_of_laws() {
             let key = format!("{path}.young");
             let plain = self.plain_number(&key);
-            let with_unit = || {
-                let text = self.document.locate(&key).1?;
-                Stress::parse(text.trim_matches(['"', '\''])).ok().map(Quantity::si)
-            };
-            let Some(young) = plain.or_else(with_unit) else { continue };
+            let Some(young) = self.stress(&key) else { continue };
             let concrete = law == "cpm" && young < SOFT_CONCRETE && !self.never_cracks(&path);
             if young < SOFT && plain.is_some() {
                 let help =
@@ -115,6 +129,61 @@ impl Checker<'_> {
             } else if young < SOFT {
                 let message = format!("{young} Pa is softer than any solid");
                 self.warn(&key, message, "check the unit: concrete has some \"25 GPa\", rubber some \"5 MPa\"");
+            }
+        }
+    }
+
+    /// Warns about strengths, given as plain numbers, that are nothing beside the modulus.
+    fn strengths(&mut self) {
+        for (_, path) in self.tables_of_laws() {
+            let Some(young) = self.stress(&format!("{path}.young")) else { continue };
+            for key in ["tensile_strength", "cohesion", "hydrostatic_strength"] {
+                let key = format!("{path}.{key}");
+                let Some(strength) = self.plain_number(&key).filter(|strength| *strength < NO_STRENGTH * young) else {
+                    continue;
+                };
+                let message = format!("{strength} Pa is reached at a strain of {:.0e}", strength / young);
+                let help = format!(
+                    "write \"{strength} MPa\", or \"{strength} Pa\" if pascals are meant; plain numbers are Pa"
+                );
+                self.warn(&key, message, help);
+            }
+        }
+    }
+
+    /// Warns about beams thicker than particles, and about the shear strength of beams without shear.
+    fn beams(&mut self) {
+        for (key, ratio) in self.of_laws("radius_ratio") {
+            if ratio > THICK_BEAM {
+                let help = "it is the radius of the beam over that of the particles, such as 0.8";
+                self.warn(&key, format!("the beams are {ratio} times as thick as the particles"), help);
+            }
+        }
+        for (_, path) in self.tables_of_laws() {
+            let text = |key: &str| self.document.locate(&format!("{path}.{key}")).1;
+            if text("model").is_some_and(|model| model.trim_matches(['"', '\'']) == "spring")
+                && text("cohesion").is_some()
+            {
+                let help = "choose another model, such as \"timoshenko\", or remove `cohesion`";
+                self.warn(&format!("{path}.cohesion"), "beams of the model \"spring\" bear no shear", help);
+            }
+        }
+    }
+
+    /// Warns about strengths that differ by orders of magnitude.
+    fn scatters(&mut self) {
+        let [modulus, variation] = WIDEST_SCATTER;
+        for (at, material) in self.scenario.materials.iter().enumerate() {
+            let Some(scatter) = &material.strength_scatter else { continue };
+            let path = format!("material[{at}].strength_scatter");
+            let message = "the strengths of bonds differ by orders of magnitude";
+            if scatter.weibull_modulus.is_some_and(|given| given.si() < modulus) {
+                let help = "brittle materials have a modulus of some 3 to 20";
+                self.warn(&format!("{path}.weibull_modulus"), message, help);
+            }
+            if scatter.log_normal_variation.is_some_and(|given| given.si() > variation) {
+                let help = "it is the standard deviation over the mean, such as 0.2";
+                self.warn(&format!("{path}.log_normal_variation"), message, help);
             }
         }
     }

@@ -170,6 +170,12 @@ impl Checker<'_> {
             {
                 self.known_set(&format!("{path}.{key}"), set);
             }
+            if let Some([first, second]) = &sample.sets
+                && first == second
+            {
+                let help = "name the set on the other side, as in sets = [\"left\", \"right\"]";
+                self.conflict(&format!("{path}.sets"), "a set has no distance from itself", help);
+            }
             let definition = sample.operator.definition();
             if definition.needs_heat() && self.scenario.heat.is_none() {
                 let message = "the scenario has no heat conduction";

@@ -152,7 +152,12 @@ impl CohesiveBeamTable {
             faults.push(Fault::conflict("friction_angle", "both `friction_angle` and `friction_coefficient`", help));
         }
         if let Some(angle) = self.friction_angle.filter(|angle| angle.si() >= std::f64::consts::FRAC_PI_2) {
-            let help = format!("plain numbers are radians; did you mean \"{} deg\"?", angle.si());
+            // An angle with the unit of degrees is at most a few radians.
+            let help = if angle.si() > std::f64::consts::PI {
+                format!("plain numbers are radians; did you mean \"{} deg\"?", angle.si())
+            } else {
+                "rock has some \"35 deg\"".to_owned()
+            };
             faults.push(Fault::range("friction_angle", "must be less than a right angle", help));
         }
         faults
