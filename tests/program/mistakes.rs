@@ -758,6 +758,73 @@ fn mistakes_in_files_and_other_decks_are_explained() {
     assert!(written.contains(template("concrete-splitting")));
 }
 
+/// Scenarios that a newcomer wrote and that passed without a word: bodies that are none, numbers off by six digits, and tests without end.
+#[test]
+fn doubtful_specimens_and_strengths_are_named() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let rock = "cohesive_beam = { young = \"60 GPa\", radius_ratio = 0.8, tensile_strength = \"20 MPa\" }";
+    let bar =
+        BAR.lines().map(|line| if line.starts_with("cpm =") { rock } else { line }).collect::<Vec<_>>().join("\n");
+    let bar = bar.replace("law = \"cpm\"\ninteraction_ratio = 1.5", "law = \"cohesive_beam\"\ninteraction_ratio = 1.1");
+    let bar = bar.replace("[contacts]\nlaw = \"cpm\"", "[contacts]\nlaw = \"none\"");
+    let notched = concordem::scenario::template("concrete-bending").expect("a template").text;
+    // Nine spheres in a row along z.
+    let row = |more: &str| {
+        (0..9).map(|k| format!("0,0,{},1{}\n", 2 * k, if more.is_empty() { "" } else { ",5" })).collect::<String>()
+    };
+    write(folder.path(), "stray.csv", &format!("x [mm],y [mm],z [mm],r [mm]\n{}100,0,4,1\n", row("")));
+    write(folder.path(), "twice.csv", &format!("x [mm],y [mm],z [mm],r [mm]\n{}0,0,4,1\n", row("")));
+    write(folder.path(), "both.csv", &format!("x [mm],y [mm],z [mm],r [mm],d [mm]\n{}", row("d")));
+    let start = bar.find("[packing]").expect("a packing");
+    let end = bar.find("[[material]]").expect("a material");
+    let file = |name: &str| format!("{}[packing]\nkind = \"file\"\npath = \"{name}\"\n{}", &bar[..start], &bar[end..]);
+    let stages =
+        bar.replace("[stop]\nstrain = 1e-3\nsteps = 1_000", "[[stage]]\nname = \"load\"\nstop = { strain = -1e-4 }");
+    let cases: [(&str, String, &[&str]); 11] = [
+        ("through.toml", notched.replace("\"8.7 mm\"", "\"28.7 mm\""), &["cut[0]", "pieces of 905 and 904 particles"]),
+        (
+            "gauge.toml",
+            notched.replace("[\"left\", \"right\"]", "[\"left\", \"left\"]"),
+            &["sample[0].sets", "no distance from itself"],
+        ),
+        (
+            "pascals.toml",
+            bar.replace("\"20 MPa\"", "20"),
+            &["tensile_strength = 20", "a strain of 3e-10", "write \"20 MPa\""],
+        ),
+        ("thick.toml", bar.replace("ratio = 0.8", "ratio = 80"), &["radius_ratio = 80", "80 times as thick"]),
+        (
+            "spring.toml",
+            bar.replace("radius_ratio", "model = \"spring\", cohesion = \"60 MPa\", radius_ratio"),
+            &["cohesion = \"60 MPa\"", "bear no shear"],
+        ),
+        (
+            "scatter.toml",
+            bar.replace("density = 4800", "density = 4800\nstrength_scatter = { weibull_modulus = 0.01 }"),
+            &["weibull_modulus = 0.01", "orders of magnitude"],
+        ),
+        (
+            "signs.toml",
+            stages,
+            &["stage[0].stop.strain = -1e-4", "the stage pulls from a strain of 0", "it never ends"],
+        ),
+        ("stray.toml", file("stray.csv"), &["lie beside it: along x it is 102 mm long with them, 2 mm without"]),
+        ("twice.toml", file("twice.csv"), &["overlap by 2.000 of the smaller radius"]),
+        ("both.toml", file("both.csv"), &["\"r\" and \"d\" both give the size; remove one column"]),
+        ("whole.toml", bar.clone(), &[]),
+    ];
+    for (name, text, expected) in cases {
+        write(folder.path(), name, &text);
+        let given = concordem(["check", folder.path().join(name).to_str().expect("a path")]);
+        // Lines of a picture are wrapped.
+        let plain = given.err.replace("\n  | ", " ").replace("\n        ", " ");
+        for part in expected {
+            assert!(plain.contains(part), "{name}: no {part:?} in\n{plain}");
+        }
+        assert!(!expected.is_empty() || given.err.is_empty(), "{name}: {plain}");
+    }
+}
+
 /// Every message has a score: one point each for the place, for key and value, and for the remedy.
 #[test]
 fn typical_mistakes_are_explained() {

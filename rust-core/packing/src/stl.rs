@@ -35,6 +35,18 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// What is wrong with a surface that particles touch from both sides if triangles have the corners of others; `None` if none have.
+    pub fn repeated(&self) -> Option<String> {
+        let with_area = self.triangles.iter().filter(|[a, b, c]| a != b && b != c && c != a);
+        let mut sorted: Vec<[u32; 3]> = with_area.copied().collect();
+        sorted.iter_mut().for_each(|triangle| triangle.sort_unstable());
+        sorted.sort_unstable();
+        let count = sorted.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        let all = self.triangles.len();
+        (count > 0)
+            .then(|| format!("{count} of its {all} triangles stand there before, so that both would push; remove them"))
+    }
+
     /// Corners of the triangles that have an area. Others have no surface; their edges belong to their neighbors.
     pub fn triangles_with_area(&self) -> Vec<[Vec3; 3]> {
         let corners = |triangle: &[u32; 3]| triangle.map(|vertex| self.vertices[vertex as usize]);

@@ -151,7 +151,7 @@ impl Failure {
             AssemblyError::NoTimeStep => Self::Scenario(scenario.problem(
                 ProblemKind::Conflict,
                 "integration.time_step",
-                "no particles touch at the start, so \"auto\" has no stiffness for a time step",
+                "no particle that is free to move touches anything at the start, so \"auto\" has no stiffness for a time step",
                 "give a time step in seconds: time_step = \"1 us\"",
             )),
             AssemblyError::Packing(error @ (PackingError::Memory { .. } | PackingError::TooMany { .. })) => {

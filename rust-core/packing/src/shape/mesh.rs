@@ -32,8 +32,8 @@ impl Mesh {
     /// A mesh from vertices (m) and triangles (indices of three vertices each).
     ///
     /// # Errors
-    /// Coordinates that are not finite, indices out of range, no triangle, or edges that do not belong to an even
-    /// number of triangles.
+    /// Coordinates that are not finite, indices out of range, no triangle, triangles that stand twice, or edges that do not belong to an
+    /// even number of triangles.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, PackingError> {
         let bad = |reason: String| Err(PackingError::BadShape { reason });
         if let Some(index) = vertices.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
@@ -46,6 +46,16 @@ impl Mesh {
         }
         if triangles.is_empty() || u32::try_from(triangles.len()).is_err() {
             return bad(format!("a mesh of {} triangles", triangles.len()));
+        }
+        // A triangle that stands twice would not count at all, because a ray crosses it twice.
+        let mut turned: Vec<[u32; 3]> = triangles.iter().filter_map(beginning_with_the_smallest).collect();
+        turned.sort_unstable();
+        let twice = turned.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        if twice > 0 {
+            return bad(format!(
+                "{twice} of the {} triangles of the mesh stand there before; remove them",
+                triangles.len()
+            ));
         }
         let mut edges: BTreeMap<(u32, u32), u32> = BTreeMap::new();
         for &[a, b, c] in &triangles {
@@ -216,6 +226,19 @@ impl Mesh {
             self.column(column).iter().all(|index| squared_distance(point, &self.corners(*index)) >= margin * margin)
         })
     }
+}
+
+/// A triangle of three different corners, the smallest first, in its own sense.
+fn beginning_with_the_smallest(&[a, b, c]: &[u32; 3]) -> Option<[u32; 3]> {
+    let is_flat = a == b || b == c || c == a;
+    let turned = if a < b && a < c {
+        [a, b, c]
+    } else if b < c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    };
+    (!is_flat).then_some(turned)
 }
 
 /// Squared distance of a point to a triangle, m² (Ericson 2005, Real-Time Collision Detection, section 5.1.5).
@@ -402,6 +425,9 @@ mod tests {
         }
         assert!(Mesh::from_stl(&b"solid x\nfacet nonsense\n"[..], 1.0).is_err());
         assert!(matches!(Mesh::new(cube_vertices(), vec![[0, 1, 8]]), Err(PackingError::BadShape { .. })));
+        // With every facet twice, no point would lie inside.
+        let twice = Mesh::from_stl(&binary_stl(b"", &[CUBE, CUBE].concat())[..], 1.0).unwrap_err().to_string();
+        assert!(twice.contains("12 of the 24 triangles of the mesh stand there before"), "{twice}");
         let mut nan = cube_vertices();
         nan[3].x = f64::NAN;
         assert!(matches!(Mesh::new(nan, CUBE.to_vec()), Err(PackingError::BadShape { .. })));

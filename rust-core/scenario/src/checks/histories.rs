@@ -139,11 +139,10 @@ impl Checker<'_> {
         for (at, stage) in scenario.stages.iter().enumerate() {
             self.stage(&format!("stage[{at}]"), stage);
         }
-        self.strains_behind();
     }
 
     /// Warns of stages that strain the specimen away from the strain at which they should end.
-    fn strains_behind(&mut self) {
+    pub(super) fn strains_behind(&mut self) {
         let direction = match &self.scenario.loading {
             Loading::Uniaxial { strain_rate, .. } => strain_rate.si().signum(),
             Loading::Platens { .. } => -1.0,

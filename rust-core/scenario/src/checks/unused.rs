@@ -39,6 +39,7 @@ impl Scenario {
         checker.unused_materials();
         checker.unused_keys();
         checker.unused_histories();
+        checker.strains_behind();
         checker.unused_thermal();
         checker.implausible();
         checker.deep_overlaps();

@@ -33,6 +33,9 @@ impl WallKind for Facets {
 
     /// Triangles without an area have no surface; their edges belong to their neighbors.
     fn surfaces(&self, file: Option<Surface>) -> Result<Vec<WallShape>, Unfit> {
+        if let Some(problem) = file.as_ref().and_then(Surface::repeated) {
+            return Err(("path", problem));
+        }
         let triangles: Vec<[Vec3; 3]> = file.map_or_else(Vec::new, |file| file.triangles_with_area());
         if triangles.is_empty() {
             return Err(("path", "none of its triangles has an area".to_owned()));

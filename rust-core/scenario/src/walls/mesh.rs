@@ -54,11 +54,17 @@ impl WallKind for Mesh {
     }
 
     fn surfaces(&self, file: Option<Surface>) -> Result<Vec<WallShape>, Unfit> {
-        let (vertices, triangles) = match (file, &self.vertices, &self.triangles) {
-            (Some(Surface { vertices, triangles }), ..) => (vertices, triangles),
-            (None, Some(vertices), Some(triangles)) => (vertices.iter().map(vector).collect(), triangles.clone()),
+        let surface = match (file, &self.vertices, &self.triangles) {
+            (Some(file), ..) => file,
+            (None, Some(vertices), Some(triangles)) => {
+                Surface { vertices: vertices.iter().map(vector).collect(), triangles: triangles.clone() }
+            }
             _ => return Err(("", "give `path`, or both `vertices` and `triangles`".to_owned())),
         };
+        if let Some(problem) = surface.repeated() {
+            return Err(("", problem));
+        }
+        let Surface { vertices, triangles } = surface;
         let mesh = state::Mesh::new(vertices, triangles).map_err(|error| ("", error.to_string()))?;
         Ok(vec![WallShape::Mesh(mesh)])
     }
