@@ -59,6 +59,8 @@ AT_BORDERS = {
         "rust-core/contact/src/law/cohesive_beam/table.rs",
         "rust-core/contact/src/law/cpm/table.rs",
         "rust-core/contact/src/law/damped_beam/table.rs",
+        "rust-core/contact/src/law/jointed/table.rs",
+        "rust-core/contact/src/law/jointed/tests.rs",
         "rust-core/python/python/concordem/tables.py",
         "rust-core/python/tests/test_scenario.py",
         "tests/cpm_gold.rs",
@@ -69,7 +71,7 @@ AT_BORDERS = {
     },
 }
 # Attributes of YADE.
-OF_OTHERS = {"frictionAngle", "tanFrictionAngle", "tangensOfFrictionAngle"}
+OF_OTHERS = {"frictionAngle", "residualFrictionAngle", "tanFrictionAngle", "tangensOfFrictionAngle"}
 # Comments, strings, and characters of Rust.
 RUST = re.compile(
     r"""//[^\n]*|/\*.*?\*/|b?r(?P<hashes>\#*)".*?"(?P=hashes)|b?"(?:\\.|[^"\\])*"|b?'(?:\\[^']+|[^'\\])'""", re.S | re.X

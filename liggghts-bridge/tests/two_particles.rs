@@ -8,7 +8,7 @@ use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_g
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{
     BeamDamping, BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters,
-    DampedBeam, Elastic, Frictional, HertzMindlin, Kinematics, LinearBond, PairRadius, Section, Status,
+    DampedBeam, Elastic, Frictional, HertzMindlin, Jointed, Kinematics, LinearBond, PairRadius, Section, Status,
 };
 use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem_contact::scatter::{Distribution, Scatter};
@@ -389,6 +389,29 @@ fn damped_beam_equals_direct_calls() {
         "damped_beam young 70e9 poisson 0.25 radius_ratio 0.6 tensile_strength 3e8 damping_ratio 0.1 bending_damping_ratio 0.4 \
          bond distance 1.2 contact frictional contact.normal_stiffness 1e6 contact.shear_stiffness 4e5 \
          contact.friction_coefficient 0.4",
+        &legs,
+        &expected,
+        true,
+    );
+}
+
+/// A crack in shear under pressure, then apart, then in contact again.
+#[test]
+fn jointed_equals_direct_calls() {
+    let law = Jointed { residual_friction: 0.2, ..Jointed::new(1e9, 0.25, 2e7, 2e7, 0.5).unwrap() };
+    let mut legs = path(1.0);
+    let v = |x: f64| Vec3::new(x, 0.0, 0.0);
+    legs.push((260, [v(8.0), v(-9.0)], [Vec3::zeros(); 2]));
+    let expected = direct(Some(&law), &law, &legs, MotionMeasure::Finite);
+    // The bond slides, and the contact presses.
+    let whole = Jointed { cohesion: 1e12, tensile_strength: 1e12, ..law };
+    let held = direct(Some(&whole), &whole, &legs, MotionMeasure::Finite);
+    let same = expected.iter().zip(&held).take_while(|(a, b)| a == b).count();
+    assert!((160..270).contains(&same), "{same}");
+    assert!(expected.last().is_some_and(|wrench| wrench.0[0] != Vec3::zeros()));
+    compare(
+        "jointed young 1e9 stiffness_ratio 0.25 tensile_strength 2e7 cohesion 2e7 friction_coefficient 0.5 \
+         residual_friction_coefficient 0.2 bond distance 1.2 contact jointed",
         &legs,
         &expected,
         true,

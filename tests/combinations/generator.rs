@@ -23,11 +23,11 @@ fn basic(seed: u64, number: u64) -> Case {
     let random = &mut Random::new(seed, number);
     let dimension = if random.happens(0.3) { 2 } else { 3 };
     let bonds = bonds(random, dimension);
-    let contacts = contacts(random, dimension, bonds.is_some());
+    let contacts = contacts(random, dimension, bonds);
     let deformable = random.happens(0.2)
         && [bonds.map_or("none", |b| b.0), contacts]
             .iter()
-            .all(|law| !["cpm", "cohesive_beam", "damped_beam"].contains(law));
+            .all(|law| !["cpm", "cohesive_beam", "damped_beam", "jointed"].contains(law));
     let (materials, options) = materials(random, bonds.map(|b| b.0), contacts, deformable, dimension);
     let two = random.happens(0.2);
     let materials = if two { format!("{materials}{}", materials.replacen("\"m\"", "\"n\"", 1)) } else { materials };
@@ -230,11 +230,18 @@ fn bonds(random: &mut Random, dimension: u8) -> Option<(&'static str, f64)> {
     };
     let ratio = random.one_of(&[1.05, 1.2, 1.45]);
     // Draws no number, so that all else in the scenarios of a seed stays the same.
-    Some((if law == "cohesive_beam" && ratio == 1.2 { "damped_beam" } else { law }, ratio))
+    let law = match law {
+        "cohesive_beam" if ratio == 1.2 => "damped_beam",
+        "linear_bond" if dimension == 3 && ratio == 1.2 => "jointed",
+        law => law,
+    };
+    Some((law, ratio))
 }
 
-fn contacts(random: &mut Random, dimension: u8, bonded: bool) -> &'static str {
-    match random.below(if bonded { 6 } else { 5 }) {
+fn contacts(random: &mut Random, dimension: u8, bonds: Option<(&str, f64)>) -> &'static str {
+    let jointed = bonds.is_some_and(|(law, _)| law == "jointed");
+    match random.below(if bonds.is_some() { 6 } else { 5 }) {
+        0 | 2 if jointed => "jointed",
         0 => "linear_bond",
         1 if dimension == 3 => "hertz_mindlin",
         2 | 3 if dimension == 3 => "cpm",
@@ -266,6 +273,9 @@ fn materials(
     let scale = if dimension == 2 { 100.0 } else { 1.0 };
     if uses("linear_bond") {
         text += &linear_bond(random, scale);
+    }
+    if uses("jointed") {
+        text += &jointed(random);
     }
     if uses("cpm") {
         text += &cpm(random);
@@ -315,6 +325,19 @@ fn linear_bond(random: &mut Random, scale: f64) -> String {
         text += ", subtract_initial_gap = false";
     }
     format!("linear_bond = {{ {text} }}\n")
+}
+
+fn jointed(random: &mut Random) -> String {
+    let strength = random.one_of(&[6e5, 3e6, 1.5e7]);
+    let friction = random.one_of(&["friction_coefficient = 0.5", "friction_angle = \"20 deg\""]);
+    let residual = random.one_of(&["", ", residual_friction_coefficient = 0.1", ", residual_friction_angle = 0"]);
+    format!(
+        "jointed = {{ young = {:?}, stiffness_ratio = {:?}, tensile_strength = {:?}, cohesion = {:?}, {friction}{residual} }}\n",
+        random.between(1e9, 1e10),
+        random.between(0.0, 1.0),
+        strength * random.one_of(&[0.0, 0.5, 1.0]),
+        strength * random.between(0.5, 3.0)
+    )
 }
 
 fn cpm(random: &mut Random) -> String {

@@ -60,6 +60,7 @@ fn a_broken_bond_makes_no_energy() {
     let beam = "cohesive_beam = { young = 1e9, radius_ratio = 0.6, tensile_strength = 2e5 }";
     let cpm = "cpm = { young = 1e9, shear_ratio = 0.2, crack_onset_strain = 1e-5, relative_ductility = 3, cohesion = 1e4, \
                friction_coefficient = 0.3, omega_threshold = 0.5 }";
+    let rock = "jointed = { young = 1e9, stiffness_ratio = 0.5, tensile_strength = 1e4, cohesion = 3e4, friction_coefficient = 0.3 }";
     // The bond breaks at a strain of -1.6e-4, far beyond the plastic limit of the contact that follows.
     let yielding = |mode: &str| {
         cpm.replace(" }", &format!(", soft_strain = -1e-5, relative_soft_stiffness = 0.3, mode = \"{mode}\" }}"))
@@ -79,6 +80,12 @@ fn a_broken_bond_makes_no_energy() {
         (2e-3, "cohesive_beam", "hertz_mindlin", format!("{beam}\n{hertz}"), pressed),
         (1.8e-3, "cpm", "frictional", format!("{cpm}\n{STIFF}"), pulled),
         (1.8e-3, "cpm", "hertz_mindlin", format!("{cpm}\n{hertz}"), pulled),
+        (2e-3, "jointed", "jointed", rock.to_owned(), pressed),
+        (2e-3, "jointed", "jointed", rock.to_owned(), pulled),
+        (1.9e-3, "jointed", "jointed", rock.to_owned(), pressed),
+        (1.9e-3, "jointed", "frictional", format!("{rock}\n{STIFF}"), pressed),
+        (1.8e-3, "jointed", "hertz_mindlin", format!("{rock}\n{hertz}"), pulled),
+        (1.9e-3, "linear_bond", "jointed", format!("{BOND} }}\n{rock}"), pressed),
         (1.9e-3, "linear_bond", "cpm", format!("{BOND} }}\n{cpm}"), pressed),
         (1.9e-3, "linear_bond", "cpm", format!("{weak}\n{cpm}"), pulled),
         (1.9e-3, "linear_bond", "cpm", format!("{BOND} }}\n{}", yielding("thesis")), pressed),

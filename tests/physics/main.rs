@@ -5,6 +5,7 @@ mod bodies;
 mod breaking;
 mod chung_ooi;
 mod concrete;
+mod cracks;
 mod deformable;
 mod determinism;
 mod dissipated_heat;

@@ -83,6 +83,9 @@ fn each_bond_breaks_at_its_own_strength() {
     let damped = "damped_beam = { young = 1e9, radius_ratio = 1, tensile_strength = 1e6, damping_ratio = 0.1 }";
     let linear =
         "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 1e6, normal_strength = 2, shear_strength = 2 }";
+    // 2 N over the area.
+    let rock = "jointed = { young = 1e9, stiffness_ratio = 0.5, tensile_strength = 636619.7723675814, cohesion = 1e9, \
+                friction_coefficient = 0.1 }";
     let weibull = |modulus, area| Distribution::weibull(modulus, area);
     for (law, table, text, distribution) in [
         ("cohesive_beam", beam, "weibull_modulus = 5, seed = 3", weibull(5.0, None)),
@@ -90,6 +93,7 @@ fn each_bond_breaks_at_its_own_strength() {
         ("cohesive_beam", beam, "log_normal_variation = 0.3, seed = 3", Distribution::log_normal(0.3)),
         ("damped_beam", damped, "weibull_modulus = 5, seed = 3", weibull(5.0, None)),
         ("linear_bond", linear, "weibull_modulus = 5, seed = 3", weibull(5.0, None)),
+        ("jointed", rock, "weibull_modulus = 5, seed = 3", weibull(5.0, None)),
     ] {
         let scatter = Scatter { seed: 3, distribution };
         // Elongations at which the nominal bond breaks: σ l/E = 2e-6 m, φ/k = 2e-6 m.

@@ -267,13 +267,18 @@ impl Network {
         if sample {
             self.stored = report.energy;
         }
-        for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
+        for (_, bond_event) in &report.bond_events {
             let Pair { a, b } = bond_event.pair;
-            self.broken += f64::from(u8::from(self.owned[a as usize]));
             let tags = ascending([self.tags[a as usize], self.tags[b as usize]]);
-            self.broken_now.push(tags);
-            if let Some(breaks) = self.breaks.as_mut().filter(|_| self.owned[a as usize]) {
-                breaks.extend(row_of_break(tags, atoms.step, bond_event));
+            if bond_event.broke {
+                self.broken_now.push(tags);
+            }
+            // A bond that failed under pressure is broken, though it lives on as a contact.
+            if bond_event.fails {
+                self.broken += f64::from(u8::from(self.owned[a as usize]));
+                if let Some(breaks) = self.breaks.as_mut().filter(|_| self.owned[a as usize]) {
+                    breaks.extend(row_of_break(tags, atoms.step, bond_event));
+                }
             }
         }
         if !self.broken_now.is_empty() {

@@ -292,7 +292,8 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         let event = |((k, pair), (_, entry)): ((usize, Pair), (usize, Logged))| {
             let [x, y, z, energy, damage, stored @ ..] = entry;
             let position = Vec3::new(x, y, z);
-            (reported[k], BondEvent { pair, broke: false, damage, position, energy, stored })
+            let fails = L::OUTLIVES_FAILURE && damage >= 1.0;
+            (reported[k], BondEvent { pair, broke: false, fails, damage, position, energy, stored })
         };
         Ok(pairs.into_iter().zip(entries).map(event).collect())
     }

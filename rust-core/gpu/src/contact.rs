@@ -129,8 +129,8 @@ pub fn evaluate<L: ContactLaw>(
     let damage = L::damage(&state);
     if damage >= shared.threshold && !contact.flags.has(ContactFlags::REPORTED) {
         let [[x, y, z]] = (a.motion.position + point.normal * point.arm_a).data.0;
-        let EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, .. } = energy;
-        if !log(&[x, y, z, energy.damage, damage, stored_normal, stored_shear, stored_bending, stored_twist]) {
+        let (released, [normal, shear, bending, twist]) = L::event(&stepped.response);
+        if !log(&[x, y, z, released, damage, normal, shear, bending, twist]) {
             return None;
         }
         contact.flags.bits |= ContactFlags::REPORTED;

@@ -5,7 +5,7 @@
 
 use concordem_contact::law::cpm::CpmParameters;
 use concordem_contact::law::{
-    CohesiveBeam, ContactLaw, ContactStiffness, Cpm, DampedBeam, Elastic, Frictional, HertzMindlin,
+    CohesiveBeam, ContactLaw, ContactStiffness, Cpm, DampedBeam, Elastic, Frictional, HertzMindlin, Jointed,
 };
 use concordem_contact::law::{LinearBond, Section};
 use concordem_contact::math::Vec3;
@@ -286,6 +286,19 @@ fn linear_bonds_with_dashpots_have_the_bits_of_the_solver() {
     let (state, course) = scene(Some(bond), NONE, LOCAL, 0.05).compare(130, 1000);
     assert_quiet(&course);
     assert!(state.ledger.viscous.get() > 0.0);
+}
+
+/// Rock, pulled and pressed: cracks in tension stop the device, those in shear under pressure enter its log.
+#[test]
+fn rock_has_the_bits_of_the_solver() {
+    let rock = Jointed::new(YOUNG, 0.3, 6e6, 12e6, 0.3).unwrap();
+    let (state, course) = scene(Some(rock), Some(rock), LOCAL, 40.0).compare(150, 100);
+    assert!(state.broken.len() > 10, "{} bonds broke", state.broken.len());
+    assert!(course.on_device > 20 && course.by_solver > 20, "{course:?}");
+    let slippery = Jointed::new(YOUNG, 0.3, 60e6, 2e6, 0.1).unwrap();
+    let (_, course) = scene(Some(slippery), Some(slippery), LOCAL, -40.0).compare(150, 100);
+    assert!(course.logged > 10 && course.on_device > 20, "{} entries, {} steps", course.logged, course.on_device);
+    assert!(course.events.iter().any(|(_, event)| event.fails && !event.broke && event.stored[0] == 0.0));
 }
 
 /// Without bonds, spheres of a dense packing press, slide, and part.

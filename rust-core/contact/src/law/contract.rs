@@ -228,6 +228,17 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
         0.0
     }
 
+    /// Whether a bond whose damage is 1 lives on while it presses. The event log tells of its damage, and its end is no further event.
+    const OUTLIVES_FAILURE: bool = false;
+
+    /// What the event log says of a bond in the step in which it is damaged or breaks: its energy, J, and the energies of normal, shear,
+    /// bending, and twist deformation (J) that give the shares of the modes. Default: the damage, and what the bond stores.
+    #[inline(always)]
+    fn event(response: &Response<Self::State>) -> (f64, [f64; 4]) {
+        let EnergySplit { damage, stored_normal, stored_shear, stored_bending, stored_twist, .. } = response.energy;
+        (damage, [stored_normal, stored_shear, stored_bending, stored_twist])
+    }
+
     /// Lost fraction of the contact's strength, 0 to 1, if it differs from [`Self::damage`].
     fn lost_strength(&self, state: &Self::State) -> f64 {
         Self::damage(state)

@@ -40,6 +40,7 @@ pub use damped_beam::{BeamDamping, DampedBeamState};
 pub use factors::Factors;
 pub use frictional::{ContactStiffness, FrictionalState};
 pub use hertz_mindlin::HertzMindlinState;
+pub use jointed::JointedState;
 pub use linear_bond::LinearBondState;
 #[cfg(feature = "std")]
 pub use names::{ContactLawName, LawName};

@@ -358,8 +358,8 @@ impl Simulation {
 
     /// Stores in the state the data of this step that the next step and a resumed run need.
     fn remember(&mut self, report: &StepReport) {
-        for (_, bond_event) in &report.bond_events {
-            self.state.schedule_memory[if bond_event.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
+        for (_, bond_event) in report.bond_events.iter().filter(|(_, event)| is_told(event)) {
+            self.state.schedule_memory[if bond_event.fails { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
         }
         self.state.schedule_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
         self.state.schedule_memory[memory::AXIAL..memory::ENERGY]
@@ -480,7 +480,8 @@ impl Simulation {
 
     /// Entries of the event log for the bonds of a step.
     fn events(&self, report: &StepReport, time: f64, step: u64) -> Vec<Event> {
-        report.bond_events.iter().map(|(_, bond_event)| self.event(bond_event, time, step)).collect()
+        let told = report.bond_events.iter().filter(|(_, bond_event)| is_told(bond_event));
+        told.map(|(_, bond_event)| self.event(bond_event, time, step)).collect()
     }
 
     /// Entry of the event log for a bond.
@@ -524,4 +525,9 @@ impl Simulation {
             .map(|block| (0..block.len()).filter(|&k| !block.view(k).flags.has(ContactFlags::BROKEN)).count())
             .sum()
     }
+}
+
+/// Whether records and the log tell of an event; not of the end of a bond that had failed before.
+fn is_told(event: &BondEvent) -> bool {
+    event.fails || !event.broke
 }

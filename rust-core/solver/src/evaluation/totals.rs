@@ -10,8 +10,10 @@ use crate::state::contacts::Pair;
 pub struct BondEvent {
     /// The particles, by index.
     pub pair: Pair,
-    /// Whether the bond broke; otherwise its damage exceeded the threshold.
+    /// Whether the bond broke, and its pair goes on without it; otherwise its damage exceeded the threshold.
     pub broke: bool,
+    /// Whether it lost its cohesion in this step. Not if it broke and had lost it before, as an earlier event told.
+    pub fails: bool,
     /// Damage reached.
     pub damage: f64,
     /// Contact point, m.

@@ -70,6 +70,7 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
             totals.energy.integration += response.energy.integration;
         }
         if response.status != Status::Lives {
+            let failed = L::OUTLIVES_FAILURE && L::damage(&self.tile.history.get(k)) >= 1.0;
             self.tile.history.set(k, end(flags, response.status, response.state));
             if response.status == Status::Broke {
                 let position = self.context.poses[a].position + normal * arm_a;
@@ -81,8 +82,8 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
                     dissipated -= undone;
                     totals.energy.integration += undone;
                 }
-                let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
-                log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, true);
+                let (energy, stored) = L::event(response);
+                log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, [true, !failed]);
             } else if !begins {
                 log_opening(&mut totals.opened, pair);
             }
@@ -99,8 +100,8 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
         if damage >= self.context.damage_threshold && !flags.has(ContactFlags::REPORTED) {
             flags.bits |= ContactFlags::REPORTED;
             let position = self.context.poses[a].position + normal * arm_a;
-            let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
-            log_event(&mut totals.bond_events, pair, damage, position, energy, stored, false);
+            let ((energy, stored), fails) = (L::event(response), L::OUTLIVES_FAILURE && damage >= 1.0);
+            log_event(&mut totals.bond_events, pair, damage, position, energy, stored, [false, fails]);
         }
         if K::SAMPLE && self.context.heats {
             log_heat(&mut totals.dissipated, pair, dissipated);
@@ -383,12 +384,6 @@ fn end<S: LawState>(flags: &mut ContactFlags, status: Status, last: S) -> S {
     }
 }
 
-/// Energies stored in normal, shear, bending, and twist deformation, J.
-#[inline(always)]
-fn stored_by_mode(energy: &EnergySplit) -> [f64; 4] {
-    [energy.stored_normal, energy.stored_shear, energy.stored_bending, energy.stored_twist]
-}
-
 /// Add an unbonded contact that opened.
 #[cold]
 #[inline(never)]
@@ -405,7 +400,7 @@ pub(super) fn log_heat(log: &mut Vec<(Pair, f64)>, pair: Pair, energy: f64) {
     }
 }
 
-/// Add a bond event to the log.
+/// Add a bond event to the log. The last argument: whether the bond broke, and whether it lost its cohesion.
 ///
 /// Takes scalars: if any part of a [`Response`] went to a cold function, even as a copy, the compiler would keep the
 /// responses of all contacts in memory instead of registers.
@@ -418,7 +413,7 @@ fn log_event(
     position: Vec3,
     energy: f64,
     stored: [f64; 4],
-    broke: bool,
+    [broke, fails]: [bool; 2],
 ) {
-    log.push(BondEvent { pair, broke, damage, position, energy, stored });
+    log.push(BondEvent { pair, broke, fails, damage, position, energy, stored });
 }

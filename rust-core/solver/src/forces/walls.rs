@@ -310,6 +310,7 @@ impl WallEvaluator<'_> {
                 self.totals.bond_events.push(BondEvent {
                     pair: block.pair[k],
                     broke: true,
+                    fails: true,
                     damage: 1.0,
                     position: point,
                     energy: response.energy.damage,

@@ -157,7 +157,9 @@ impl Simulation {
 
     /// Counts these entries of the event log.
     fn book_events(&mut self, bond_events: &[(u64, BondEvent)]) -> Vec<Event> {
-        self.state.schedule_memory[memory::DAMAGED] += bond_events.len() as f64;
+        for (_, event) in bond_events {
+            self.state.schedule_memory[if event.fails { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
+        }
         let dt = self.state.clock.dt;
         bond_events.iter().map(|(step, event)| self.event(event, *step as f64 * dt, *step)).collect()
     }
