@@ -18,7 +18,7 @@ use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
 use concordem::state::contacts::ContactFlags;
 use concordem_yade::assembly::{
-    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, Spheres, cell_of, motion_measure,
+    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, Spheres, cell_of, cohesive, motion_measure,
 };
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -73,6 +73,55 @@ fn same_length(name: &str, found: usize, wanted: usize) -> PyResult<()> {
     }
 }
 
+/// Arrays of the host's bodies.
+struct BodyColumns<'py> {
+    id: Indices<'py>,
+    position: Vectors<'py>,
+    velocity: Vectors<'py>,
+    orientation: Rows<'py>,
+    angular_velocity: Vectors<'py>,
+    radius: Scalars<'py>,
+    mass: Scalars<'py>,
+    inertia: Scalars<'py>,
+    material: Indices<'py>,
+    constraint: Indices<'py>,
+    lost: Indices<'py>,
+}
+
+impl<'py> BodyColumns<'py> {
+    fn of(bodies: &Bound<'py, PyDict>) -> PyResult<Self> {
+        Ok(Self {
+            id: get(bodies, "id")?,
+            position: get(bodies, "position")?,
+            velocity: get(bodies, "velocity")?,
+            orientation: get(bodies, "orientation")?,
+            angular_velocity: get(bodies, "angular_velocity")?,
+            radius: get(bodies, "radius")?,
+            mass: get(bodies, "mass")?,
+            inertia: get(bodies, "inertia")?,
+            material: get(bodies, "material")?,
+            constraint: get(bodies, "constraint")?,
+            lost: get(bodies, "lost")?,
+        })
+    }
+
+    fn get(&self) -> PyResult<Bodies<'_>> {
+        Ok(Bodies {
+            id: self.id.get()?,
+            position: self.position.get()?,
+            velocity: self.velocity.get()?,
+            orientation: self.orientation.get()?,
+            angular_velocity: self.angular_velocity.get()?,
+            radius: self.radius.get()?,
+            mass: self.mass.get()?,
+            inertia: self.inertia.get()?,
+            material: self.material.get()?,
+            constraint: self.constraint.get()?,
+            lost: self.lost.get()?,
+        })
+    }
+}
+
 /// Parameters of the concrete law, one entry per pair of materials `(a, b)` with `a ≤ b`.
 fn pair_parameters(list: &Bound<'_, PyAny>) -> PyResult<Vec<PairParameters>> {
     let mut pairs = Vec::new();
@@ -93,6 +142,12 @@ fn cpm_parameters(parameters: &Bound<'_, PyDict>) -> PyResult<CpmParameters> {
         table.insert("friction_coefficient".to_owned(), friction.into());
     }
     CpmParameters::deserialize(toml::Value::Table(table)).map_err(|error| wrong(&error))
+}
+
+/// A structure from a dictionary.
+fn read_table<T: serde::de::DeserializeOwned>(table: &Bound<'_, PyDict>) -> PyResult<T> {
+    let table = toml::Value::Table(table_of(table.as_any(), "")?);
+    T::deserialize(table).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 /// The cell from (edges, deformation gradient, velocity gradient).
@@ -172,27 +227,7 @@ impl Hosted {
         clumps: Option<&Bound<'_, PyDict>>,
         own: Option<Vec<Bound<'_, PyDict>>>,
     ) -> PyResult<Self> {
-        let position: Vectors<'_> = get(bodies, "position")?;
-        let (velocity, angular_velocity): (Vectors<'_>, Vectors<'_>) =
-            (get(bodies, "velocity")?, get(bodies, "angular_velocity")?);
-        let orientation: Rows<'_> = get(bodies, "orientation")?;
-        let (radius, mass): (Scalars<'_>, Scalars<'_>) = (get(bodies, "radius")?, get(bodies, "mass")?);
-        let inertia: Scalars<'_> = get(bodies, "inertia")?;
-        let (id, material): (Indices<'_>, Indices<'_>) = (get(bodies, "id")?, get(bodies, "material")?);
-        let (constraint, lost): (Indices<'_>, Indices<'_>) = (get(bodies, "constraint")?, get(bodies, "lost")?);
-        let columns = Bodies {
-            id: id.get()?,
-            position: position.get()?,
-            velocity: velocity.get()?,
-            orientation: orientation.get()?,
-            angular_velocity: angular_velocity.get()?,
-            radius: radius.get()?,
-            mass: mass.get()?,
-            inertia: inertia.get()?,
-            material: material.get()?,
-            constraint: constraint.get()?,
-            lost: lost.get()?,
-        };
+        let columns = BodyColumns::of(bodies)?;
         let pair: Pairs<'_> = get(contacts, "pair")?;
         let (image, bonded): (Images<'_>, Flags<'_>) = (get(contacts, "image")?, get(contacts, "bonded")?);
         let (length, area): (Scalars<'_>, Scalars<'_>) = (get(contacts, "length")?, get(contacts, "area")?);
@@ -234,8 +269,55 @@ impl Hosted {
         };
         let cell = cell.map(|cell| cell_from(cell, dt));
         let clumps = clumps.map(clumps::of_arrays).transpose()?.unwrap_or_default();
-        let made = Assembly::concrete(&columns, &given, &clumps, origin, cell, dt).map_err(PyValueError::new_err)?;
+        let made =
+            Assembly::concrete(&columns.get()?, &given, &clumps, origin, cell, dt).map_err(PyValueError::new_err)?;
         Self::new(made, threads)
+    }
+
+    /// Cohesive and frictional spheres of YADE (`CohFrictMat`) with their contacts.
+    ///
+    /// `bodies`, `clumps`: as in `concrete`. `contacts`: pair (rows of bodies), image, normal, distance, history, see
+    /// [`cohesive::Contacts`]. `materials`: attributes of each; `rules`: what holds for all contacts.
+    #[staticmethod]
+    #[pyo3(signature = (bodies, contacts, materials, rules, dt, kinematics, cell=None, threads=None, clumps=None))]
+    fn cohesive(
+        bodies: &Bound<'_, PyDict>,
+        contacts: &Bound<'_, PyDict>,
+        materials: Vec<Bound<'_, PyDict>>,
+        rules: &Bound<'_, PyDict>,
+        dt: f64,
+        kinematics: &str,
+        cell: Option<(Tensor, Tensor, Tensor)>,
+        threads: Option<usize>,
+        clumps: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let columns = BodyColumns::of(bodies)?;
+        let (pair, image): (Pairs<'_>, Images<'_>) = (get(contacts, "pair")?, get(contacts, "image")?);
+        let (normal, distance): (Vectors<'_>, Scalars<'_>) = (get(contacts, "normal")?, get(contacts, "distance")?);
+        let history: Rows<'_> = get(contacts, "history")?;
+        let (rows, width) = history.shape();
+        if rows > 0 && width != cohesive::HISTORY {
+            return Err(PyValueError::new_err(format!(
+                "`history` has {width} columns, but must have {}",
+                cohesive::HISTORY
+            )));
+        }
+        let given = cohesive::Contacts {
+            pair: pair.get()?,
+            image: image.get()?,
+            normal: normal.get()?,
+            distance: distance.get()?,
+            history: history.get()?,
+        };
+        let origin = Origin::Cohesive {
+            kinematics: motion_measure(kinematics).map_err(PyValueError::new_err)?,
+            materials: materials.iter().map(|material| read_table(material)).collect::<PyResult<_>>()?,
+            rules: read_table(rules)?,
+        };
+        let cell = cell.map(|cell| cell_from(cell, dt));
+        let clumps = clumps.map(clumps::of_arrays).transpose()?.unwrap_or_default();
+        let made = Assembly::cohesive(&columns.get()?, &given, &clumps, origin, cell, dt);
+        Self::new(made.map_err(PyValueError::new_err)?, threads)
     }
 
     /// The spheres of a scenario with its bonds and contacts, built as for a run. `bodies`: the host's body id of each sphere of the
@@ -481,7 +563,7 @@ impl Hosted {
     /// Number of intact bonds.
     #[getter]
     fn bond_count(&self, py: Python<'_>) -> PyResult<usize> {
-        Ok(self.read(py)?.assembly.state.bond_count())
+        Ok(self.read(py)?.assembly.bond_count())
     }
 
     /// Number of active bonds and contacts.

@@ -229,7 +229,21 @@ fn memory_scatter_i32(
     offset: usize,
     values: PyReadonlyArray1<'_, i32>,
 ) -> PyResult<()> {
-    let (list, values) = (addresses.as_slice()?, values.as_slice()?);
+    write_each(addresses.as_slice()?, offset, values.as_slice()?)
+}
+
+/// Write flags to the field at `offset` of all objects at `addresses`.
+#[pyfunction]
+fn memory_scatter_u8(
+    addresses: PyReadonlyArray1<'_, u64>,
+    offset: usize,
+    values: PyReadonlyArray1<'_, u8>,
+) -> PyResult<()> {
+    write_each(addresses.as_slice()?, offset, values.as_slice()?)
+}
+
+/// Write one value to each object of a list.
+fn write_each<T: Copy>(list: &[u64], offset: usize, values: &[T]) -> PyResult<()> {
     if list.len() != values.len() {
         return Err(PyValueError::new_err(format!(
             "{} numbers for {} objects; give one per object",
@@ -264,5 +278,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(memory_exchange, module)?)?;
     module.add_function(wrap_pyfunction!(memory_scatter, module)?)?;
     module.add_function(wrap_pyfunction!(memory_scatter_i32, module)?)?;
+    module.add_function(wrap_pyfunction!(memory_scatter_u8, module)?)?;
     module.add_function(wrap_pyfunction!(memory_targets, module)?)
 }

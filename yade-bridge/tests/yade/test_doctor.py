@@ -8,6 +8,7 @@ import tempfile
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
+from cohesive_scene import lattice
 from specimen import *
 from harness import main
 
@@ -69,6 +70,18 @@ def test_a_scene_is_examined():
     next(iter(O.interactions)).phys.E *= 2
     (finding,) = bridge.doctor(quiet=True, script="")
     assert "1 with parameters of their own" in finding.why
+
+
+def test_a_scene_of_cohesive_spheres_is_examined():
+    for good in (True, False):
+        lattice(counts=(2, 2, 3), rate=0.0)
+        O.engines[2].lawDispatcher.functors[0].twist_creep = not good
+        (finding,) = bridge.doctor(quiet=True, script="")
+        try:
+            bridge.take_over()
+            assert good and finding.verdict == "followed" and "12 spheres of CohFrictMat with 20 contacts" in finding.why, finding
+        except bridge.YadeError as error:
+            assert not good and finding.verdict == "refused" and str(error) == finding.why
 
 
 def test_the_command():

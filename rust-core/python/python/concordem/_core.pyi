@@ -463,6 +463,18 @@ class Hosted:
         own: Sequence[Mapping[str, Any]] | None = None,
     ) -> Hosted: ...
     @staticmethod
+    def cohesive(
+        bodies: Mapping[str, Any],
+        contacts: Mapping[str, Any],
+        materials: Sequence[Mapping[str, Any]],
+        rules: Mapping[str, Any],
+        dt: float,
+        kinematics: str,
+        cell: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+        threads: int | None = None,
+        clumps: Mapping[str, Any] | None = None,
+    ) -> Hosted: ...
+    @staticmethod
     def of_scenario(
         scenario: Scenario,
         bodies: ArrayLike,
@@ -742,6 +754,7 @@ def memory_exchange(
     addresses: NDArray[np.uint64], written: Sequence[tuple[int, _Reals]], read: Sequence[tuple[int, int]]
 ) -> NDArray[np.uint8]: ...
 def memory_scatter_i32(addresses: NDArray[np.uint64], offset: int, values: NDArray[np.int32]) -> None: ...
+def memory_scatter_u8(addresses: NDArray[np.uint64], offset: int, values: NDArray[np.uint8]) -> None: ...
 def memory_targets(address: int) -> NDArray[np.uint64]: ...
 def elastic_constants(
     scenario: Scenario,

@@ -249,6 +249,33 @@ impl Bodies<'_> {
         particles.constraint = self.constraint.iter().map(|&mask| Constraint(mask as u8)).collect();
         Ok(particles)
     }
+
+    /// A state with these bodies in the order of the solver, which a step of `dt` seconds has moved, and the place of each body in it.
+    pub(super) fn placed(
+        &self,
+        clumps: &[HostClump],
+        cell: Option<&Cell>,
+        dt: f64,
+    ) -> Result<(State, Vec<u32>), String> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
+        }
+        let unordered = self.particles()?;
+        let order = spatial_order(&unordered.position, cell);
+        let mut place = vec![0_u32; order.len()];
+        for (new, &old) in order.iter().enumerate() {
+            place[old as usize] = new as u32;
+        }
+        let mut particles = unordered.permuted(&order);
+        for (increment, angular_velocity) in particles.rotation_increment.iter_mut().zip(&particles.angular_velocity) {
+            *increment = quaternion_of_rotation_vector(&(angular_velocity * dt));
+        }
+        let mut state = State { particles, cell: cell.copied(), ..State::default() };
+        // A host stores members with the rounding of its own arithmetic.
+        add_clumps(&mut state, clumps, &place, 1e-6)?;
+        state.clock.dt = dt;
+        Ok((state, place))
+    }
 }
 
 /// The laws, and the index of the law for each pair of `materials` materials; the laws of contacts with parameters of their own come last.
@@ -292,6 +319,17 @@ fn stored_of_laws(origin: &Origin) -> Result<Vec<[f64; STORED.len()]>, String> {
         ));
     }
     Ok(pairs.iter().map(|pair| &pair.parameters).chain(own).map(stored_of).collect())
+}
+
+/// Refuse a contact between members of one clump.
+pub(super) fn refuse_in_clump(particles: &Particles, a: usize, b: usize) -> Result<(), String> {
+    if particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX {
+        return Err(format!(
+            "bodies {} and {} interact, but belong to one clump; erase the interaction",
+            particles.id[a], particles.id[b]
+        ));
+    }
+    Ok(())
 }
 
 /// Reals per history.
@@ -384,12 +422,7 @@ impl Contacts<'_> {
         let radii = particles.radius[a as usize] + particles.radius[b as usize];
         let wanted = stored.get(row as usize).ok_or_else(|| format!("{which} has no parameters of its own"))?;
         self.check_against_bodies(k, radii, wanted, &which)?;
-        if particles.clump[a as usize] == particles.clump[b as usize] && particles.clump[a as usize] != u32::MAX {
-            return Err(format!(
-                "bodies {} and {} interact, but belong to one clump; erase the interaction",
-                particles.id[a as usize], particles.id[b as usize]
-            ));
-        }
+        refuse_in_clump(particles, a as usize, b as usize)?;
         let (mut normal, mut image) = (self.normal[k], self.image[k]);
         let history = &self.history[k * HISTORY..(k + 1) * HISTORY];
         let mut state: CpmState = bytemuck::pod_read_unaligned(bytemuck::cast_slice(history));
@@ -444,26 +477,11 @@ impl Assembly {
         cell: Option<Cell>,
         dt: f64,
     ) -> Result<Self, String> {
-        if !(dt > 0.0 && dt.is_finite()) {
-            return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
-        }
         contacts.check_lengths()?;
         let stored = stored_of_laws(&origin)?;
-        let unordered = bodies.particles()?;
-        let order = spatial_order(&unordered.position, cell.as_ref());
-        let mut place = vec![0_u32; order.len()];
-        for (new, &old) in order.iter().enumerate() {
-            place[old as usize] = new as u32;
-        }
-        let mut particles = unordered.permuted(&order);
-        for (increment, angular_velocity) in particles.rotation_increment.iter_mut().zip(&particles.angular_velocity) {
-            *increment = quaternion_of_rotation_vector(&(angular_velocity * dt));
-        }
         let (mut bonds, model) = Self::empty_concrete(&origin)?;
         let mut unbonded = bonds.clone();
-        let mut state = State { particles, cell, ..State::default() };
-        // A host stores members with the rounding of its own arithmetic.
-        add_clumps(&mut state, clumps, &place, 1e-6)?;
+        let (mut state, place) = bodies.placed(clumps, cell.as_ref(), dt)?;
         let particles = &state.particles;
         let pairs = if let Origin::Concrete { pairs, .. } = &origin { pairs.len() as u16 } else { 0 };
         for k in 0..contacts.pair.len() {
@@ -474,10 +492,9 @@ impl Assembly {
         unbonded.sort();
         state.bonds = vec![Box::new(bonds)];
         state.contacts = Some(Box::new(unbonded));
-        state.clock.dt = dt;
         let mut made = Self::new(state, model, origin)?;
-        for (count, &body) in made.openings.iter_mut().zip(&order) {
-            *count = bodies.lost[body as usize];
+        for (&place, &lost) in place.iter().zip(bodies.lost) {
+            made.openings[place as usize] = lost;
         }
         Ok(made)
     }

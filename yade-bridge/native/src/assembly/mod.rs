@@ -5,6 +5,7 @@
 //! [`Assembly::find_forces`]. `concrete` takes over existing contacts from the host; `saved` stores an assembly in the host's save
 //! file.
 
+pub mod cohesive;
 mod concrete;
 mod results;
 mod saved;
@@ -48,6 +49,15 @@ pub enum Origin {
         /// Parameters of contacts that differ from their materials'.
         #[serde(default)]
         own: Vec<CpmParameters>,
+    },
+    /// Taken over from the host's cohesive and frictional spheres.
+    Cohesive {
+        /// Kinematics.
+        kinematics: MotionMeasure,
+        /// Materials.
+        materials: Vec<cohesive::Material>,
+        /// What holds for all contacts.
+        rules: cohesive::Rules,
     },
     /// Bonds of a scenario.
     Scenario {

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from . import _cohesive
 from ._memory import flag_offset
 from ._own import STORED
 from ._scene import Addresses, gather, host
@@ -60,19 +61,30 @@ def of_contacts(address: Addresses) -> Rows:
     return Rows(_CONTACT, _core.memory_rows(address, [(offsets[f"Interaction.{name}"], size) for name, size in _CONTACT]))
 
 
-def places_in_physics(concrete: bool) -> list[tuple[int, int]]:
-    """Offsets and numbers of bytes of what a script may change with an effect in physics; of other laws than concrete, the forces."""
-    return [(host().layout[f"CpmPhys.{name}"], size) for name, size in (_CONCRETE if concrete else _FORCES)]
+def places_in_physics(kind: str) -> list[tuple[int, int]]:
+    """Offsets and numbers of bytes of what a script may change with an effect in physics; of laws that YADE does not have, the forces. `kind`: of
+    the bonded engine."""
+    if kind == "cohesive":
+        return _cohesive.places()
+    return [(host().layout[f"CpmPhys.{name}"], size) for name, size in (_CONCRETE if kind == "concrete" else _FORCES)]
 
 
-def of_physics(found: NDArray[np.uint8], concrete: bool) -> Rows:
+def of_physics(found: NDArray[np.uint8], kind: str) -> Rows:
     """What was read at :func:`places_in_physics`."""
-    return Rows(_CONCRETE if concrete else _FORCES, found)
+    if kind == "cohesive":
+        return Rows(_cohesive.watched(), found)
+    return Rows(_CONCRETE if kind == "concrete" else _FORCES, found)
 
 
-def everything(address: Addresses, phys: Addresses, concrete: bool) -> list[Rows]:
+def of_geometry(geom: Addresses, kind: str) -> list[Rows]:
+    """What a script may change with an effect in the geometry."""
+    return [Rows(*_cohesive.rows_of_geometry(geom))] if kind == "cohesive" else []
+
+
+def everything(address: Addresses, geom: Addresses, phys: Addresses, kind: str) -> list[Rows]:
     """What a script may change with an effect."""
-    return [of_contacts(address), of_physics(_core.memory_rows(phys, places_in_physics(concrete)), concrete)]
+    physics = of_physics(_core.memory_rows(phys, places_in_physics(kind)), kind)
+    return [of_contacts(address), physics, *of_geometry(geom, kind)]
 
 
 def between(before: list[Rows], now: list[Rows]) -> dict[str, int]:

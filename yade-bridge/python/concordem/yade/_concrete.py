@@ -297,7 +297,8 @@ def scatter(addresses: NDArray[np.uint64], field: str, values: Any) -> None:
 
 def scatter_fields(addresses: NDArray[np.uint64], kind: str, fields: dict[str, Any], read: Sequence[tuple[int, int]] = ()) -> NDArray[np.uint8]:
     """Write several fields of objects of this class, each object once, and read those at `read` (offset, bytes) then."""
-    rows = [(host().layout[f"{kind}.{name}"], np.ascontiguousarray(values, dtype=float).reshape(-1)) for name, values in fields.items()]
+    # A column without rows may be misaligned.
+    rows = [(host().layout[f"{kind}.{name}"], np.require(values, float, ["C", "A"]).reshape(-1)) for name, values in fields.items()]
     return _core.memory_exchange(np.ascontiguousarray(addresses), rows, read)
 
 

@@ -14,7 +14,7 @@ from typing import Any, Iterator, NamedTuple
 
 from .._errors import YadeError
 from . import _rules
-from ._scene import host
+from ._scene import bodies, host
 
 
 class Finding(NamedTuple):
@@ -158,6 +158,7 @@ def _of_call(node: ast.Call, known: dict[str, Any]) -> Iterator[Finding]:
 
 def _of_scene() -> Iterator[Finding]:
     """Whether the present scene can be taken over, and with `motion=True`."""
+    from ._cohesive import Cohesive, is_cohesive
     from ._concrete import Concrete
     from ._engine import engines
 
@@ -167,6 +168,13 @@ def _of_scene() -> Iterator[Finding]:
         return
     try:
         _rules.refuse_blind_engines(omega.engines, lends=True)
+        if is_cohesive(bodies()):
+            cohesive = Cohesive()
+            count = cohesive.hosted(1).contact_count
+            what = f"{len(cohesive.bodies.ids)} spheres of CohFrictMat with {count} contacts"
+            yield Finding(0, "followed" if count else "refused", "take_over()", what)
+            yield from _of_motion(bool(cohesive.clumps.bodies))
+            return
         until = _rules.bonds_until(omega.engines, omega.iter)
         concrete = Concrete(late=bool(until))
         concrete.hosted(concrete.settings.kinematics, "yade-public", False, 1)
@@ -180,7 +188,13 @@ def _of_scene() -> Iterator[Finding]:
         return
     what = f"{len(concrete.bodies.ids)} spheres of concrete with {bonds} contacts"
     yield Finding(0, "followed" if bonds else "refused", "take_over()", what + (f", {own} with parameters of their own" if own else ""))
-    if omega.periodic or concrete.clumps.bodies or omega.trackEnergy:
+    yield from _of_motion(bool(concrete.clumps.bodies))
+
+
+def _of_motion(clumps: bool) -> Iterator[Finding]:
+    """Whether the engine cannot move the bodies."""
+    omega = host().omega
+    if omega.periodic or clumps or omega.trackEnergy:
         yield Finding(0, "refused", "take_over(motion=True)", "needs a scene without a periodic cell, clumps, and O.trackEnergy; use motion=False")
 
 

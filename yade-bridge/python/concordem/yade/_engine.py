@@ -20,6 +20,7 @@ from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
 from . import _hooks, _interactions, _late, _lending, _rules, _thread_state, _vtk
+from ._cohesive import Cohesive
 from ._concrete import Concrete, add_to_clock, add_to_lost, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._mirror import Mirror
@@ -177,13 +178,18 @@ class BondedEngine:
 
     @property
     def is_concrete(self) -> bool:
-        """Whether the bonds have the law of YADE's concrete, so that YADE's functions can read them."""
+        """Whether the bonds have the law of YADE's concrete."""
         return bool(self._kind["kind"] == "concrete")
+
+    @property
+    def law(self) -> str:
+        """YADE's law that the bonds have; empty if YADE does not have it."""
+        return _interactions.LAWS.get(self._kind["kind"], "")
 
     @property
     def lends(self) -> bool:
         """Whether the bonds can be lent to engines of YADE that read interactions."""
-        return self.is_concrete
+        return bool(self.law)
 
     def update_lost(self) -> None:
         """Tell YADE's states how many bonds and contacts their bodies have lost."""
@@ -209,7 +215,7 @@ class BondedEngine:
 
     def refuse_erasing(self) -> None:
         """Raise YadeError if bonds cannot be erased."""
-        _rules.refuse_erasing(self._title, self.is_concrete)
+        _rules.refuse_erasing(self._title, bool(self.law))
 
     def _follow(self, mirror: Mirror) -> None:
         """Build the bonds anew if a script has changed or erased some of them in O.interactions, or erased bodies."""
@@ -219,14 +225,17 @@ class BondedEngine:
         before, ids = self._solver, self.ids[~np.isin(self.ids, list(self._erased))]
         try:
             with self._as_yades():
-                concrete = Concrete(ids, late=True)
-                self._solver = concrete.anew(mirror.interactions(), self._kind, before, self._threads)
+                if self.is_concrete:
+                    concrete = Concrete(ids, late=True)
+                    self._solver = concrete.anew(mirror.interactions(), self._kind, before, self._threads)
+                    assert concrete.own is not None
+                    self._kind.update(concrete.own.kind())
+                else:
+                    self._solver = Cohesive(ids).anew(mirror.interactions(), self._threads)
                 self._attach_solver()
         except BaseException:
             mirror.out = True  # so that the next step asks again
             raise
-        assert concrete.own is not None
-        self._kind.update(concrete.own.kind())
         mirror.followed()
         self._rebuilt += 1
         self._broken += before.broken
@@ -243,7 +252,7 @@ class BondedEngine:
         """Erase the bonds of a body that a script is about to erase; the engine goes on without it."""
         at_rest()
         _rules.refuse_shown(self._shown, self._title)
-        if not self.is_concrete:
+        if not self.law:
             raise refuse(
                 f"body {number} belongs to {self._title}, whose bonds follow a law that stock YADE does not have, so it cannot be erased; "
                 "call remove() before, or leave the body out by `ids` of bond()",
@@ -287,7 +296,7 @@ class BondedEngine:
         self._first = int(self._bodies[0])
         self._materials, self._radii = self._facts_of_bodies()
         self._watched: list[Any] = []
-        if self._kind["kind"] == "concrete":
+        if self.law:
             _, first = np.unique(self._materials, return_index=True)
             self._watched = [omega.bodies[int(self.ids[k])].material for k in first]
         self._settings = _rules.settings(omega.engines, self._watched) if self._watched else {}

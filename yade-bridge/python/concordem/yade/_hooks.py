@@ -65,8 +65,8 @@ class Bonded(Protocol):
         """Whether a body belongs to this engine."""
 
     @property
-    def is_concrete(self) -> bool:
-        """Whether the bonds have the law of YADE's concrete, so that YADE's functions can read them."""
+    def law(self) -> str:
+        """YADE's law that the bonds have, so that YADE's functions can read them; empty if YADE does not have it."""
 
 
 #: Functions that give the bonded engines of the current scene.
@@ -309,10 +309,11 @@ def install() -> None:
     for name in dir(yade.wrapper):
         kind = getattr(yade.wrapper, name)
         # Methods of other laws find no contacts of theirs among the bonds; some take all interactions for theirs, which can end the process.
-        reads = name in ("Law2_ScGeom_CpmPhys_Cpm", "TesselationWrapper", "TriaxialStressController")
+        is_law = name in ("Law2_ScGeom_CpmPhys_Cpm", "Law2_ScGeom6D_CohFrictPhys_CohesionMoment")
+        reads = is_law or name in ("TesselationWrapper", "TriaxialStressController")
         for method, function in list(vars(kind).items()) if reads or name.startswith("Law2_") else ():
             if reads and not method.startswith("_") and type(function).__name__ == "function":
-                setattr(kind, method, _reading(f"{name}.{method}()", function))
+                setattr(kind, method, _reading(f"{name}.{method}()", function, name if is_law else ""))
             elif isinstance(function, staticmethod):
                 setattr(kind, method, staticmethod(_refusing(f"{name}.{method}()", function.__func__)))
     _container_of_bonds(yade.wrapper)
@@ -477,15 +478,15 @@ def _refusing(name: str, function: Any, why: str = _OF_ITS_LAW) -> Any:
     return checked
 
 
-def _reading(name: str, function: Any) -> Any:
-    """A function of YADE that reads interactions, and finds the bonds."""
+def _reading(name: str, function: Any, law: str = "") -> Any:
+    """A function of YADE that reads interactions, and finds the bonds; a method of a law finds those of this law."""
 
     @functools.wraps(function)
     def with_bonds(*arguments: Any, **named: Any) -> Any:
-        hidden = _hidden()
+        hidden = [engine for engine in _hidden() if not law or engine.law in ("", law)]
         if not hidden:
             return function(*arguments, **named)
-        if not all(engine.is_concrete for engine in hidden):
+        if not all(engine.law for engine in hidden):
             raise _rules.refuse(
                 f"{name} reads the interactions of YADE's laws, but the bonds of bond() have another law; use concordem.operators with the "
                 "engine's forces(), or call it within `with engine.interactions():`",
@@ -502,7 +503,7 @@ def _called(engine: Any, call: Callable[[], Any]) -> Any:
     hidden = _hidden()
     if not hidden or not (_rules.is_followed(engine) or _rules.is_blind(engine)):
         return call()
-    if not (_rules.is_followed(engine) and all(one.is_concrete for one in hidden)):
+    if not (_rules.is_followed(engine) and all(one.law for one in hidden)):
         _rules.refuse_blind_call(engine)
     for one in hidden:
         one.update_lost()

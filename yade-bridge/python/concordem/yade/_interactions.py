@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from . import _changes
+from . import _changes, _cohesive
 from ._concrete import class_of, create_interactions, scatter, sort_anew, write_contacts, write_images
 from ._rules import refuse
 from ._scene import Interactions, Ints, Reals, at_rest, gather, host, interactions, of_class
@@ -46,6 +46,10 @@ def clear_between(ids: Ints) -> None:
     own.eraseNonReal()
 
 
+#: YADE's law of the bonds of each kind of engine; others have laws that YADE does not have.
+LAWS = {"concrete": "Law2_ScGeom_CpmPhys_Cpm", "cohesive": _cohesive.FUNCTORS["lawDispatcher"]}
+
+
 class Bonds(Protocol):
     """A bonded engine, with or without headers."""
 
@@ -79,7 +83,7 @@ class Bonds(Protocol):
 def give_back(engine: Bonds) -> dict[str, int]:
     """See :meth:`BondedEngine.give_back`."""
     at_rest()
-    if engine._kind["kind"] != "concrete":
+    if engine._kind["kind"] not in LAWS:
         raise refuse(
             f'the bonds of "{engine.name}" follow a law that stock YADE does not have, so they cannot become interactions; use '
             "interactions() to read them, or a functor of the native plugin from the start",
@@ -101,10 +105,11 @@ def give_back(engine: Bonds) -> dict[str, int]:
 
 def hand_over(engine: Bonds) -> dict[str, int]:
     """Give the bonds back, without the checks of :func:`give_back`; the engine stays registered."""
-    engine.update_states()
+    if engine._kind["kind"] == "concrete":
+        engine.update_states()
     engine._take_out()
     try:
-        counts = write_contacts(engine.solver, engine._kind)
+        counts = _write_contacts(engine)
     except BaseException:
         # Nothing is lost: the bonds act again.
         clear_between(engine.ids)
@@ -143,7 +148,7 @@ def _present(engine: Bonds) -> tuple[Interactions, list[_changes.Rows]]:
     """The interactions between the bodies, and what a script may change in them."""
     found = interactions()
     found = found.of(np.isin(found.id1, engine.ids) & np.isin(found.id2, engine.ids))
-    return found, _changes.everything(found.address, found.phys, engine._kind["kind"] == "concrete")
+    return found, _changes.everything(found.address, found.geom, found.phys, engine._kind["kind"])
 
 
 def _refuse_changes(before: tuple[Interactions, list[_changes.Rows]], now: tuple[Interactions, list[_changes.Rows]]) -> None:
@@ -164,9 +169,16 @@ def _refuse_changes(before: tuple[Interactions, list[_changes.Rows]], now: tuple
     )
 
 
+def _write_contacts(engine: Bonds) -> dict[str, int]:
+    """Write bonds and contacts of one of YADE's laws to YADE."""
+    if engine._kind["kind"] == "cohesive":
+        return _cohesive.write_contacts(engine.solver)
+    return write_contacts(engine.solver, engine._kind)
+
+
 def _create(engine: Bonds) -> None:
-    if engine._kind["kind"] == "concrete":
-        write_contacts(engine.solver, engine._kind)
+    if engine._kind["kind"] in LAWS:
+        _write_contacts(engine)
         return
     table = table_of(engine.solver)
     one, two = np.minimum(table["a"], table["b"]).astype(np.int32), np.maximum(table["a"], table["b"]).astype(np.int32)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from . import _changes
+from . import _changes, _cohesive
 from ._concrete import NORMAL_HISTORY, constants_of, keys_of, scatter, write_constants, write_images, write_normal_force, write_own, write_values
 from ._interactions import Bonds, table_of
 from ._memory import known_address_of, memory
@@ -65,7 +65,8 @@ class Mirror:
         self._one = self._two = np.zeros(0, np.int32)
         self._index: dict[tuple[int, int], int] | None = None
         self._of_body: tuple[NDArray[Any], NDArray[Any]] | None = None
-        self._concrete = True
+        #: Of the engine: concrete, cohesive, or scenario.
+        self._kind = "concrete"
         #: Whether a script may have changed the objects since the last comparison.
         self.out = False
         self._before: list[_changes.Rows] = []
@@ -106,7 +107,7 @@ class Mirror:
         if moment == self._at or moment == self._stiff_at:
             return
         table = _table(self._bonds())
-        if self._before or not _same_rows(table, self._rows):
+        if self._before or self._kind != "concrete" or not _same_rows(table, self._rows):
             self.refresh()
             return
         columns = {name: table[name][self._order] for name in ("a", "normal", *NORMAL_HISTORY)}
@@ -114,7 +115,7 @@ class Mirror:
         self._stiff_at = moment
 
     def _write(self, bonds: Bonds, table: Any, bodies: dict[str, Any]) -> None:
-        self._concrete = bonds._kind["kind"] == "concrete"
+        self._kind = bonds._kind["kind"]
         self._rows = {name: table[name] for name in _ROW}
         unsorted = keys_of(table["a"], table["b"], table["bonded"])
         order = self._order
@@ -133,20 +134,22 @@ class Mirror:
             self._match(keys, table, bodies["radius"][row], bonds._kind)
         sign = np.where(table["a"] == self._one, 1.0, -1.0)
         first = bodies["position"][row[self._one]]
-        if self._concrete:
+        places = _changes.places_in_physics(self._kind)
+        if self._kind == "concrete":
             if self._constant is None:
                 self._constant = constants_of(self._geom, self._phys)
-            places = _changes.places_in_physics(True)
             physics = write_values(self._geom, self._phys, first, table, sign, self._constant, places)
+        elif self._kind == "cohesive":
+            physics = _cohesive.write_values(self._geom, self._phys, first, table, sign, places)
         else:
             _write_forces(self._geom, self._phys, first, table, sign)
         if self._imaged or table["image"].any():
             write_images(self._address, table["image"] * sign.astype(np.int32)[:, None])
             self._imaged, self._fixed = True, None
-        if self._concrete:
+        if self._kind != "scenario":
             if self._fixed is None:
                 self._fixed = _changes.of_contacts(self._address)
-            self._written = [self._fixed, _changes.of_physics(physics, True)]
+            self._written = [self._fixed, _changes.of_physics(physics, self._kind), *_changes.of_geometry(self._geom, self._kind)]
         self._order, self._unsorted = order, unsorted
 
     def _match(self, keys: NDArray[np.int64], table: Any, radius: Any, kind: dict[str, Any]) -> None:
@@ -162,9 +165,13 @@ class Mirror:
         new = np.flatnonzero(~known)
         physics = self._constants(one[new], two[new])
         wrapper = host().wrapper
+        shapes = wrapper.ScGeom6D if self._kind == "cohesive" else wrapper.ScGeom
         for k, given in zip(new.tolist(), physics):
-            contact, shape = wrapper.Interaction(), wrapper.ScGeom()
-            made = wrapper.CpmPhys(isCohesive=bool(keys[k] & 1), **given) if given is not None else wrapper.NormShearPhys(kn=math.nan, ks=math.nan)
+            contact, shape = wrapper.Interaction(), shapes()
+            if self._kind == "cohesive":
+                made = wrapper.CohFrictPhys()
+            else:
+                made = wrapper.CpmPhys(isCohesive=bool(keys[k] & 1), **given) if given is not None else wrapper.NormShearPhys(kn=math.nan, ks=math.nan)
             contact.geom, contact.phys = shape, made
             contacts[k] = contact
             address[k], geom[k], phys[k] = known_address_of(contact), known_address_of(shape), known_address_of(made)
@@ -175,7 +182,7 @@ class Mirror:
         scatter(geom[new], "ScGeom.refR2", radius[two[new]])
         # It belongs to YADE's steps.
         scatter(geom[new], "ScGeom.shearInc", np.full((len(new), 3), math.nan))
-        if self._concrete:
+        if self._kind == "concrete":
             write_own(phys[new], keys[new] & 1, one[new], two[new], kind)
             write_constants(geom[new], phys[new], table["reference_length"][new], table["area"][new])
         self._keys, self._contacts, self._one, self._two = keys, contacts, one, two
@@ -186,7 +193,7 @@ class Mirror:
 
     def _constants(self, one: Ints, two: Ints) -> Iterable[dict[str, Any] | None]:
         """Attributes of the physics of new contacts; None for laws that YADE does not have."""
-        if not self._concrete:
+        if self._kind != "concrete":
             return [None] * len(one)
         yade = host()
         scene = known_address_of(yade.omega._sceneObj)
@@ -262,7 +269,7 @@ class Mirror:
     # -- changes by scripts -------------------------------------------------------------------------------------------
 
     def _read(self) -> list[_changes.Rows]:
-        return _changes.everything(self._address, self._phys, self._concrete)
+        return _changes.everything(self._address, self._geom, self._phys, self._kind)
 
     def _changes(self) -> dict[str, int]:
         """The attributes that a script has changed, with a row of each."""
@@ -275,8 +282,8 @@ class Mirror:
             return False
         changed = self._changes()
         for name, row in changed.items():
-            if name in ("geom", "phys", "cellDist", "isActive", *(() if self._parameters else STORED)) or not self._concrete:
-                if not self._concrete:
+            if name in (*_FIXED, *(() if self._parameters else STORED)) or self._kind == "scenario":
+                if self._kind == "scenario":
                     remedy = "its law computes it from the bond: leave it"
                 elif name in STORED:
                     remedy = "ConcorDEM takes it from the materials: set it back, or give the bodies another material before take_over()"
@@ -338,6 +345,8 @@ class Mirror:
         self._index = self._of_body = None
 
 
+#: What a script may not change.
+_FIXED = ("geom", "phys", "cellDist", "isActive", "initCohesion")
 #: What tells a contact of the solver.
 _ROW = ("a", "b", "bonded", "reference_length")
 
@@ -352,7 +361,7 @@ def _same_rows(table: Any, rows: dict[str, Any]) -> bool:
 
 def _table(bonds: Bonds) -> Any:
     """All contacts of the last step, one row each."""
-    if bonds._kind["kind"] != "concrete":
+    if bonds._kind["kind"] == "scenario":
         return table_of(bonds.solver)
     tables = bonds.solver.contacts()
     found = [tables[name] for name in ("cpm", "unbonded") if len(tables.get(name, ()))]

@@ -18,6 +18,7 @@ from typing import Any
 
 from .._errors import YadeError
 from . import _hooks, _lending, _native_bonds, _rules
+from ._interactions import LAWS
 
 #: Classes of the plugin that are written by hand, bases first; those of other laws are generated (:func:`classes`).
 CLASSES = (
@@ -208,6 +209,11 @@ class _Engine:
     def _refuse_lost(self) -> None:
         if self._lost:
             raise YadeError(self._lost, "EngineLost")
+
+    @property
+    def law(self) -> str:
+        """YADE's law that the bonds have; empty if YADE does not have it."""
+        return LAWS["concrete"] if self.is_concrete else ""
 
     @property
     def is_concrete(self) -> bool:

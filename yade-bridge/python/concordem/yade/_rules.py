@@ -180,6 +180,17 @@ def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None
 #: YADE's law of concrete, and its attributes.
 LAW = ("Law2_ScGeom_CpmPhys_Cpm", ("omegaThreshold", "epsSoft", "relKnSoft"))
 _GEOMETRY = ("Ig2_Sphere_Sphere_ScGeom", ("interactionDetectionFactor", "avoidGranularRatcheting"))
+#: The same of cohesive and frictional spheres.
+_COHESIVE_LAW = (
+    "Law2_ScGeom6D_CohFrictPhys_CohesionMoment",
+    ("always_use_moment_law", "neverErase", "shear_creep", "twist_creep", "creep_viscosity", "traceEnergy", "useIncrementalForm"),
+)
+_COHESIVE_GEOMETRY = ("Ig2_Sphere_Sphere_ScGeom6D", ("interactionDetectionFactor", "avoidGranularRatcheting", "creep", "updateRotations"))
+_COHESIVE_PHYSICS = ("Ip2_CohFrictMat_CohFrictMat_CohFrictPhys", ("setCohesionNow", "setCohesionOnNewContacts", "frictAngle"))
+_COHESIVE_MATERIAL = (
+    *("young", "poisson", "frictionAngle", "alphaKr", "alphaKtw", "etaRoll", "etaTwist", "normalCohesion", "shearCohesion"),
+    *("isCohesive", "fragile", "momentRotationLaw"),
+)
 _MATERIAL = (
     *("young", "poisson", "sigmaT", "frictionAngle", "epsCrackOnset", "relDuctility", "damLaw", "neverDamage"),
     *("equivStrainShearContrib", "isoPrestress"),
@@ -193,23 +204,29 @@ _OR_BOND = "or bond the spheres with bond() or BondedEngine_Rust(scenario=...)"
 
 def functors_of_concrete(engines: Iterable[Any]) -> list[Any]:
     """The functors of concrete for geometry, physics, and law; raise YadeError if one is missing."""
-    loops = [engine for engine in engines if is_a(engine, "InteractionLoop") and not engine.dead]
-    if not loops:
-        raise refuse(f"O.engines has no active InteractionLoop; add one with {', '.join(_FUNCTORS.values())}, {_OR_BOND}", "Engines")
-    if len(loops) > 1:
-        raise refuse(f"O.engines has {len(loops)} active engines InteractionLoop; keep exactly one", "Engines")
-    found = []
-    for dispatcher, name in _FUNCTORS.items():
-        matching = [functor for functor in getattr(loops[0], dispatcher).functors if is_a(functor, name)]
-        if not matching:
-            raise refuse(f"InteractionLoop has no {name}, which concrete needs; add it, {_OR_BOND}", "NotConcrete")
-        found.append(matching[-1])
+    found = functors_of(engines, _FUNCTORS, "concrete needs")
     if getattr(found[1], "E", None) is not None:
         raise refuse(
             "Ip2_CpmMat_CpmMat_CpmPhys has E, a MatchMaker, which contacts that begin later would lack; set E=None, and young of the materials, "
             "or phys.E of single contacts",
             "NotConcrete",
         )
+    return found
+
+
+def functors_of(engines: Iterable[Any], names: dict[str, str], who: str) -> list[Any]:
+    """The functors with these names, by dispatcher; raise YadeError if one is missing. `who`: needs them."""
+    loops = [engine for engine in engines if is_a(engine, "InteractionLoop") and not engine.dead]
+    if not loops:
+        raise refuse(f"O.engines has no active InteractionLoop; add one with {', '.join(names.values())}, {_OR_BOND}", "Engines")
+    if len(loops) > 1:
+        raise refuse(f"O.engines has {len(loops)} active engines InteractionLoop; keep exactly one", "Engines")
+    found = []
+    for dispatcher, name in names.items():
+        matching = [functor for functor in getattr(loops[0], dispatcher).functors if is_a(functor, name)]
+        if not matching:
+            raise refuse(f"InteractionLoop has no {name}, which {who}; add it, {_OR_BOND}", "NotConcrete")
+        found.append(matching[-1])
     return found
 
 
@@ -243,17 +260,24 @@ def refuse_image(one: int, two: int) -> None:
 
 
 def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]:
-    """Settings of concrete that the engine has read at the take-over: attributes of functors and materials, as text."""
+    """Settings of the spheres that the engine has read at the take-over: attributes of functors and materials, as text."""
     found: dict[str, str] = {}
+    materials = list(materials)
+    concrete = any(is_a(material, "CpmMat") for material in materials)
     for loop in engines:
         if loop.dead or not is_a(loop, "InteractionLoop"):
             continue
-        for (name, attributes), functors in ((LAW, loop.lawDispatcher.functors), (_GEOMETRY, loop.geomDispatcher.functors)):
+        shapes, physics, laws = (dispatcher.functors for dispatcher in (loop.geomDispatcher, loop.physDispatcher, loop.lawDispatcher))
+        watched: tuple[Any, ...] = ((LAW, laws), (_GEOMETRY, shapes))
+        if not concrete:
+            watched = ((_COHESIVE_LAW, laws), (_COHESIVE_GEOMETRY, shapes), (_COHESIVE_PHYSICS, physics))
+        for (name, attributes), functors in watched:
             for functor in functors:
                 if is_a(functor, name):
                     found.update((f"{name}.{key}", repr(getattr(functor, key))) for key in attributes)
     for material in materials:
-        found.update((f"O.materials[{material.id}].{key}", repr(getattr(material, key))) for key in _MATERIAL)
+        attributes = _MATERIAL if concrete else _COHESIVE_MATERIAL
+        found.update((f"O.materials[{material.id}].{key}", repr(getattr(material, key))) for key in attributes)
     return found
 
 
@@ -304,11 +328,11 @@ def late(engines: Sequence[Any], now: int) -> str:
     return until
 
 
-def check_distance(factor: float) -> None:
+def check_distance(factor: float, functor: str = _GEOMETRY[0]) -> None:
     """Raise YadeError if new contacts would start at a distance."""
     if factor not in (1.0, -1.0):
         raise refuse(
-            f"Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is {factor}, so new contacts would start at a distance; set it to 1 "
+            f"{functor}.interactionDetectionFactor is {factor}, so new contacts would start at a distance; set it to 1 "
             "after the bonds have been created",
             "Engines",
         )

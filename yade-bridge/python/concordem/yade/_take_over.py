@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from . import _late, _rules
+from ._cohesive import Cohesive, is_cohesive, spheres
 from ._clumps import Clumps
 from ._concrete import Concrete, cell_of, class_of, engine_of
 from ._engine import BondedEngine, _registered
@@ -36,7 +37,8 @@ def take_over(
     threads: int | None = None,
     motion: bool = False,
 ) -> BondedEngine:
-    """Take over the bonds of a concrete scene (YADE's CPM) with their histories; our solver computes them from now on.
+    """Take over the bonds of a concrete scene (YADE's CPM), or of cohesive and frictional spheres (CohFrictMat), with their histories; our solver
+    computes them from now on.
 
     `O.run` works as before, but O.interactions no longer contains the contacts between the spheres. The defaults reproduce YADE's law
     up to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`: write CpmState every `update_states`
@@ -50,6 +52,8 @@ def take_over(
     takes them over in the step of the last new bond. Raises YadeError if the scene is not supported.
     """
     at_rest()
+    if is_cohesive(bodies()):
+        return _take_over_cohesive(name, kinematics, mode, update_states, threads, motion)
     kind = {"kind": "concrete", "kinematics": kinematics, "mode": mode, "update_states": update_states, "motion": motion}
     waits = _rules.bonds_until(host().omega.engines, host().omega.iter)
     if waits and motion:
@@ -68,6 +72,21 @@ def take_over(
             "NoBonds",
         )
     return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind, threads))
+
+
+def _take_over_cohesive(name: str, kinematics: str | None, mode: str, update_states: int, threads: int | None, motion: bool) -> BondedEngine:
+    """:func:`take_over` of cohesive and frictional spheres."""
+    if mode != "yade-public" or update_states:
+        raise refuse(f"mode={mode!r} and update_states={update_states} are for concrete; spheres of CohFrictMat follow YADE's law: leave both out", "NotConcrete")
+    everything = bodies()
+    _refuse_bonded(everything.of(spheres(everything)))
+    cohesive = Cohesive()
+    _rules.refuse_blind_engines(host().omega.engines, lends=True)
+    kind = {"kind": "cohesive", "kinematics": kinematics or cohesive.settings.kinematics, "motion": motion, **cohesive.kind()}
+    solver = cohesive.hosted(threads, kind["kinematics"])
+    if not solver.contact_count:
+        raise refuse("there are no contacts to take over; let YADE make them first (one step)", "NoBonds")
+    return _begin(BondedEngine(name, solver, cohesive.bodies.ids, kind, threads))
 
 
 def _concrete_of(kind: dict[str, Any], late: bool) -> Concrete:
