@@ -24,13 +24,6 @@
 
 using namespace LAMMPS_NS;
 
-namespace {
-
-// As LIGGGHTS: a frozen particle counts as infinitely heavy.
-const double FROZEN_MASS = 1e100;
-
-}
-
 bool FixBondBase::changes_radii(const Fix *fix)
 {
   return strncmp(fix->style, "adapt", 5) == 0 || strcmp(fix->style, "set") == 0;
@@ -118,7 +111,7 @@ void FixBondBase::find_effective_masses()
   effective_mass_.assign(atom->rmass, atom->rmass + atom->nlocal + atom->nghost);
   for (size_t i = 0; i < effective_mass_.size(); i++) {
     if (i < body_mass_.size() && body_mass_[i] > 0.0) effective_mass_[i] = body_mass_[i];
-    if (atom->mask[i] & frozen_) effective_mass_[i] = FROZEN_MASS;
+    if (atom->mask[i] & frozen_) effective_mass_[i] = CONCORDEM_FROZEN_MASS;
   }
 }
 

@@ -219,8 +219,7 @@ class Contact : public ContactModelBase {
     for (int end = 0; end < 2; end++) {
       const int atom_of = of[end];
       contact.kind[end] = atom->type[atom_of];
-      // As LIGGGHTS: a frozen particle has infinite mass.
-      if (atom->mask[atom_of] & frozen) contact.mass[end] = 1e100;
+      if (atom->mask[atom_of] & frozen) contact.mass[end] = CONCORDEM_FROZEN_MASS;
       memcpy(contact.position[end], atom->x[atom_of], sizeof(contact.position[end]));
       memcpy(contact.velocity[end], atom->v[atom_of], sizeof(contact.velocity[end]));
       memcpy(contact.angular_velocity[end], atom->omega[atom_of], sizeof(contact.angular_velocity[end]));

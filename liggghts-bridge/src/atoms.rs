@@ -8,6 +8,9 @@ pub type Tag = i64;
 /// The largest id: records hold ids as reals.
 pub const LARGEST_TAG: Tag = 1 << 53;
 
+/// Mass of a frozen atom, kg. As in LIGGGHTS, it is as good as infinite for a dashpot.
+pub const FROZEN_MASS: f64 = 1e100;
+
 /// Ids of atoms, as wide as those of the host.
 #[derive(Debug, Clone, Copy)]
 pub enum Tags<'a> {
@@ -68,7 +71,7 @@ pub struct Atoms<'a> {
     pub radius: &'a [f64],
     /// Mass, kg.
     pub mass: &'a [f64],
-    /// Mass that resists a contact, kg: that of the rigid body of the atom; very large if the atom is frozen.
+    /// Mass that resists a contact, kg: that of the rigid body of the atom; [`FROZEN_MASS`] if the atom is frozen.
     pub effective_mass: &'a [f64],
     /// Force on owned atoms, N; the network adds to it.
     pub force: &'a mut [f64],

@@ -7,6 +7,7 @@ use concordem_contact::step::{AtWall, Contact, Ends, WallMotion, wrenches};
 use concordem_solver::PairCoefficients;
 use concordem_solver::state::walls::ClosestPoint;
 
+use crate::atoms::FROZEN_MASS;
 use crate::host_laws::HostLaw;
 
 mod models;
@@ -245,7 +246,7 @@ impl<L: HostLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         state.copy_from_slice(&reals[Self::HEAD..Self::WIDTH]);
         let (radius_a, radius_b) = (pass.radius[i], pass.radius[j]);
         let reference = L::unbonded_reference(0.0, radius_a, radius_b);
-        let mass = |p: usize| if pass.mask[p] & pass.frozen != 0 { 1e100 } else { pass.mass[p] };
+        let mass = |p: usize| if pass.mask[p] & pass.frozen != 0 { FROZEN_MASS } else { pass.mass[p] };
         // During setup nothing has moved.
         let dt = if pass.advance { pass.dt } else { 0.0 };
         let ends = Ends {

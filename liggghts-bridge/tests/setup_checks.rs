@@ -92,6 +92,28 @@ fn steps_masses_and_radii_that_change_later_are_compared_again() {
     }
 }
 
+/// Two held spheres that touch are as good as infinitely heavy, and so is their dashpot: they set no bound.
+#[test]
+fn contacts_of_held_atoms_set_no_bound_of_the_step() {
+    for host in BOTH {
+        let folder = tempfile::tempdir().unwrap();
+        row(host, folder.path(), 3, 0.00999, false);
+        let bound = |fixes: &str| {
+            let script = head_for(host, "row.data", "f f f", 2e-3, 1e-6)
+                + "fix c all concordem/bond none contact linear_bond normal_stiffness 1e5 shear_stiffness 0 friction_coefficient 0 damping_ratio 0.2\n\
+                   fix move all nve/sphere\nthermo_style custom step f_c[16]\n"
+                + fixes
+                + "run 1\n";
+            let printed = run_in(host, folder.path(), &script, 1);
+            assert!(!printed.contains("is unstable"), "{printed}");
+            thermo(&printed).last().unwrap()[1]
+        };
+        let [free, held] = ["", "group two id 1 2\nfix hold two freeze\n"].map(bound);
+        // The free sphere alone: mass 1.3e-3 kg, 2/omega = 2.3e-4 s, less by damping.
+        assert!((1e-5..2.3e-4).contains(&free) && (1e-5..2.3e-4).contains(&held), "{host:?}: {free} {held}");
+    }
+}
+
 #[test]
 fn unbonded_atoms_without_a_law_are_warned_about() {
     for host in BOTH {

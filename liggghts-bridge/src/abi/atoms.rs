@@ -7,7 +7,13 @@ use std::ffi::c_void;
 
 use concordem_c_abi::{length_of, slice, slice_mut};
 
-use crate::atoms::{Atoms, Tags};
+use crate::atoms::{self, Atoms, Tags};
+
+/// Mass of a frozen atom, kg.
+pub const FROZEN_MASS: f64 = 1e100;
+
+// cbindgen needs literal numbers.
+const _: () = assert!(FROZEN_MASS == atoms::FROZEN_MASS);
 
 /// Atom arrays of the host: `owned` atoms of this processor, `count` with ghosts. Vectors are three reals. See `Atoms` in
 /// `src/atoms.rs`.

@@ -49,6 +49,7 @@ fn c_header_is_current() {
             ("VELOCITY", "CONCORDEM_VELOCITY"),
             ("LONGEST", "CONCORDEM_LONGEST"),
             ("TOTALS", "CONCORDEM_TOTALS"),
+            ("FROZEN_MASS", "CONCORDEM_FROZEN_MASS"),
             ("ROW", "CONCORDEM_ROW"),
             ("BREAK", "CONCORDEM_BREAK"),
         ],

@@ -350,7 +350,7 @@ pub unsafe extern "C" fn concordem_network_forget(
 
 /// A time step for which the bonds and contacts of this processor are stable, s: the largest one if `dt` is larger than a quick estimate.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_network_stable_step(network: *const Network, dt: f64) -> f64 {
+pub unsafe extern "C" fn concordem_network_stable_step(network: *mut Network, dt: f64) -> f64 {
     // SAFETY: a valid pointer from the shim.
     unsafe { (*network).stable_step(dt) }
 }

@@ -1,5 +1,6 @@
 //! Results of the network: counts, energies, virial, stress, couple stress, rows of contacts.
 
+use concordem_contact::constraint::Constraint;
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::Vec3;
 use concordem_operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
@@ -12,7 +13,7 @@ use concordem_solver::state::contacts::{ContactFlags, Pair};
 use concordem_solver::time_step::{self, TimeStepBounds};
 
 use super::{Network, NetworkError, blocks};
-use crate::atoms::Tag;
+use crate::atoms::{FROZEN_MASS, Tag};
 use crate::records::Record;
 
 /// Sums over the bonds and contacts that a processor counts.
@@ -198,9 +199,15 @@ impl Network {
 
     /// A time step (s) for which the bonds and contacts of this processor are stable: the largest one, unless a quick estimate, which is
     /// smaller, exceeds `dt` (s).
-    pub fn stable_step(&self, dt: f64) -> f64 {
+    pub fn stable_step(&mut self, dt: f64) -> f64 {
         let suffices = |quick: &TimeStepBounds| quick.limit(&Damping::None) >= dt;
-        time_step::bounds_unless(&self.state, self.model.deformable.as_ref(), suffices).0.limit(&Damping::None)
+        // For the solver, held particles are constrained. Here it does not move them, so that else nothing needs to know.
+        let held = |mass: &f64| if *mass >= FROZEN_MASS { Constraint::ALL } else { Constraint::FREE };
+        let constraint = self.state.particles.mass.iter().map(held).collect();
+        let free = std::mem::replace(&mut self.state.particles.constraint, constraint);
+        let bounds = time_step::bounds_unless(&self.state, self.model.deformable.as_ref(), suffices).0;
+        self.state.particles.constraint = free;
+        bounds.limit(&Damping::None)
     }
 
     fn recorded_at(&self, step: i64) -> Result<&ContactForces, NetworkError> {

@@ -371,6 +371,7 @@ impl PerParticle {
 /// both. A particle sums its elements in their order.
 fn per_particle(state: &State, walls: &[WallElement], scale: &[Vector6<f64>]) -> PerParticle {
     const TILE: usize = 1024;
+    let is_held = |p: u32| scale[p as usize].amax() == 0.0;
     let mut tiles: Vec<TileContacts> = Vec::new();
     tiles.resize_with(scale.len().div_ceil(TILE), TileContacts::default);
     let contacts: Vec<&dyn Contacts> = blocks(state).collect();
@@ -391,7 +392,10 @@ fn per_particle(state: &State, walls: &[WallElement], scale: &[Vector6<f64>]) ->
         let mut beta = 0.0_f64;
         for &(number, k) in &tile.between {
             let Some(e) = element(state, contacts[number as usize], k as usize) else { continue };
-            beta = beta.max(damping_ratio(&e.stiffness));
+            // Between two particles that are held nothing moves, and a host may let their masses, and so their dashpot, be as good as infinite.
+            if !(is_held(e.a) && is_held(e.b)) {
+                beta = beta.max(damping_ratio(&e.stiffness));
+            }
             // Ends in other tiles are not among the blocks.
             if let Some(block) = blocks.get_mut((e.a as usize).wrapping_sub(first)) {
                 *block += end_block(&e.normal, e.arm_a, &e.stiffness) * 2.0;
