@@ -7,6 +7,7 @@ pub mod commands;
 pub mod datasets;
 pub mod deformable;
 pub mod gold;
+pub mod pairs;
 pub mod random;
 pub mod runs;
 pub mod study;

@@ -1,60 +1,19 @@
 //! Strengths of bonds that scatter: each bond breaks at its own strength, in every law with strengths.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use concordem::assembly::assemble;
 use concordem::scatter::{Distribution, Scatter};
 use concordem::scenario::Scenario;
 use concordem::schedule::Simulation;
+use concordem_tests::pairs::PulledPairs;
 
-const SPECIMENS: u32 = 200;
-const LENGTH: f64 = 2e-3;
-const SPEED: f64 = 1e-3;
+const SPECIMENS: usize = 200;
 const STEP: f64 = 1e-5;
 
-/// Pairs of spheres, each a specimen of one bond, that are pulled apart.
 fn specimens(law: &str, table: &str, scatter: &str) -> String {
-    let mut spheres = String::new();
-    for k in 0..SPECIMENS {
-        let y = 1e-2 * f64::from(k);
-        write!(spheres, "[0, {y:?}, 0, 1e-3], [{LENGTH:?}, {y:?}, 0, 1e-3], ").unwrap();
-    }
-    format!(
-        "version = 1
-        [packing]
-        kind = \"spheres\"
-        spheres = [{spheres}]
-        [[material]]
-        name = \"m\"
-        density = 2500
-        {table}
-        strength_scatter = {{ {scatter} }}
-        [bonds]
-        law = \"{law}\"
-        interaction_ratio = 1.01
-        [contacts]
-        law = \"none\"
-        [[set]]
-        name = \"left\"
-        selection = {{ kind = \"box\", minimum = [-1e-3, -1, -1], maximum = [1e-3, 3, 1] }}
-        [[set]]
-        name = \"right\"
-        selection = {{ kind = \"box\", minimum = [1e-3, -1, -1], maximum = [1, 3, 1] }}
-        [[prescribe]]
-        set = \"left\"
-        velocity = [0, 0, 0]
-        [[prescribe]]
-        set = \"right\"
-        velocity = [{SPEED:?}, 0, 0]
-        [integration]
-        time_step = {STEP:?}
-        allow_unstable = true
-        [stop]
-        steps = 1000000
-        [output]
-        sample_interval = 1000"
-    )
+    let material = &format!("{table}\nstrength_scatter = {{ {scatter} }}");
+    PulledPairs { count: SPECIMENS, law, material, time_step: STEP, steps: 1_000_000 }.scenario()
 }
 
 /// Steps in which the bonds break, by specimen.
@@ -62,8 +21,8 @@ fn steps_of_breaking(text: &str) -> Vec<u64> {
     let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
     let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
     let mut run = Simulation::new(assembly.state, assembly.model, assembly.schedule).expect("a sound state");
-    let mut steps = vec![0; SPECIMENS as usize];
-    while run.state.broken.len() < SPECIMENS as usize {
+    let mut steps = vec![0; SPECIMENS];
+    while run.state.broken.len() < SPECIMENS {
         let known = run.state.broken.len();
         run.advance().expect("a step");
         for broken in &run.state.broken[known..] {
@@ -100,7 +59,7 @@ fn each_bond_breaks_at_its_own_strength() {
         let found = steps_of_breaking(&specimens(law, table, text));
         for (k, step) in found.iter().enumerate() {
             let id = 2 * k as u32;
-            let wanted = scatter.factor([id, id + 1], area) * 2e-6 / (SPEED * STEP);
+            let wanted = scatter.factor([id, id + 1], area) * 2e-6 / (PulledPairs::SPEED * STEP);
             // Sums of steps in positions near 2 mm: 1e-13 of 1e-8 m.
             let late = *step as f64 - wanted;
             // The forces of a step are those at its start.
@@ -130,7 +89,7 @@ fn small_specimens_give_the_weibull_modulus_back() {
             let middle = 0.5 * (low + high);
             if residual(middle) < 0.0 { low = middle } else { high = middle }
         }
-        let error = 0.78 * modulus / f64::from(SPECIMENS).sqrt();
+        let error = 0.78 * modulus / (SPECIMENS as f64).sqrt();
         println!("modulus {modulus}: found {low:.3}, standard error {error:.3}");
         assert!((low - modulus).abs() < 3.0 * error, "{modulus}: {low}");
     }

@@ -1,58 +1,22 @@
 //! Cracks and acoustic emissions of a finished run.
 
-use std::fmt::Write as _;
-
 use concordem::output::ResultFile;
 use concordem::program::exit;
 use concordem_tests::commands::{concordem, text, write};
+use concordem_tests::pairs::PulledPairs;
 use tempfile::TempDir;
 
 const PAIRS: usize = 40;
 
-/// Pairs of spheres, 10 mm apart, each joined by a beam of its own strength, that are pulled apart.
-fn pairs() -> String {
-    let mut spheres = String::new();
-    for k in 0..PAIRS {
-        let y = 1e-2 * k as f64;
-        write!(spheres, "[0, {y:?}, 0, 1e-3], [2e-3, {y:?}, 0, 1e-3], ").expect("text");
-    }
-    format!(
-        "version = 1
-        [packing]
-        kind = \"spheres\"
-        spheres = [{spheres}]
-        [[material]]
-        name = \"m\"
-        density = 2500
-        cohesive_beam = {{ young = 1e9, radius_ratio = 1, tensile_strength = 1e6 }}
-        strength_scatter = {{ weibull_modulus = 4, seed = 2 }}
-        [bonds]
-        law = \"cohesive_beam\"
-        interaction_ratio = 1.01
-        [contacts]
-        law = \"none\"
-        [[set]]
-        name = \"left\"
-        selection = {{ kind = \"box\", minimum = [-1e-3, -1, -1], maximum = [1e-3, 3, 1] }}
-        [[set]]
-        name = \"right\"
-        selection = {{ kind = \"box\", minimum = [1e-3, -1, -1], maximum = [1, 3, 1] }}
-        [[prescribe]]
-        set = \"left\"
-        velocity = [0, 0, 0]
-        [[prescribe]]
-        set = \"right\"
-        velocity = [1e-3, 0, 0]
-        [integration]
-        time_step = 1e-6
-        allow_unstable = true
-        [stop]
-        steps = 5000
-        [output]
-        sample_interval = 1000
-        "
-    )
-}
+/// Pairs that are pulled apart, joined by beams whose strengths scatter.
+const BEAMS: PulledPairs<'_> = PulledPairs {
+    count: PAIRS,
+    law: "cohesive_beam",
+    material: "cohesive_beam = { young = 1e9, radius_ratio = 1, tensile_strength = 1e6 }
+        strength_scatter = { weibull_modulus = 4, seed = 2 }",
+    time_step: 1e-6,
+    steps: 5000,
+};
 
 /// Numbers of a column of comma-separated values.
 fn column(csv: &str, name: &str) -> Vec<f64> {
@@ -65,7 +29,7 @@ fn column(csv: &str, name: &str) -> Vec<f64> {
 #[test]
 fn breaks_are_counted_by_mode_and_grouped() {
     let folder = TempDir::new().expect("a temporary folder");
-    let scenario = write(folder.path(), "pairs.toml", &pairs());
+    let scenario = write(folder.path(), "pairs.toml", &BEAMS.scenario());
     let given = concordem(["run", "-q", text(&scenario)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     let path = folder.path().join("pairs.h5");
@@ -124,12 +88,8 @@ fn breaks_are_counted_by_mode_and_grouped() {
 #[test]
 fn a_duration_is_asked_for_where_none_follows() {
     let folder = TempDir::new().expect("a temporary folder");
-    let spring = "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 1e6 }";
-    let scenario = pairs()
-        .replace("cohesive_beam = { young = 1e9, radius_ratio = 1, tensile_strength = 1e6 }", spring)
-        .replace("strength_scatter = { weibull_modulus = 4, seed = 2 }", "")
-        .replace("\"cohesive_beam\"", "\"linear_bond\"")
-        .replace("steps = 5000", "steps = 10");
+    let material = "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 1e6 }";
+    let scenario = PulledPairs { law: "linear_bond", material, steps: 10, ..BEAMS }.scenario();
     let scenario = write(folder.path(), "springs.toml", &scenario);
     let given = concordem(["run", "-q", text(&scenario)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
