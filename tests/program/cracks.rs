@@ -94,7 +94,7 @@ fn a_straight_crack_has_the_area_of_the_section() {
         assert_eq!(given.code, exit::DONE, "{}", given.err);
         let given = concordem(["export", "--format", "cracks", text(&folder.path().join("bar.h5"))]);
         assert_eq!(given.code, exit::DONE, "{}", given.err);
-        assert!(given.err.contains("faces with an area of"), "{}", given.err);
+        assert!(given.err.contains("faces of bonds that broke or were damaged, with an area of"), "{}", given.err);
         let again = concordem(["export", "--format", "cracks", text(&folder.path().join("bar.h5"))]);
         assert_eq!(again.code, exit::FILE, "files are kept without --force");
         let page = std::fs::read_to_string(folder.path().join("bar.cracks.vtp")).expect("the file");

@@ -95,9 +95,12 @@ fn write(arguments: &ExportArguments, console: &Console<'_>) -> Result<Exported,
             let written = write_cracks(&result, &stem, arguments.force)?;
             let left_out = match written.without_face {
                 0 => String::new(),
-                count => format!("; {count} more bonds broke whose particles have no common face"),
+                count => format!("; {count} more such bonds have none, because their cells do not touch"),
             };
-            let note = format!("{} faces with an area of {:.6e} m²{left_out}", written.faces, written.area);
+            let note = format!(
+                "{} faces of bonds that broke or were damaged, with an area of {:.6e} m²{left_out}",
+                written.faces, written.area
+            );
             return Ok(Exported { files: vec![written.file], notes: vec![note] });
         }
     };
