@@ -80,10 +80,10 @@ pub fn emissions(breaks: &[Break], distance: f64, duration: f64) -> Result<Vec<E
         }
     }
     for one in breaks {
-        let value = one.time + one.energy + one.position.sum();
+        let value = one.time + one.energy + one.shear_share + one.position.sum();
         if !value.is_finite() {
             return Err(OperatorError::Constant {
-                name: "time, position, or energy",
+                name: "time, position, energy, or share",
                 value,
                 demand: "it must be finite",
             });
@@ -93,13 +93,15 @@ pub fn emissions(breaks: &[Break], distance: f64, duration: f64) -> Result<Vec<E
     // Equal times in the given order: sums have the same bits in every run.
     order.sort_by(|&i, &j| breaks[i].time.total_cmp(&breaks[j].time));
     let sources = connected(breaks, &order, distance, duration);
-    let mut place: HashMap<usize, usize> = HashMap::new();
+    // Number of the event with a source.
+    let mut place = vec![usize::MAX; breaks.len()];
     let mut events: Vec<Emission> = Vec::new();
     for &k in &order {
         let Break { time, position, energy, shear_share } = breaks[k];
         let next = events.len();
-        let at = *place.entry(sources[k]).or_insert(next);
+        let at = place[sources[k]].min(next);
         if at == next {
+            place[sources[k]] = next;
             let position = Vec3::zeros();
             events.push(Emission { time, duration: 0.0, position, breaks: 0, energy: 0.0, shear_share: 0.0 });
         }
@@ -112,7 +114,7 @@ pub fn emissions(breaks: &[Break], distance: f64, duration: f64) -> Result<Vec<E
     }
     let mut first: Vec<Vec3> = vec![Vec3::zeros(); events.len()];
     for &k in order.iter().rev() {
-        first[place[&sources[k]]] = breaks[k].position;
+        first[place[sources[k]]] = breaks[k].position;
     }
     for (event, first) in events.iter_mut().zip(first) {
         if event.energy > 0.0 {
@@ -128,23 +130,34 @@ pub fn emissions(breaks: &[Break], distance: f64, duration: f64) -> Result<Vec<E
 /// For each break the number of one break of its event. `order`: breaks by time.
 fn connected(breaks: &[Break], order: &[usize], distance: f64, duration: f64) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..breaks.len()).collect();
-    let box_of = |x: &Vec3| [x.x, x.y, x.z].map(|coordinate| (coordinate / distance).floor() as i64);
-    // Breaks by boxes of the edge `distance`, in the order of time.
-    let mut boxes: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-    for &k in order {
-        let Break { time, position, .. } = breaks[k];
-        let [x, y, z] = box_of(&position);
-        for near in (0..27).map(|n| [x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1]) {
-            let Some(others) = boxes.get(&near) else { continue };
-            let recent = others.iter().rev().take_while(|&&other| time - breaks[other].time <= duration);
-            for &other in recent {
-                if (breaks[other].position - position).norm() <= distance {
-                    let (one, two) = (root(&mut parent, k), root(&mut parent, other));
-                    parent[one.max(two)] = one.min(two);
-                }
+    let box_of = |x: &Vec3| [x.z, x.y, x.x].map(|coordinate| (coordinate / distance).floor() as i64);
+    // Breaks by boxes of the edge `distance`, and in a box by time, for the sort is stable.
+    let mut sorted: Vec<([i64; 3], usize)> = order.iter().map(|&k| (box_of(&breaks[k].position), k)).collect();
+    sorted.sort_by_key(|&(place, _)| place);
+    let boxes: Vec<&[([i64; 3], usize)]> = sorted.chunk_by(|one, other| one.0 == other.0).collect();
+    let mut join = |one: usize, other: usize| {
+        if (breaks[one].position - breaks[other].position).norm() <= distance {
+            let (one, other) = (root(&mut parent, one), root(&mut parent, other));
+            parent[one.max(other)] = one.min(other);
+        }
+    };
+    let late = |one: usize, other: usize| breaks[other].time - breaks[one].time > duration;
+    // Each box with itself and the neighbors after it: as boxes are passed in order, so are those at each offset.
+    for near in (13..27).map(|n| [n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1]) {
+        let mut at = 0;
+        for own in &boxes {
+            let wanted: [i64; 3] = std::array::from_fn(|axis| own[0].0[axis].saturating_add(near[axis]));
+            while boxes.get(at).is_some_and(|other| other[0].0 < wanted) {
+                at += 1;
+            }
+            let Some(others) = boxes.get(at).filter(|others| others[0].0 == wanted) else { continue };
+            let mut from = 0;
+            for &(_, one) in *own {
+                from += others[from..].iter().take_while(|(_, other)| late(*other, one)).count();
+                let recent = others[from..].iter().take_while(|(_, other)| !late(one, *other));
+                recent.for_each(|&(_, other)| join(one, other));
             }
         }
-        boxes.entry([x, y, z]).or_default().push(k);
     }
     (0..breaks.len()).map(|k| root(&mut parent, k)).collect()
 }
@@ -314,6 +327,7 @@ mod tests {
     fn what_has_no_meaning_is_refused() {
         let at = |time: f64| Break { time, position: Vec3::zeros(), energy: 1.0, shear_share: 0.0 };
         assert!(emissions(&[at(f64::NAN)], 1.0, 1.0).is_err());
+        assert!(emissions(&[Break { shear_share: f64::NAN, ..at(0.0) }], 1.0, 1.0).is_err());
         for (distance, duration) in [(0.0, 1.0), (1.0, -1.0), (f64::INFINITY, 1.0), (1.0, f64::NAN)] {
             assert!(emissions(&[at(0.0)], distance, duration).is_err());
         }
