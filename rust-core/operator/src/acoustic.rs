@@ -9,6 +9,9 @@
 //! **b-value.** The numbers of events above a magnitude fall as `10^(−bM)` above the magnitude of completeness `M_c`. By maximum likelihood
 //! `b = log₁₀ e/(mean(M) − M_c)` over the events with `M ≥ M_c`, with the standard error `b/√n` (Aki 1965).
 
+pub mod load;
+pub mod source;
+
 use std::collections::HashMap;
 
 use concordem_contact::math::Vec3;
