@@ -20,7 +20,7 @@ constexpr static const size_t CONCORDEM_LONGEST = 11;
 constexpr static const size_t CONCORDEM_TOTALS = 12;
 
 /// Number of reals per row of [`concordem_network_take_breaks`].
-constexpr static const size_t CONCORDEM_BREAK = 11;
+constexpr static const size_t CONCORDEM_BREAK = 12;
 
 /// Number of reals per row of [`concordem_network_rows`].
 constexpr static const size_t CONCORDEM_ROW = 16;

@@ -108,7 +108,7 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                 let point = *k.point();
                 frame = PreviousGeometry { normal: point.normal, length: point.length };
                 bond_history = answer.state;
-                if answer.status == Status::Broke {
+                if answer.status.is_broken() {
                     bonded = false;
                     kept = law
                         .kept_reference(concordem_contact::law::Reference { length: rest, area: geometry.area })

@@ -16,7 +16,7 @@ pub const LONGEST: usize = 11;
 /// Number of reals in [`concordem_network_totals`].
 pub const TOTALS: usize = 12;
 /// Number of reals per row of [`concordem_network_take_breaks`].
-pub const BREAK: usize = 11;
+pub const BREAK: usize = 12;
 /// Number of reals per row of [`concordem_network_rows`].
 pub const ROW: usize = 16;
 

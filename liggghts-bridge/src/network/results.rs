@@ -38,15 +38,28 @@ pub struct Sums {
 }
 
 /// Reals of a row of [`Network::take_breaks`].
-pub const BREAK: usize = 11;
+pub const BREAK: usize = 12;
 
 /// A bond that broke: the lower id, the other one, step, contact point (m), fractions of normal, shear, bending, and twist in the energy that it
-/// stored, and dissipated energy (J).
+/// stored, dissipated energy (J), and 1 if shear broke it by a criterion of shear, else 0.
 pub(super) fn row_of_break([a, b]: [Tag; 2], step: i64, event: &BondEvent) -> [f64; BREAK] {
     let sum: f64 = event.stored.iter().sum();
     let [normal, shear, bending, twist] = event.stored.map(|part| if sum > 0.0 { part / sum } else { 0.0 });
     let [x, y, z] = event.position.into();
-    [a as f64, b as f64, step as f64, x, y, z, normal, shear, bending, twist, event.energy]
+    [
+        a as f64,
+        b as f64,
+        step as f64,
+        x,
+        y,
+        z,
+        normal,
+        shear,
+        bending,
+        twist,
+        event.energy,
+        f64::from(u8::from(event.in_shear)),
+    ]
 }
 
 /// Number of reals in [`Network::totals`].

@@ -167,7 +167,7 @@ impl<S: Copy + Default> PairContact<S> {
                 energy.stored = stored(&response.energy);
                 return stepped.wrenches();
             }
-            Status::Broke => flags.bits |= ContactFlags::BROKEN,
+            Status::Broke | Status::BrokeInShear => flags.bits |= ContactFlags::BROKEN,
             Status::Opened => flags.bits &= !ContactFlags::ACTIVE,
         }
         energy.stored = 0.0;

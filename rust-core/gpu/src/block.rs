@@ -293,7 +293,9 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
             let [x, y, z, energy, damage, stored @ ..] = entry;
             let position = Vec3::new(x, y, z);
             let fails = L::OUTLIVES_FAILURE && damage >= 1.0;
-            (reported[k], BondEvent { pair, broke: false, fails, damage, position, energy, stored })
+            // A bond that outlives its failure failed in shear, under pressure.
+            let in_shear = fails;
+            (reported[k], BondEvent { pair, broke: false, fails, in_shear, damage, position, energy, stored })
         };
         Ok(pairs.into_iter().zip(entries).map(event).collect())
     }

@@ -115,7 +115,7 @@ pub fn evaluate<L: ContactLaw>(
     let Response { force, moment, state, status, energy } = stepped.response;
     let point = stepped.point();
     contact.previous = stepped.geometry();
-    if status == Status::Broke {
+    if status.is_broken() {
         return None;
     }
     if status == Status::Opened {
@@ -129,7 +129,7 @@ pub fn evaluate<L: ContactLaw>(
     let damage = L::damage(&state);
     if damage >= shared.threshold && !contact.flags.has(ContactFlags::REPORTED) {
         let [[x, y, z]] = (a.motion.position + point.normal * point.arm_a).data.0;
-        let (released, [normal, shear, bending, twist]) = L::event(&stepped.response);
+        let (released, [normal, shear, bending, twist], _) = L::event(&stepped.response);
         if !log(&[x, y, z, released, damage, normal, shear, bending, twist]) {
             return None;
         }

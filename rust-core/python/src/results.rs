@@ -137,6 +137,7 @@ pub fn events<'py>(py: Python<'py>, events: &[Event]) -> PyResult<Bound<'py, PyA
         ("b", "1", of(py, events, |e| e.id_b)),
         ("position", "m", vectors(py, &positions)?.into_any()),
         ("mode_shares", "1", rows::<_, f64>(py, &shares, 4)?.into_any()),
+        ("in_shear", "1", of(py, events, |e| e.in_shear)),
         ("energy", "J", of(py, events, |e| e.energy)),
         ("damage", "1", of(py, events, |e| e.damage)),
     ];

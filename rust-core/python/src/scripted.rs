@@ -179,6 +179,7 @@ impl ScriptedLaw {
                 let status = match status[k] as u8 {
                     0 => Status::Lives,
                     1 => Status::Broke,
+                    3 => Status::BrokeInShear,
                     _ => Status::Opened,
                 };
                 responses.push(contact.response(state, status, energy.map(|all| &all[6 * k..6 * k + 6])));
@@ -221,7 +222,7 @@ impl Moved<'_> {
                 match status {
                     Status::Lives => EnergySplit { stored_normal: work, ..EnergySplit::default() },
                     // Less than nothing is an error of the trapezoidal rule, as at the kink where a contact begins.
-                    Status::Broke => {
+                    Status::Broke | Status::BrokeInShear => {
                         let (damage, integration) = (work.max(0.0), work.min(0.0));
                         EnergySplit { stored_normal: damage, damage, integration, ..EnergySplit::default() }
                     }

@@ -160,7 +160,7 @@ unsafe fn step<L: ContactLaw, const BONDED: bool>(law: &L, c: &mut LawContact) -
     unsafe { std::ptr::copy_nonoverlapping(response.state.as_reals().as_ptr(), c.history, width) };
     match response.status {
         Status::Lives => BondOutcome::Lives,
-        Status::Broke => BondOutcome::Broke,
+        Status::Broke | Status::BrokeInShear => BondOutcome::Broke,
         Status::Opened => BondOutcome::Opened,
     }
 }

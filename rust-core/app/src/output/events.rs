@@ -39,6 +39,10 @@ pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Resul
     let shares = all().flat_map(|e| e.mode_shares);
     let meaning = "Shares of normal, shear, bending, and twist deformation in the energy stored before the event.";
     column(group, ("mode_shares", "1", 4), shares, meaning, path)?;
+    let in_shear = all().map(|e| u8::from(e.in_shear));
+    let meaning =
+        "1 if shear made the bond fail, where its law has a criterion of shear besides one of tension; else 0.";
+    column(group, ("in_shear", "1", 1), in_shear, meaning, path)?;
     let meaning = "Energy dissipated by damage of the bond in this step, including what it still stored if it broke.";
     column(group, ("energy", "J", 1), all().map(|e| e.energy), meaning, path)?;
     let meaning = "Damage after the event: 0 intact, 1 without strength.";
@@ -54,10 +58,11 @@ pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, Outpu
     let id_b: Vec<u32> = hdf::read_array(group, "id_b", path)?;
     let position: Vec<f64> = hdf::read_array(group, "position", path)?;
     let shares: Vec<f64> = hdf::read_array(group, "mode_shares", path)?;
+    let in_shear: Vec<u8> = hdf::read_array(group, "in_shear", path)?;
     let energy: Vec<f64> = hdf::read_array(group, "energy", path)?;
     let damage: Vec<f64> = hdf::read_array(group, "damage", path)?;
     let count = time.len();
-    let lengths = [step.len(), id_a.len(), id_b.len(), energy.len(), damage.len()];
+    let lengths = [step.len(), id_a.len(), id_b.len(), in_shear.len(), energy.len(), damage.len()];
     if lengths.iter().any(|&n| n != count) || position.len() != 3 * count || shares.len() != 4 * count {
         let problem = "the columns of `events` have different lengths".to_owned();
         return Err(OutputError::Damaged { path: path.to_owned(), problem });
@@ -69,6 +74,7 @@ pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, Outpu
         id_b: id_b[k],
         position: Vec3::from_column_slice(&position[3 * k..3 * k + 3]),
         mode_shares: [shares[4 * k], shares[4 * k + 1], shares[4 * k + 2], shares[4 * k + 3]],
+        in_shear: in_shear[k] != 0,
         energy: energy[k],
         damage: damage[k],
     };

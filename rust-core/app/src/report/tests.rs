@@ -107,6 +107,7 @@ fn synthetic_run(path: &Path, peak_stress: f64, peak_strain: f64, scenario: Stri
             id_b: k as u32 + 1,
             position: Vec3::new(x, y, z),
             mode_shares: [1.0, 0.0, 0.0, 0.0],
+            in_shear: false,
             energy: 1e-6,
             damage: 0.9 + 0.1 * uniform(),
         });

@@ -1,7 +1,6 @@
 //! Standard paths of a single contact and their comparison with closed forms.
 
 use super::{Finding, Host, MotionMeasure, Station, Subject, Window, distance, drive, largest, legs, norm};
-use crate::law::Status;
 
 /// One step of an atlas path: input of a closed form.
 #[derive(Debug, Clone, Copy)]
@@ -85,13 +84,13 @@ pub fn atlas<H: Host, F: FnMut(&Observed) -> Option<[f64; 3]>>(
             let k = &record.kinematics;
             let station = Station { elongation: k.elongation, ..*station };
             let Some(force) = expected(&Observed { station, gap: k.gap, dt: subject.dt, step }) else {
-                if record.response.status != Status::Broke {
+                if !record.response.status.is_broken() {
                     error = f64::INFINITY;
                 }
                 break;
             };
             scale = scale.max(norm(&force));
-            let broken = if record.response.status == Status::Broke { f64::INFINITY } else { 0.0 };
+            let broken = if record.response.status.is_broken() { f64::INFINITY } else { 0.0 };
             error = largest([error, distance(&force, &record.force) + broken].into_iter());
         }
         // A path without any force must agree exactly.

@@ -85,7 +85,7 @@ pub(super) fn drive_with<H: Host>(
         let local = rotate(&axes.conjugate(), &response.force);
         let record = Record { kinematics, old: state, response, released, work, force: local.into() };
         records.push(record);
-        if response.status == Status::Broke {
+        if response.status.is_broken() {
             break;
         }
         state = response.state;
@@ -104,7 +104,7 @@ pub(super) fn clear_void_parts<S: LawState>(response: &mut Response<S>) -> f64 {
         response.moment = Vec3::zeros();
         response.state = S::default();
     }
-    if response.status != Status::Broke {
+    if !response.status.is_broken() {
         return 0.0;
     }
     let released = response.energy.stored();

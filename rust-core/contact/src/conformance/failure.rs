@@ -3,7 +3,6 @@
 use super::{
     Finding, Host, MotionMeasure, PULL_STEPS, Record, Station, Subject, distance, drive_with, largest, legs, norm,
 };
-use crate::law::Status;
 
 /// Forces and energies of a contact that is pulled to failure.
 struct Failure {
@@ -34,7 +33,7 @@ fn pull<H: Host>(subject: &Subject<H>, steps: usize) -> Failure {
     let mut out =
         Failure { jump: steps_of(&records) / peak, loss: 0.0, ordinary: 1.0, damage: 0.0, released: 0.0, stored: 0.0 };
     if let [before @ .., last] = records.as_slice()
-        && last.response.status == Status::Broke
+        && last.response.status.is_broken()
     {
         out.ordinary = steps_of(before) / strength;
         out.damage = last.response.energy.damage;

@@ -191,7 +191,7 @@ pub fn drive<H: FrameHost>(
             moments: moments.map(|m| local(&m)),
             work,
         });
-        if response.status == Status::Broke {
+        if response.status.is_broken() {
             break;
         }
         state = response.state;
@@ -442,7 +442,7 @@ fn brittleness<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
     let stations = legs(&[FrameStation::default(), pulled], 400);
     let records = drive(subject, &stations, &at_rest, &starts(1), false);
     let Some(last) = records.last() else { return };
-    let broke = f64::from(u8::from(last.response.status == Status::Broke));
+    let broke = f64::from(u8::from(last.response.status.is_broken()));
     findings.push(Finding::at_least("the bond breaks when pulled", broke, 1.0, "declared"));
     let damage = last.response.energy.damage;
     findings.push(Finding::at_most(

@@ -231,12 +231,14 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// Whether a bond whose damage is 1 lives on while it presses. The event log tells of its damage, and its end is no further event.
     const OUTLIVES_FAILURE: bool = false;
 
-    /// What the event log says of a bond in the step in which it is damaged or breaks: its energy, J, and the energies of normal, shear,
-    /// bending, and twist deformation (J) that give the shares of the modes. Default: the damage, and what the bond stores.
+    /// What the event log says of a bond in the step in which it is damaged or breaks: its energy, J, the energies of normal, shear,
+    /// bending, and twist deformation (J) that give the shares of the modes, and whether shear made it fail. Default: the damage, what the
+    /// bond stores, and its status.
     #[inline(always)]
-    fn event(response: &Response<Self::State>) -> (f64, [f64; 4]) {
+    fn event(response: &Response<Self::State>) -> (f64, [f64; 4], bool) {
         let EnergySplit { damage, stored_normal, stored_shear, stored_bending, stored_twist, .. } = response.energy;
-        (damage, [stored_normal, stored_shear, stored_bending, stored_twist])
+        let in_shear = response.status == Status::BrokeInShear;
+        (damage, [stored_normal, stored_shear, stored_bending, stored_twist], in_shear)
     }
 
     /// Lost fraction of the contact's strength, 0 to 1, if it differs from [`Self::damage`].
@@ -332,8 +334,18 @@ pub enum Status {
     /// pair continues as an unbonded contact. [`EnergySplit::damage`] contains the released energy; the `stored_*` fields
     /// give its modes for the event log.
     Broke,
+    /// As [`Self::Broke`], and shear broke it, where the law has a criterion of shear besides one of tension.
+    BrokeInShear,
     /// An unbonded contact opened or was never closed: the force is zero, and the history is deleted.
     Opened,
+}
+
+impl Status {
+    /// Whether a bond broke, in whatever way.
+    #[inline(always)]
+    pub const fn is_broken(self) -> bool {
+        matches!(self, Self::Broke | Self::BrokeInShear)
+    }
 }
 
 /// Energies of one contact, J: stored energies are state functions, dissipated energies are increments of this step. Each

@@ -27,7 +27,7 @@ pub struct Records {
 }
 
 /// Numbers of an event in a row.
-const EVENT: usize = 13;
+const EVENT: usize = 14;
 
 impl Records {
     /// No records of this schedule.
@@ -194,9 +194,9 @@ impl WriteColumns for Kept<'_> {
 
 /// An event as a row; whole numbers are exact.
 fn reals_of(event: &Event) -> [f64; EVENT] {
-    let Event { time, step, id_a, id_b, position: x, mode_shares: m, energy, damage } = *event;
+    let Event { time, step, id_a, id_b, position: x, mode_shares: m, in_shear, energy, damage } = *event;
     let [step, a, b] = [step as f64, f64::from(id_a), f64::from(id_b)];
-    [time, step, a, b, x.x, x.y, x.z, m[0], m[1], m[2], m[3], energy, damage]
+    [time, step, a, b, x.x, x.y, x.z, m[0], m[1], m[2], m[3], f64::from(u8::from(in_shear)), energy, damage]
 }
 
 /// The event of a row.
@@ -208,7 +208,8 @@ fn event(row: &[f64]) -> Event {
         id_b: row[3] as u32,
         position: Vec3::new(row[4], row[5], row[6]),
         mode_shares: [row[7], row[8], row[9], row[10]],
-        energy: row[11],
-        damage: row[12],
+        in_shear: row[11] != 0.0,
+        energy: row[12],
+        damage: row[13],
     }
 }

@@ -496,6 +496,7 @@ impl Simulation {
             id_b: ids[0].max(ids[1]),
             position: bond_event.position,
             mode_shares: [fraction(0), fraction(1), fraction(2), fraction(3)],
+            in_shear: bond_event.in_shear,
             energy: bond_event.energy,
             damage: bond_event.damage,
         }

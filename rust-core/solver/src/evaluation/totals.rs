@@ -14,6 +14,8 @@ pub struct BondEvent {
     pub broke: bool,
     /// Whether it lost its cohesion in this step. Not if it broke and had lost it before, as an earlier event told.
     pub fails: bool,
+    /// Whether shear made it fail, where its law has a criterion of shear.
+    pub in_shear: bool,
     /// Damage reached.
     pub damage: f64,
     /// Contact point, m.

@@ -72,7 +72,7 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
         if response.status != Status::Lives {
             let failed = L::OUTLIVES_FAILURE && L::damage(&self.tile.history.get(k)) >= 1.0;
             self.tile.history.set(k, end(flags, response.status, response.state));
-            if response.status == Status::Broke {
+            if response.status.is_broken() {
                 let position = self.context.poses[a].position + normal * arm_a;
                 let row = flags.row as usize;
                 let offset = point.geometry.reference_length - self.rows[row].unstrained_length(&point.geometry);
@@ -82,8 +82,8 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
                     dissipated -= undone;
                     totals.energy.integration += undone;
                 }
-                let (energy, stored) = L::event(response);
-                log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, [true, !failed]);
+                let (energy, stored, in_shear) = L::event(response);
+                log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, [true, !failed, in_shear]);
             } else if !begins {
                 log_opening(&mut totals.opened, pair);
             }
@@ -100,8 +100,8 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
         if damage >= self.context.damage_threshold && !flags.has(ContactFlags::REPORTED) {
             flags.bits |= ContactFlags::REPORTED;
             let position = self.context.poses[a].position + normal * arm_a;
-            let ((energy, stored), fails) = (L::event(response), L::OUTLIVES_FAILURE && damage >= 1.0);
-            log_event(&mut totals.bond_events, pair, damage, position, energy, stored, [false, fails]);
+            let ((energy, stored, in_shear), fails) = (L::event(response), L::OUTLIVES_FAILURE && damage >= 1.0);
+            log_event(&mut totals.bond_events, pair, damage, position, energy, stored, [false, fails, in_shear]);
         }
         if K::SAMPLE && self.context.heats {
             log_heat(&mut totals.dissipated, pair, dissipated);
@@ -375,7 +375,7 @@ fn not_released([old, now]: [f64; 2], energy: &EnergySplit) -> f64 {
 /// Mark a contact that broke or opened; returns the history that it keeps. `last`: its history after the step.
 #[inline(always)]
 fn end<S: LawState>(flags: &mut ContactFlags, status: Status, last: S) -> S {
-    if status == Status::Broke {
+    if status.is_broken() {
         flags.bits |= ContactFlags::BROKEN;
         last
     } else {
@@ -400,7 +400,7 @@ pub(super) fn log_heat(log: &mut Vec<(Pair, f64)>, pair: Pair, energy: f64) {
     }
 }
 
-/// Add a bond event to the log. The last argument: whether the bond broke, and whether it lost its cohesion.
+/// Add a bond event to the log. The last argument: whether the bond broke, whether it lost its cohesion, and whether in shear.
 ///
 /// Takes scalars: if any part of a [`Response`] went to a cold function, even as a copy, the compiler would keep the
 /// responses of all contacts in memory instead of registers.
@@ -413,7 +413,7 @@ fn log_event(
     position: Vec3,
     energy: f64,
     stored: [f64; 4],
-    [broke, fails]: [bool; 2],
+    [broke, fails, in_shear]: [bool; 3],
 ) {
-    log.push(BondEvent { pair, broke, fails, damage, position, energy, stored });
+    log.push(BondEvent { pair, broke, fails, in_shear, damage, position, energy, stored });
 }

@@ -68,7 +68,7 @@ fn reversible_work<L: ContactLaw>(
     // A contact that ended stores nothing and has no force, but the response keeps the modes of the released energy.
     let (stored, force, moment) = match response.status {
         Status::Lives => (response.energy.stored(), response.force, response.moment),
-        Status::Broke | Status::Opened => Default::default(),
+        Status::Broke | Status::BrokeInShear | Status::Opened => Default::default(),
     };
     stored + ledger - 0.5 * kinematics.bond_work(&(force + dashpot), &moment)
 }

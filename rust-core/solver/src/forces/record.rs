@@ -43,7 +43,7 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
     let stepped = step(law, &contact, &ends, &How { measure: context.mode, dt: context.dt, factors });
     let Response { force, moment, status, state, .. } = stepped.response;
     match status {
-        Status::Broke => return ContactRecord { force: None, damage: [1.0; 2] },
+        Status::Broke | Status::BrokeInShear => return ContactRecord { force: None, damage: [1.0; 2] },
         Status::Opened => return ContactRecord::default(),
         Status::Lives => {}
     }

@@ -306,11 +306,12 @@ impl WallEvaluator<'_> {
         let arm = closest_point.normal * closest_point.distance;
         let point = context.particles.position[self.particle] + arm;
         if response.status != Status::Lives {
-            if response.status == Status::Broke {
+            if response.status.is_broken() {
                 self.totals.bond_events.push(BondEvent {
                     pair: block.pair[k],
                     broke: true,
                     fails: true,
+                    in_shear: response.status == Status::BrokeInShear,
                     damage: 1.0,
                     position: point,
                     energy: response.energy.damage,

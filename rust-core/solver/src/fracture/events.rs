@@ -18,6 +18,8 @@ pub struct Event {
     /// Fractions of normal, shear, bending, and twist deformation in the energy stored before the event; their sum is 1, or
     /// 0 if no energy was stored.
     pub mode_shares: [f64; 4],
+    /// Whether shear made the bond fail, where its law has a criterion of shear besides one of tension.
+    pub in_shear: bool,
     /// Energy dissipated by damage of the contact in this step, J; for a broken bond including the energy it still stored.
     pub energy: f64,
     /// Damage after the event: 0 intact, 1 without strength.

@@ -221,6 +221,7 @@ fn polydata(cracks: &[Crack]) -> String {
     array(&mut text, "Float64", "energy", 1, each(&|crack| crack.event.energy));
     array(&mut text, "Float64", "mode_shares", 4, cracks.iter().flat_map(|crack| crack.event.mode_shares));
     array(&mut text, "UInt8", "mode", 1, cracks.iter().map(|crack| mode(&crack.event.mode_shares)));
+    array(&mut text, "UInt8", "in_shear", 1, cracks.iter().map(|crack| u8::from(crack.event.in_shear)));
     array(&mut text, "UInt16", "materials", 2, cracks.iter().flat_map(|crack| crack.materials));
     array(&mut text, "UInt32", "ids", 2, cracks.iter().flat_map(|crack| [crack.event.id_a, crack.event.id_b]));
     text + "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n"

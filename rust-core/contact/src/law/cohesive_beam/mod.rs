@@ -351,16 +351,16 @@ impl CohesiveBeam {
         }
     }
 
-    /// Whether these stresses and this force (N) break the beam.
+    /// Whether these stresses and this force (N) break the beam: in tension, and in shear.
     #[inline(always)]
-    fn breaks(&self, area: f64, stresses: &SectionStresses, branch: &Vec3, force: &Vec3) -> bool {
+    fn breaks(&self, area: f64, stresses: &SectionStresses, branch: &Vec3, force: &Vec3) -> [bool; 2] {
         if self.shear.is_given() {
             let share = self.shear.moment_share;
             let tension = stresses.normal + share * stresses.bending;
             let shear = norm(&across(branch, *force)) / area + share * stresses.torsion.abs();
-            (tension >= self.strength) | (shear >= self.shear.limit(stresses.normal))
+            [tension >= self.strength, shear >= self.shear.limit(stresses.normal)]
         } else {
-            stresses.principal() >= self.strength
+            [stresses.principal() >= self.strength, false]
         }
     }
 }
@@ -456,17 +456,20 @@ impl ContactLaw for CohesiveBeam {
             EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, ..EnergySplit::default() };
         let state = CohesiveBeamState { rest_direction: rest.direction, rest_rotation: rest.rotation };
         let can_fail = self.strength.is_finite() || self.shear.is_given();
-        let fails = can_fail && {
+        let [tension, shear] = if can_fail {
             let bending = self.bending(&point.normal, &forces);
             let stresses = SectionStresses::of(geometry.area, axial, &point.normal, &forces, bending);
             self.breaks(geometry.area, &stresses, &point.normal, &force)
+        } else {
+            [false; 2]
         };
-        if fails || rotations.turned_too_far() || !point.bonded {
+        if tension || shear || rotations.turned_too_far() || !point.bonded {
             // The forces of this step are void, and the stored energy is released. It contains the half of this step's
             // work that the void forces would have done. That work was not done; it is booked as integration.
             energy.damage = energy.stored();
             energy.integration = -0.5 * kinematics.work(&force, &moment_a, &moment_b);
-            return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, status: Status::Broke, energy };
+            let status = if shear && !tension { Status::BrokeInShear } else { Status::Broke };
+            return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, status, energy };
         }
         Response { force, moment: forces.moment(), state, status: Status::Lives, energy }
     }
@@ -496,10 +499,10 @@ impl ContactLaw for CohesiveBeam {
         let bending = forces.bending(&branch.normal);
         let area = point.geometry.area;
         let stresses = SectionStresses::of(area, axial, &branch.normal, &forces, bending);
-        let breaks = self.breaks(area, &stresses, &branch.normal, &forces.force);
+        let [tension, shear] = self.breaks(area, &stresses, &branch.normal, &forces.force);
         let known = rest.direction.norm_squared() > 0.0;
         let response = Response { moment: forces.moment(), ..Response::of_force(forces.force, *old) };
-        (response, !breaks & small & known & point.bonded)
+        (response, !(tension | shear) & small & known & point.bonded)
     }
 
     /// Slender and Timoshenko beams with the default criterion.

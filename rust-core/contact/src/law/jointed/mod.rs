@@ -271,7 +271,7 @@ impl JointedContact {
         let (stored_normal, stored_shear) = if shear { (0.0, damage) } else { (damage, 0.0) };
         let energy =
             EnergySplit { stored_normal, stored_shear, damage, integration: -0.5 * undone, ..EnergySplit::default() };
-        ended(Status::Broke, energy)
+        ended(if shear { Status::BrokeInShear } else { Status::Broke }, energy)
     }
 
     /// A contact without bond opens, or a cracked bond does.
@@ -387,12 +387,12 @@ impl ContactLaw for Jointed {
 
     /// Under pressure only shear cracks a bond, and the energy of its shear is the most that the crack sets free.
     #[inline(always)]
-    fn event(response: &Response<JointedState>) -> (f64, [f64; 4]) {
+    fn event(response: &Response<JointedState>) -> (f64, [f64; 4], bool) {
         let EnergySplit { stored_normal, stored_shear, damage, .. } = response.energy;
-        if response.status == Status::Broke {
-            (damage, [stored_normal, stored_shear, 0.0, 0.0])
+        if response.status.is_broken() {
+            (damage, [stored_normal, stored_shear, 0.0, 0.0], response.status == Status::BrokeInShear)
         } else {
-            (stored_shear, [0.0, stored_shear, 0.0, 0.0])
+            (stored_shear, [0.0, stored_shear, 0.0, 0.0], true)
         }
     }
 }

@@ -159,7 +159,8 @@ fn the_failure_envelope_is_a_cone_with_a_lid() {
         let holds = at(limit * (1.0 - 1e-12));
         assert_eq!((holds.status, holds.state.crack), (Status::Lives, 0.0), "direction {direction}");
         let cracks = at(limit * (1.0 + 1e-12));
-        let (energy, [normal, shear, ..]) = Jointed::event(&cracks);
+        let (energy, [normal, shear, ..], is_shear) = Jointed::event(&cracks);
+        assert_eq!(is_shear, of_shear <= of_tension, "direction {direction}");
         if of_tension < of_shear {
             in_tension += 1;
             assert_eq!((cracks.status, shear), (Status::Broke, 0.0), "direction {direction}");
@@ -167,7 +168,11 @@ fn the_failure_envelope_is_a_cone_with_a_lid() {
         } else {
             in_shear += 1;
             let pressed = cosine < 0.0;
-            assert_eq!(cracks.status, if pressed { Status::Lives } else { Status::Broke }, "direction {direction}");
+            assert_eq!(
+                cracks.status,
+                if pressed { Status::Lives } else { Status::BrokeInShear },
+                "direction {direction}"
+            );
             assert_eq!((normal, Jointed::damage(&cracks.state)), (0.0, f64::from(u8::from(pressed))));
             assert!(shear > 0.0 && energy == shear);
         }

@@ -148,7 +148,7 @@ impl LinearBond {
         if self.subtract_initial_gap { kinematics.elongation } else { kinematics.gap }
     }
 
-    /// Response of the unbroken bond, and whether it fails. `DASHPOTS`: false if neither the law nor the last step has dashpot forces; then the
+    /// Response of the unbroken bond, and whether it fails in tension, and in shear. `DASHPOTS`: false if neither the law nor the last step has dashpot forces; then the
     /// response leaves them out. For finite motion, the bits are the same.
     #[inline(always)]
     fn intact<const DASHPOTS: bool>(
@@ -157,7 +157,7 @@ impl LinearBond {
         old: &LinearBondState,
         (normal_viscosity, shear_viscosity): (f64, f64),
         dt: f64,
-    ) -> (Response<LinearBondState>, bool) {
+    ) -> (Response<LinearBondState>, [bool; 2]) {
         let rate = reciprocal_of_step(dt);
         let stretch = self.stretch(kinematics);
         let lengthening = kinematics.length - kinematics.length_old;
@@ -174,7 +174,7 @@ impl LinearBond {
 
         let normal_force = elastic_normal + normal_dashpot;
         let shear_force = elastic_shear + shear_dashpot;
-        let fails = normal_force >= self.normal_strength || norm(&shear_force) >= self.shear_strength;
+        let fails = [normal_force >= self.normal_strength, norm(&shear_force) >= self.shear_strength];
         let stored_normal = 0.5 * elastic_normal * stretch;
         let stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
         let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
@@ -222,8 +222,9 @@ impl ContactLaw for LinearBond {
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &LinearBondState, dt: f64) -> Response<LinearBondState> {
-        let (response, fails) = self.intact::<true>(kinematics, old, self.dashpots(&kinematics.geometry), dt);
-        if !fails && kinematics.bonded {
+        let (response, [tension, shear]) =
+            self.intact::<true>(kinematics, old, self.dashpots(&kinematics.geometry), dt);
+        if !(tension || shear) && kinematics.bonded {
             return response;
         }
         // The forces of this step are void, and the stored energy is released. It contains the half of this step's work
@@ -243,7 +244,7 @@ impl ContactLaw for LinearBond {
             force: Vec3::zeros(),
             moment: Vec3::zeros(),
             state: LinearBondState::default(),
-            status: Status::Broke,
+            status: if shear && !tension { Status::BrokeInShear } else { Status::Broke },
             energy,
         }
     }
@@ -266,12 +267,12 @@ impl ContactLaw for LinearBond {
         given: &Given,
         dt: f64,
     ) -> (Response<LinearBondState>, bool) {
-        let (response, fails) = if given.reduced {
+        let (response, [tension, shear]) = if given.reduced {
             self.intact::<false>(kinematics, old, (0.0, 0.0), dt)
         } else {
             self.intact::<true>(kinematics, old, self.dashpots(&kinematics.geometry), dt)
         };
-        (response, !fails & kinematics.bonded)
+        (response, !(tension | shear) & kinematics.bonded)
     }
 
     #[inline(always)]

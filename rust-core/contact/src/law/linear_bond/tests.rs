@@ -120,7 +120,7 @@ fn which_strength_breaks() {
     assert_eq!(at(0.9e-3, 0.0).status, Status::Lives);
     assert_eq!(at(1.1e-3, 0.0).status, Status::Broke);
     assert_eq!(at(-0.5, 2.4e-3).status, Status::Lives);
-    assert_eq!(at(-0.5, 2.6e-3).status, Status::Broke);
+    assert_eq!(at(-0.5, 2.6e-3).status, Status::BrokeInShear);
     let broken = at(1.1e-3, 0.0);
     assert_eq!(broken.force, Vec3::zeros());
     assert_eq!(broken.energy.damage, 0.5 * (1e6 * 1.1e-3) * 1.1e-3);
@@ -155,9 +155,10 @@ fn dashpots_break_bonds() {
     };
     // 500 N of the spring; the dashpot takes the other 500 N at this rate.
     let (rate, shear_rate) = (500.0 / normal_viscosity, 500.0 / shear_viscosity);
-    for (factor, expected) in [(0.99, Status::Lives), (1.01, Status::Broke)] {
-        assert_eq!(status(0.5e-3, factor * rate, 0.0, 0.0), expected);
-        assert_eq!(status(0.0, 0.0, 1.25e-3, factor * shear_rate), expected);
+    for (factor, tension, shear) in [(0.99, Status::Lives, Status::Lives), (1.01, Status::Broke, Status::BrokeInShear)]
+    {
+        assert_eq!(status(0.5e-3, factor * rate, 0.0, 0.0), tension);
+        assert_eq!(status(0.0, 0.0, 1.25e-3, factor * shear_rate), shear);
     }
     assert_eq!(status(1.2e-3, -rate, 0.0, 0.0), Status::Lives);
     assert_eq!(status(0.0, 0.0, 3e-3, -shear_rate), Status::Lives);

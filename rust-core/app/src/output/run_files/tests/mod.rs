@@ -70,6 +70,7 @@ impl Toy {
                     id_b: k as u32 + 1,
                     position: Vec3::new(x, 0.0, 1.0),
                     mode_shares: [x, 1.0 - x, 0.0, 0.0],
+                    in_shear: x < 0.5,
                     energy: x * x,
                     damage: x,
                 });
