@@ -7,7 +7,7 @@
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, measure};
 use concordem::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem::law::jointed::{Jointed, JointedState};
-use concordem::law::{ContactGeometry, ContactLaw, Reference, Status};
+use concordem::law::{ContactGeometry, ContactLaw, Reference, Response, Status};
 use concordem::math::{Quat, Vec3, yade_order};
 use concordem::solver::Model;
 use concordem::solver::integrate::Damping;
@@ -41,6 +41,7 @@ fn motion(row: &Row<'_>, number: u8) -> Motion {
 }
 
 /// A contact of YADE, and what our law knows of it.
+#[derive(Clone, Copy)]
 struct Contact {
     bonded: bool,
     geometry: ContactGeometry,
@@ -58,6 +59,40 @@ struct Coverage {
     without_bond: usize,
 }
 
+/// The law between the two materials of a case.
+fn law_of(materials: &Table, case: &Row<'_>) -> Jointed {
+    let [a, b] = [0, 1].map(|k| materials.row(k));
+    let smaller = |column: &str| a.real(column).min(b.real(column));
+    Jointed {
+        young_a: a.real("young"),
+        young_b: b.real("young"),
+        stiffness_ratio_a: a.real("poisson"),
+        stiffness_ratio_b: b.real("poisson"),
+        tensile_strength: smaller("tensile_strength"),
+        cohesion: smaller("cohesion"),
+        friction: case.real("tan_friction"),
+        residual_friction: case.real("tan_residual"),
+    }
+}
+
+/// The contact that begins in this step, with YADE's stiffnesses and limits.
+fn begun(law: &Jointed, case: &Row<'_>, row: &Row<'_>, branch: &Vec3, place: &str) -> Contact {
+    let [radius_a, radius_b] = ["r1", "r2"].map(|column| case.real(column));
+    let length = yade_order::norm(branch);
+    let Reference { length: reference_length, area } = Jointed::unbonded_reference(length, radius_a, radius_b);
+    let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 1.0, mass_b: 1.0 };
+    let bonded = row.flag("cohesive");
+    let stiffness = law.stiffness(&geometry);
+    same(stiffness.normal, case.real("kn"), "kn", place);
+    same(stiffness.shear, case.real("ks"), "ks", place);
+    if bonded {
+        same(law.tensile_strength * area, case.real("fn_max"), "FnMax", place);
+        same(law.cohesion * area, case.real("fs_max"), "FsMax", place);
+    }
+    let previous = PreviousGeometry { normal: branch / length, length };
+    Contact { bonded, geometry, previous, state: JointedState::default() }
+}
+
 #[test]
 fn two_spheres_bit_for_bit() {
     let tables = read("jointed.bin");
@@ -67,19 +102,7 @@ fn two_spheres_bit_for_bit() {
     for case in cases {
         let table = |part: &str| &tables[&format!("{case}.{part}")];
         let gold = table("case").row(0);
-        let [a, b] = [0, 1].map(|k| table("materials").row(k));
-        let smaller = |column: &str| a.real(column).min(b.real(column));
-        let law = Jointed {
-            young_a: a.real("young"),
-            young_b: b.real("young"),
-            stiffness_ratio_a: a.real("poisson"),
-            stiffness_ratio_b: b.real("poisson"),
-            tensile_strength: smaller("tensile_strength"),
-            cohesion: smaller("cohesion"),
-            friction: gold.real("tan_friction"),
-            residual_friction: gold.real("tan_residual"),
-        };
-        let radius = ["r1", "r2"].map(|column| gold.real(column));
+        let law = law_of(table("materials"), &gold);
         let dt = gold.real("dt");
         let mode = if gold.flag("ratcheting") { MotionMeasure::YadeRatcheting } else { MotionMeasure::Yade };
         let mut contact: Option<Contact> = None;
@@ -88,45 +111,25 @@ fn two_spheres_bit_for_bit() {
             let place = format!("{case}, step {number}");
             let (a, b) = (motion(&row, 1), motion(&row, 2));
             if row.flag("fresh") {
-                let branch = b.position - a.position;
-                let length = yade_order::norm(&branch);
-                let reference = Jointed::unbonded_reference(length, radius[0], radius[1]);
-                let geometry = ContactGeometry {
-                    reference_length: reference.length,
-                    area: reference.area,
-                    radius_a: radius[0],
-                    radius_b: radius[1],
-                    mass_a: 1.0,
-                    mass_b: 1.0,
-                };
-                let bonded = row.flag("cohesive");
-                let stiffness = law.stiffness(&geometry);
-                same(stiffness.normal, gold.real("kn"), "kn", &place);
-                same(stiffness.shear, gold.real("ks"), "ks", &place);
-                if bonded {
-                    same(law.tensile_strength * geometry.area, gold.real("fn_max"), "FnMax", &place);
-                    same(law.cohesion * geometry.area, gold.real("fs_max"), "FsMax", &place);
-                }
-                let previous = PreviousGeometry { normal: branch / length, length };
-                contact = Some(Contact { bonded, geometry, previous, state: JointedState::default() });
+                contact = Some(begun(&law, &gold, &row, &(b.position - a.position), &place));
             }
-            let Some(Contact { bonded, geometry, previous, state: old }) = &contact else {
+            let Some(Contact { bonded, geometry, previous, state: old }) = contact else {
                 assert!(!row.flag("alive"), "{place}: a contact without beginning");
                 continue;
             };
-            let input =
-                ContactInput { a: &a, b: &b, image: &ImageShift::default(), geometry, previous, bonded: *bonded, dt };
+            let (image, previous) = (&ImageShift::default(), &previous);
+            let input = ContactInput { a: &a, b: &b, image, geometry: &geometry, previous, bonded, dt };
             let k = measure(mode, &input);
-            let response = law.respond(&k, old, dt);
+            let Response { force, state, status, energy, .. } = law.respond(&k, &old, dt);
             all.steps += 1;
             all.without_bond += usize::from(!bonded);
-            assert_eq!(response.status == Status::Lives, row.flag("alive"), "{place}: {:?}", response.status);
-            let whole = *bonded && old.crack == 0.0;
-            if response.status != Status::Lives {
-                let in_shear = usize::from(response.status == Status::BrokeInShear);
-                assert_eq!(response.status.is_broken(), *bonded, "{place}: {:?}", response.status);
-                assert_eq!(in_shear == 1, response.energy.stored_shear > 0.0, "{place}");
-                cracks[in_shear] += u32::from(whole);
+            assert_eq!(status == Status::Lives, row.flag("alive"), "{place}: {status:?}");
+            let whole = bonded && old.crack == 0.0;
+            if status != Status::Lives {
+                let in_shear = status == Status::BrokeInShear;
+                assert_eq!(status.is_broken(), bonded, "{place}: {status:?}");
+                assert_eq!(in_shear, energy.stored_shear > 0.0, "{place}");
+                cracks[usize::from(in_shear)] += u32::from(whole);
                 all.opened += usize::from(!whole);
                 contact = None;
                 continue;
@@ -134,17 +137,14 @@ fn two_spheres_bit_for_bit() {
             same(-k.gap, row.real("penetration"), "penetration", &place);
             same_vector(&k.normal, &row.vector("normal"), "normal", &place);
             same_vector(&k.shear_increment, &row.vector("shear_increment"), "shear increment", &place);
-            let force = -row.vector("normal_force") - row.vector("shear_force");
-            same_vector(&response.force, &force, "force", &place);
-            same_vector(&response.state.shear_force, &-row.vector("shear_force"), "shear force", &place);
-            let cohesive = *bonded && response.state.crack == 0.0;
+            same_vector(&force, &(-row.vector("normal_force") - row.vector("shear_force")), "force", &place);
+            same_vector(&state.shear_force, &-row.vector("shear_force"), "shear force", &place);
+            let cohesive = bonded && state.crack == 0.0;
             assert_eq!(cohesive, row.flag("cohesive"), "{place}: cohesive");
             cracks[1] += u32::from(whole && !cohesive);
-            let dissipation = response.energy.friction + response.energy.damage;
-            all.slips += usize::from(dissipation > 0.0);
-            let contact = contact.as_mut().expect("it lives");
-            contact.state = response.state;
-            contact.previous = PreviousGeometry { normal: k.normal, length: k.length };
+            all.slips += usize::from(energy.friction + energy.damage > 0.0);
+            let previous = PreviousGeometry { normal: k.normal, length: k.length };
+            contact = Some(Contact { bonded, geometry, previous, state });
         }
         assert_eq!(cracks.map(f64::from), [gold.real("tensile"), gold.real("shear")], "{case}: cracks");
         all.cracks = [0, 1].map(|mode| all.cracks[mode] + cracks[mode]);

@@ -214,6 +214,7 @@ impl JointedContact {
 
     /// The step of a contact that survives it without an event, and how it ends. Without branches; the order of operations is YADE's.
     #[inline(always)]
+    #[allow(clippy::needless_bitwise_bool)] // branches would keep it out of the vector registers
     fn evaluate(&self, kinematics: &PointKinematics, old: &JointedState) -> (Response<JointedState>, Ends) {
         let Self { normal_stiffness, shear_stiffness, tension, cohesion, friction } = *self;
         let (stretch, compliance) = (kinematics.elongation, compliance(shear_stiffness));
