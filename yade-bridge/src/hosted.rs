@@ -509,6 +509,24 @@ impl Hosted {
         Ok(dict)
     }
 
+    /// What tells the active contacts, in the order of `contacts`: the particles as two halves of a number, whether each is a bond, and the bits of
+    /// its reference length.
+    fn contact_rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let inner = self.read(py)?;
+        let state = &inner.assembly.state;
+        let mut found: Vec<u64> = Vec::new();
+        for block in state.bonds.iter().chain(&state.contacts) {
+            let block = block.contacts();
+            let (pairs, references) = (block.pairs(), block.references());
+            for (k, flags) in block.flags().iter().enumerate().filter(|(_, flags)| flags.carries()) {
+                let bonded = u64::from(flags.has(ContactFlags::BONDED));
+                let pair = u64::from(pairs[k].a) << 32 | u64::from(pairs[k].b);
+                found.extend([pair, bonded, references.get(k).length.to_bits()]);
+            }
+        }
+        Ok(scalars(py, &found).into_any())
+    }
+
     /// Positions of the particles, m, (n, 3), and the contact forces of the last step: pair (rows of `bodies`), branch, point, force,
     /// moment. `present`: positions and branch vectors of the host's bodies now, as in YADE's operators; else those of the last step.
     fn forces<'py>(&self, py: Python<'py>, present: bool) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {

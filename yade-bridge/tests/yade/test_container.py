@@ -404,4 +404,28 @@ def test_other_laws():
         O.step()
 
 
+def test_loops_that_read_nothing():
+    """Objects get their values when a script reads the first one: all is as if each step had been read, and what a script changes acts."""
+    found = []
+    for reads in (True, False):
+        chance = random.Random(1)
+        concrete(rate=20.0, spheres=[[*(2e-3 * n + chance.uniform(-1e-4, 1e-4) for n in place), 1e-3] for place in np.ndindex(4, 4, 7)])
+        O.run(60, True)
+        start = O.interactions.countReal()
+        bridge.take_over()
+        for step in range(40):
+            O.step()
+            if reads:
+                sum(i.phys.omega for i in O.interactions)
+            else:
+                assert sum(1 for _ in O.interactions) > 100 and O.bodies[50].intrs()
+            if step % 13 == 12:
+                for i in list(O.interactions)[::50]:
+                    i.phys.undamagedCohesion *= 0.5
+                O.interactions.erase(*sorted((i.id1, i.id2) for i in O.interactions)[step])
+        found.append((positions(), history()))
+    assert np.array_equal(found[0][0], found[1][0]) and found[0][1] == found[1][1]
+    assert 100 < len(found[0][1]) < start
+
+
 main(globals())

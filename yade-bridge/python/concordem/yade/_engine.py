@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
-from . import _hooks, _interactions, _late, _lending, _rules, _thread_state, _vtk
+from . import _hooks, _interactions, _late, _lending, _reading, _rules, _thread_state, _vtk
 from ._cohesive import Cohesive
 from ._concrete import Concrete, add_to_clock, add_to_lost, cell_of, class_of, engine_of, sort_anew, write_states
 from ._memory import address_of, known_address_of, known_pointer, memory
@@ -106,6 +106,7 @@ class BondedEngine:
         self._waits = solver is None
         #: Number of times that the bonds were built anew, after a script has changed them.
         self._rebuilt = 0
+        _reading.end(getattr(self, "_mirror", None))
         #: The bonds as objects of YADE, once a script has asked for them.
         self._mirror: Mirror | None = None
         #: When YADE's states were last told what their bodies have lost.
@@ -443,6 +444,7 @@ class BondedEngine:
         return self._motion.suspended() if self._motion is not None and self._motion.active else contextlib.nullcontext()
 
     def _release(self) -> None:
+        _reading.end(self._mirror)
         _registered.pop(self.name, None)
         self.attached = False
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from . import _changes, _cohesive
+from . import _changes, _cohesive, _reading
 from ._concrete import NORMAL_HISTORY, constants_of, keys_of, scatter, write_constants, write_images, write_normal_force, write_own, write_values
 from ._interactions import Bonds, table_of
 from ._memory import known_address_of, memory
@@ -79,6 +79,10 @@ class Mirror:
         self._constant: list[Any] | None = None
         #: What scripts do not change of the interactions themselves.
         self._fixed: _changes.Rows | None = None
+        #: What told the contacts of the solver when the objects were filled; None: unknown.
+        self._filled: NDArray[np.uint64] | None = None
+        #: The step whose values the first reading writes (:mod:`._reading`).
+        self._waits_at: Any = None
         #: The objects as they are written, for :meth:`_hand_out`; None if they must be read.
         self._written: list[_changes.Rows] | None = None
 
@@ -93,13 +97,14 @@ class Mirror:
         bonds = self._bonds()
         # While YADE runs in another thread, a step may end between two calls.
         for _ in range(1000):
+            filled = bonds.solver.contact_rows() if self._parameters else None
             table, bodies = _table(bonds), bonds.solver.bodies()
             again = self._moment()
             if again == moment:
                 break
             moment = again
         self._write(bonds, table, bodies)
-        self._at, self._before = moment, []
+        self._at, self._before, self._filled = moment, [], filled
 
     def refresh_stiffness(self) -> None:
         """As :meth:`refresh`, of what GlobalStiffnessTimeStepper reads alone: normals and normal forces of the same contacts as before."""
@@ -172,7 +177,7 @@ class Mirror:
                 made = wrapper.CohFrictPhys()
             else:
                 made = wrapper.CpmPhys(isCohesive=bool(keys[k] & 1), **given) if given is not None else wrapper.NormShearPhys(kn=math.nan, ks=math.nan)
-            contact.geom, contact.phys = shape, made
+            _reading.put(contact, shape, made)
             contacts[k] = contact
             address[k], geom[k], phys[k] = known_address_of(contact), known_address_of(shape), known_address_of(made)
         layout = host().layout
@@ -259,6 +264,20 @@ class Mirror:
         return Interactions(self._address, self._one, self._two, image, self._geom, self._phys)
 
     def _hand_out(self) -> None:
+        """Before a script gets objects: fill them, or let the first reading do so, if they are those of the contacts of the last step."""
+        moment = self._moment()
+        if moment == self._waits_at:
+            return
+        if moment != self._at and self._filled is not None and not self._imaged:
+            if np.array_equal(self._bonds().solver.contact_rows(), self._filled):
+                self._waits_at = moment
+                _reading.wait(self)
+                return
+        self.fill()
+
+    def fill(self) -> None:
+        """Write the values of the last step into the objects, for a script that may change them."""
+        self._waits_at = None
         self.refresh()
         if not self.out:
             self.out = True
@@ -297,7 +316,7 @@ class Mirror:
 
     def followed(self) -> None:
         """The engine has the changes."""
-        self._at, self._stiff_at, self._before, self._erased, self._rows = None, None, [], 0, {}
+        self._at, self._stiff_at, self._before, self._erased, self._rows, self._filled = None, None, [], 0, {}, None
         self._constant = self._fixed = self._written = None
 
     def values(self) -> dict[str, Any]:
@@ -323,6 +342,7 @@ class Mirror:
 
     def erase(self, one: int, two: int) -> bool:
         """Forget the object between two bodies; returns whether there was one."""
+        self.fill()
         if self.find(one, two) is None:
             return False
         assert self._index is not None
@@ -331,11 +351,12 @@ class Mirror:
 
     def clear(self) -> None:
         """Forget all objects."""
-        self._hand_out()
+        self.fill()
         self._forget(np.zeros(len(self._keys), bool))
 
     def _forget(self, keep: NDArray[np.bool_]) -> None:
         self._erased += int((~keep).sum())
+        self._filled = None
         self._rows = {}
         self._contacts = [contact for contact, kept in zip(self._contacts, keep.tolist()) if kept]
         self._keys, self._one, self._two, self._reference = self._keys[keep], self._one[keep], self._two[keep], self._reference[keep]
