@@ -18,7 +18,7 @@ use crate::schema::syntax::on_keyboard;
 use crate::schema::{Document, Problem, ProblemKind};
 use json_schema::{items_are_tables, kinds, resolve, type_name, words};
 use value::kind_name;
-use wording::{YADE_NAMES, about, join, last_key, listing, nearest, strip_indices};
+use wording::{SIMILAR, VERY_SIMILAR, YADE_NAMES, about, join, last_key, listing, nearest_of, strip_indices};
 
 /// All problems of structure.
 pub(super) fn check(document: &Document<'_>, schema: &Value) -> Vec<Problem> {
@@ -176,7 +176,10 @@ impl Checker<'_> {
             let help = format!("`{c}` (U+{:04X}) is {what}: write `{plain}`", u32::from(c));
             return (properties.get_key_value(&plain).map(|(key, _)| key.as_str()), help);
         }
-        if let Some(other) = nearest(name, properties.keys().map(String::as_str)) {
+        let elsewhere = self.tables_with_key(name, path);
+        // A key of another table is no slip of a key that is only somewhat like it.
+        let least = if elsewhere.is_empty() { SIMILAR } else { VERY_SIMILAR };
+        if let Some(other) = nearest_of(name, properties.keys().map(String::as_str), least) {
             return if table.contains_key(other) {
                 (None, format!("did you mean `{other}`, which is given, too? {}", about_key(other)))
             } else {
@@ -188,8 +191,7 @@ impl Checker<'_> {
         }
         let mut keys: Vec<String> = properties.keys().map(|key| format!("`{key}`")).collect();
         keys.sort();
-        let tables = self.tables_with_key(name);
-        let elsewhere = match listing(&tables) {
+        let elsewhere = match listing(&elsewhere) {
             list if list.is_empty() => String::new(),
             list => format!("`{name}` is a key of {list}; "),
         };
@@ -211,7 +213,7 @@ impl Checker<'_> {
         {
             return Some(format!("`{name}` belongs to no table: move it to the top, above the first [table]"));
         }
-        let tables = self.tables_with_key(name);
+        let tables = self.tables_with_key(name, "");
         let mut outer = here.as_str();
         while let Some((front, _)) = outer.rsplit_once('.') {
             outer = front;
@@ -245,13 +247,17 @@ impl Checker<'_> {
         self.report(ProblemKind::MissingKey, &full, (place.clone(), None), "missing key".to_owned(), &help);
     }
 
-    /// Tables of the schema that have a key of this name.
-    fn tables_with_key(&self, key: &str) -> Vec<String> {
+    /// Tables of the schema that have a key of this name: those beside `path`, such as other laws, or else all.
+    fn tables_with_key(&self, key: &str, path: &str) -> Vec<String> {
         let mut tables = Vec::new();
         self.search(self.schema, key, "", 0, &mut tables);
         tables.sort();
         tables.dedup();
-        tables
+        let here = strip_indices(path);
+        let Some((outer, _)) = here.rsplit_once('.') else { return tables };
+        let (beside, others): (Vec<_>, Vec<_>) =
+            tables.into_iter().partition(|table| table.starts_with(&format!("[{outer}.")));
+        if beside.is_empty() { others } else { beside }
     }
 
     fn search(&self, schema: &Value, key: &str, path: &str, depth: usize, tables: &mut Vec<String>) {

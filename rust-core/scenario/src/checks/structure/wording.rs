@@ -13,14 +13,24 @@ pub(in crate::checks) fn listing(items: &[impl AsRef<str>]) -> String {
     }
 }
 
+/// How similar a candidate must be to a word: about two thirds of the letters agree.
+pub(super) const SIMILAR: f64 = 0.6;
+/// A word that begins the candidate, or has one wrong letter of ten.
+pub(super) const VERY_SIMILAR: f64 = 0.9;
+
 /// The candidate most similar to a word, if any is similar enough.
 pub(in crate::checks) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearest_of(word, candidates, SIMILAR)
+}
+
+/// The candidate most similar to a word, if it is at least so similar.
+pub(super) fn nearest_of<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>, least: f64) -> Option<&'a str> {
     let plain = |text: &str| text.to_lowercase().replace('-', "_");
     let word = plain(word);
     let mut best: Option<(f64, &str)> = None;
     for candidate in candidates {
         let other = plain(candidate);
-        // A word that begins another one counts as similar; otherwise about two thirds of the letters must agree. A candidate that
+        // A word that begins another one counts as similar; otherwise the letters that agree count. A candidate that
         // begins the word counts less than one with a single wrong letter: `strain_rte` is `strain_rate`, not `strain`.
         let letters = strsim::normalized_damerau_levenshtein(&word, &other);
         let likeness = if !word.is_empty() && other.starts_with(&word) {
@@ -30,7 +40,7 @@ pub(in crate::checks) fn nearest<'a>(word: &str, candidates: impl IntoIterator<I
         } else {
             letters
         };
-        if likeness >= 0.6 && best.is_none_or(|(most, _)| likeness > most) {
+        if likeness >= least && best.is_none_or(|(most, _)| likeness > most) {
             best = Some((likeness, candidate));
         }
     }
