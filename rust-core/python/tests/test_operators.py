@@ -114,6 +114,79 @@ def test_acoustic_emissions_group_breaks():
         op.acoustic_emissions(time, x, [1.0] * 4, [0.0] * 4, distance=1.0, duration=0.0)
 
 
+def test_reloadings_and_sources():
+    found = op.reloadings([0, 1, 2, 3, 4, 5], [0.0, 10, 2, 12, 1, 11], [0.6, 1.25, 2.7], drop=0.2)
+    assert isinstance(found, op.Reloadings)
+    assert found.former.tolist() == [10.0, 12.0] and found.least.tolist() == [2.0, 1.0]
+    assert found.felicity[0] == pytest.approx(0.9) and np.isnan(found.felicity[1]) and np.isnan(found.onset[1])
+    # One bond that breaks in tension: a line force, 1/3 expansion and 2/3 dipole.
+    tensor = op.moment_tensor([[-5.0, 0, 0], [5, 0, 0]], [[-1e-3, 0, 0], [1e-3, 0, 0]])
+    assert np.allclose(tensor, np.diag([1e-2, 0, 0]), rtol=0, atol=1e-17)
+    source = op.source_mechanism(tensor)
+    assert (source.isotropic, source.dipole, source.double_couple) == pytest.approx((1 / 3, 2 / 3, 0))
+    assert source.moment == pytest.approx(1e-2 / np.sqrt(2))
+    for bad in (np.nan, np.inf):
+        with pytest.raises(concordem.OperatorError):
+            op.reloadings([0.0, bad], [1.0, 2.0], [])
+        with pytest.raises(concordem.OperatorError, match="drop"):
+            op.reloadings([0.0, 1.0], [1.0, 2.0], [], drop=bad)
+        with pytest.raises(concordem.OperatorError):
+            op.source_mechanism(np.full((3, 3), bad))
+        with pytest.raises(concordem.OperatorError):
+            op.moment_tensor([[bad, 0, 0]], [[0.0, 0, 0]])
+        with pytest.raises(concordem.OperatorError, match="completeness"):
+            op.b_value(np.ones(20), completeness=bad)
+
+
+def test_cracks_have_directions():
+    angle = np.radians(30)
+    area = 2e-6 * np.array([[np.cos(angle), np.sin(angle), 0]] * 3 + [[0, 0, 1]])
+    found = op.crack_directions(area)
+    assert isinstance(found, op.CrackDirections) and found.area == pytest.approx(8e-6)
+    assert found.principal == pytest.approx([0.75, 0.25, 0]) and found.density.shape == (320,)
+    assert found.directions[0] == pytest.approx([np.cos(angle), np.sin(angle), 0])
+    rose = op.crack_rose(area)
+    assert rose.shape == (24,) and rose[4] == pytest.approx(6e-6) and rose.sum() == rose[4]
+    for bad in (np.nan, np.inf):
+        with pytest.raises(concordem.OperatorError):
+            op.crack_directions([[bad, 0, 0]])
+        with pytest.raises(concordem.OperatorError):
+            op.crack_rose([[bad, 0, 0]])
+    with pytest.raises(concordem.OperatorError, match="bins"):
+        op.crack_rose(area, bins=0)
+    with pytest.raises(concordem.OperatorError, match="axis"):
+        op.crack_rose(area, axis=3)
+
+
+def test_fragments_are_sieved():
+    x = [[0.0, 0, 0], [2, 0, 0], [9, 0, 0]]
+    found = op.fragments([7, 7, 9], x, [1.0] * 3, [2.0] * 3, [[1.0, 0, 0], [3, 0, 0], [0, 0, 5]])
+    assert isinstance(found, op.Fragments)
+    assert found.number.tolist() == [7, 9] and found.particles.tolist() == [2, 1] and found.mass.tolist() == [4.0, 2.0]
+    assert found.velocity.tolist() == [[2.0, 0, 0], [0, 0, 5.0]] and found.position[0].tolist() == [1.0, 0, 0]
+    assert found.axes[0] == pytest.approx([2 * np.sqrt(6), 2, 2]) and found.axes[1] == pytest.approx([2, 2, 2])
+    assert found.sphere == pytest.approx([2 * np.cbrt(2), 2])
+    plane = op.fragments([7, 7, 9], x, [1.0] * 3, [2.0] * 3, np.zeros((3, 3)), dimension=2)
+    assert plane.axes[0] == pytest.approx([2 * np.sqrt(5), 2, 0]) and plane.sphere[0] == pytest.approx(2 * np.sqrt(2))
+    curve = op.sieve_curve([2.0, 1, 4], [2.0, 1, 1])
+    assert curve.size.tolist() == [1, 2, 4] and curve.passing.tolist() == [0.25, 0.75, 1]
+    share = (np.arange(2000) + 0.5) / 2000
+    fit = op.rosin_rammler(3 * (-np.log(1 - share)) ** (1 / 1.5), np.ones(2000))
+    assert isinstance(fit, op.SieveFit) and abs(fit.size - 3) < fit.size_error and abs(fit.exponent - 1.5) < fit.exponent_error
+    size, debris = 3 * np.maximum(share, 0.5) ** 2, share < 0.5
+    assert op.gaudin_schuhmann(size, np.ones(2000), debris).exponent == pytest.approx(0.5, rel=1e-2)
+    assert op.gaudin_schuhmann(size, np.ones(2000)).exponent > 0.8
+    assert op.rosin_rammler([1.0, 2.0], [1.0, 1.0]) is None
+    for law in (op.rosin_rammler, op.gaudin_schuhmann, op.sieve_curve):
+        for bad in (np.nan, np.inf, 0.0):
+            with pytest.raises(concordem.OperatorError, match="size"):
+                law([1.0, bad], [1.0, 1.0])
+            with pytest.raises(concordem.OperatorError, match="mass"):
+                law([1.0, 2.0], [1.0, bad])
+    with pytest.raises(concordem.OperatorError, match="radius"):
+        op.fragments([7], x[:1], [np.nan], [1.0], x[:1])
+
+
 def test_small_ones(cloud):
     x, c = cloud
     assert op.coordination(x, c).sum() == 2 * len(c.pair)

@@ -61,12 +61,16 @@ __all__ = [
     "couple_stress_external",
     "couple_stress_from_resultants",
     "couple_stress_internal",
+    "crack_directions",
+    "crack_rose",
     "damage_tensor",
     "delaunay",
     "elastic_constants",
     "explain",
     "export",
     "fabric",
+    "fragments",
+    "gaudin_schuhmann",
     "handover_damage",
     "handover_tensor",
     "hosted_text",
@@ -81,6 +85,7 @@ __all__ = [
     "memory_scatter",
     "memory_scatter_i32",
     "memory_targets",
+    "moment_tensor",
     "moments_about_contact_points",
     "packing_summary",
     "particle_moments",
@@ -94,14 +99,18 @@ __all__ = [
     "read_packing",
     "region_stress",
     "region_stress_from_particles",
+    "reloadings",
     "report",
     "resume",
     "resultants",
+    "rosin_rammler",
     "run",
     "run_program",
     "sampled_operators",
     "schema",
+    "sieve_curve",
     "solid_fraction",
+    "source_mechanism",
     "spatial_order",
     "strength_damage",
     "strength_damage_exponential",
@@ -617,6 +626,25 @@ def acoustic_emissions(
 def b_value(magnitudes: ArrayLike, completeness: float | None = None) -> _types.BValue | None: ...
 def strength_damage(stiffness_damage: float, largest_strain: float, onset_strain: float) -> float: ...
 def strength_damage_exponential(largest_strain: float, onset_strain: float, softening_strain: float) -> float: ...
+def reloadings(
+    time: ArrayLike, load: ArrayLike, emissions: ArrayLike, *, drop: float = 0.1, onset: int = 1
+) -> _types.Reloadings: ...
+def moment_tensor(force: ArrayLike, arm: ArrayLike) -> _Reals: ...
+def source_mechanism(tensor: ArrayLike) -> _types.SourceMechanism: ...
+def crack_directions(area: ArrayLike) -> _types.CrackDirections: ...
+def crack_rose(area: ArrayLike, *, axis: int = 2, bins: int = 24) -> _Reals: ...
+def fragments(
+    fragment: ArrayLike,
+    position: ArrayLike,
+    radius: ArrayLike,
+    mass: ArrayLike,
+    velocity: ArrayLike,
+    *,
+    dimension: int = 3,
+) -> _types.Fragments: ...
+def sieve_curve(size: ArrayLike, mass: ArrayLike) -> _types.SieveCurve: ...
+def rosin_rammler(size: ArrayLike, mass: ArrayLike, debris: ArrayLike | None = None) -> _types.SieveFit | None: ...
+def gaudin_schuhmann(size: ArrayLike, mass: ArrayLike, debris: ArrayLike | None = None) -> _types.SieveFit | None: ...
 def power(
     position: ArrayLike,
     contacts: _ContactsLike,

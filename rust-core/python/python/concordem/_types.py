@@ -179,6 +179,96 @@ class BValue(NamedTuple):
     """Number of events that count."""
 
 
+class Reloadings(NamedTuple):
+    """Emission in reloadings, one row each."""
+
+    former: Reals
+    """Largest load before, (n,)."""
+    time: Reals
+    """When it was reached, s, (n,)."""
+    least: Reals
+    """Least load between, (n,)."""
+    onset: Reals
+    """Load from which on the specimen emits again, NaN if it does not, (n,)."""
+    felicity: Reals
+    """Felicity ratio, `onset` over `former`, (n,)."""
+
+
+class SourceMechanism(NamedTuple):
+    """What kind of source a moment tensor describes."""
+
+    moment: float
+    """Scalar moment, N m."""
+    magnitude: float
+    """Moment magnitude; minus infinity without moment."""
+    isotropic: float
+    """Share of expansion, -1 to 1."""
+    dipole: float
+    """Share of the compensated linear vector dipole, -1 to 1."""
+    double_couple: float
+    """Share of slip on a plane, 0 to 1."""
+
+
+class CrackDirections(NamedTuple):
+    """Directions of the area of cracks."""
+
+    area: float
+    """Area, m^2."""
+    fabric: Reals
+    """Fabric of the area, trace 1, (3, 3)."""
+    principal: Reals
+    """Principal values of the fabric, largest first, (3,)."""
+    directions: Reals
+    """Principal directions, one per row, (3, 3)."""
+    density: Reals
+    """Share of the area over that of cracks without preferred direction, by face of a sphere of 320 triangles, (320,)."""
+
+
+class Fragments(NamedTuple):
+    """Fragments, one row each, the heaviest first."""
+
+    number: NDArray[np.uint32]
+    """Number of the fragment, (n,)."""
+    particles: NDArray[np.uint64]
+    """Number of particles, (n,)."""
+    mass: Reals
+    """Mass, kg, (n,)."""
+    position: Reals
+    """Center of mass, m, (n, 3)."""
+    velocity: Reals
+    """Velocity of the center of mass, m/s, (n, 3)."""
+    sphere: Reals
+    """Diameter of the sphere (disc) with the volume of the particles, m, (n,)."""
+    axes: Reals
+    """Axes of the ellipsoid with the same moments, longest first, m, (n, 3); the third is zero in the plane."""
+
+
+class SieveCurve(NamedTuple):
+    """Shares of the mass below sizes."""
+
+    size: Reals
+    """Sizes, smallest first, m, (n,)."""
+    passing: Reals
+    """Share of the mass of fragments that are not larger, 0 to 1, (n,)."""
+
+
+class SieveFit(NamedTuple):
+    """Law of a sieve curve."""
+
+    size: float
+    """Its size, m: x' of Rosin and Rammler, k of Gaudin and Schuhmann."""
+    size_error: float
+    """Standard error of the size, m."""
+    exponent: float
+    """Its exponent."""
+    exponent_error: float
+    """Standard error of the exponent."""
+    deviation: float
+    """Largest difference from the sieve curve beyond the debris, as a share of the mass."""
+    equal: float
+    """Number of fragments of equal mass that would say as much."""
+
+
 class CoarseFields(NamedTuple):
     """Coarse-grained fields at points."""
 

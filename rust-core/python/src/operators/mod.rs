@@ -3,7 +3,9 @@
 mod acoustic;
 mod contacts;
 mod couple_stress;
+mod cracks;
 mod fields;
+mod fragments;
 mod stiffness;
 mod stress;
 
@@ -13,6 +15,8 @@ type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     acoustic::register(module)?;
+    cracks::register(module)?;
+    fragments::register(module)?;
     stress::register(module)?;
     couple_stress::register(module)?;
     fields::register(module)?;
