@@ -195,6 +195,40 @@ def emissions(runs):
     save(figure, "emissions")
 
 
+def fragments(runs):
+    """The scenario of how-to/count-cracks.md: emissions over the load, directions of cracks, sieve curve."""
+    page = (BOOK / "how-to/count-cracks.md").read_text(encoding="utf-8")
+    runs.scenario("rock", page.split("<!-- code: file=rock.toml -->\n```toml\n")[1].split("```")[0])
+
+    def columns(*arguments):
+        done = subprocess.run([runs.program, *arguments], check=True, capture_output=True, text=True, cwd=runs.folder)
+        rows = list(csv.DictReader(done.stdout.splitlines()))
+        return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+    figure = plt.figure(figsize=(12, 3.6))
+    load = figure.add_subplot(1, 3, 1)
+    over = columns("events", "rock.h5", "--csv=load")
+    load.plot(-over["strain"] * 1e3, over["load [Pa]"] / 1e6, color=BLUE)
+    load.set(xlabel="compressive strain, ‰", ylabel="compressive stress, MPa")
+    heard = load.twinx()
+    heard.plot(-over["strain"] * 1e3, over["emissions"], "--", color=RED)
+    heard.set_ylabel("emissions so far (dashed)")
+    heard.spines["right"].set_visible(True)
+    rose = figure.add_subplot(1, 3, 2, projection="polar")
+    directions = columns("events", "rock.h5", "--csv=rose", "--across", "z")
+    angle, area = np.radians(directions["angle [deg]"]), directions["area [m²]"] * 1e6
+    rose.bar(np.concatenate([angle, angle + np.pi]), np.tile(area, 2), width=np.pi / len(angle), color=SKY, edgecolor="white")
+    rose.set_title("normals of cracks, mm²; load along 0°")
+    sieve = figure.add_subplot(1, 3, 3)
+    curve_of = columns("fragments", "rock.h5", "--csv=curve")
+    sieve.semilogx(curve_of["size [m]"] * 1e3, curve_of["passing"] * 100, drawstyle="steps-post", color=GREEN)
+    sieve.set(xlabel="size, mm", ylabel="mass passing, %", ylim=(0, 101))
+    sieve.set_xticks([2, 5, 10, 20], ["2", "5", "10", "20"])
+    sieve.minorticks_off()
+    figure.tight_layout()
+    save(figure, "fragments")
+
+
 def bonds(runs):
     """What an export shows: bonds as lines, colored by their damage, with large displacements."""
     result = runs.template("cpm-small")
@@ -290,6 +324,7 @@ def paper(runs):
 
 PICTURES = {
     "emissions": emissions,
+    "fragments": fragments,
     "first-specimen": first_specimen,
     "stress-strain": curves,
     "thermal-shock": shock,

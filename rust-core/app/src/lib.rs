@@ -2,7 +2,7 @@
 //!
 //! This crate contains the program `concordem`, its files, reports, calibration, and sweeps. It re-exports the crates
 //! below it, so that users of the library need only `concordem`. Its modules depend on each other in one direction:
-//! [`calibration`] and [`mod@sweep`], then [`output`], [`mod@characterise`], [`report`], [`program`].
+//! [`calibration`] and [`mod@sweep`], then [`output`], [`signals`], [`mod@characterise`], [`report`], [`program`].
 //!
 //! A scenario is assembled into a state, a model, and a schedule; the solver steps the state; operators read it; sinks
 //! write it. Conventions: SI units; tension positive; the force of a contact is the one on A, and the normal points
@@ -14,6 +14,7 @@ pub mod output;
 pub mod program;
 pub mod provenance;
 pub mod report;
+pub mod signals;
 pub mod sweep;
 
 #[doc(hidden)]

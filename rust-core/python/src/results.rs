@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use concordem::fracture::Event;
 use concordem::output::ResultFile;
+use concordem::output::crack_faces::{CrackFace, CrackFaces};
 use concordem::state::columns::{ColumnData, StoredColumn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -69,6 +70,12 @@ impl PyResultFile {
     #[getter]
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         events(py, &caught(|| self.0.events())?.or_raise()?)
+    }
+    /// The crack faces, a structured array with one row for each bond that broke or whose damage passed `output.events_damage`, and whose particles
+    /// have a common face: `time`, ids `a` and `b`, `position`, `area` times normal, `opening` along it and `slip` across it until the last snapshot.
+    #[getter]
+    fn cracks<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        cracks(py, &caught(|| CrackFaces::of(&self.0))?.or_raise()?.faces)
     }
     /// Names of the recorded operators; `table("samples/NAME")` returns their columns.
     #[getter]
@@ -140,6 +147,34 @@ pub fn events<'py>(py: Python<'py>, events: &[Event]) -> PyResult<Bound<'py, PyA
         ("in_shear", "1", of(py, events, |e| e.in_shear)),
         ("energy", "J", of(py, events, |e| e.energy)),
         ("damage", "1", of(py, events, |e| e.damage)),
+    ];
+    let column = |(name, unit, values): (&str, &str, _)| TableColumn { name: name.into(), unit: unit.into(), values };
+    table(py, columns.into_iter().map(column).collect())
+}
+
+fn cracks<'py>(py: Python<'py>, faces: &[CrackFace]) -> PyResult<Bound<'py, PyAny>> {
+    fn of<'py, T: numpy::Element + Copy>(
+        py: Python<'py>,
+        all: &[CrackFace],
+        get: fn(&CrackFace) -> T,
+    ) -> Bound<'py, PyAny> {
+        let values: Vec<T> = all.iter().map(get).collect();
+        scalars(py, &values).into_any()
+    }
+    let positions: Vec<_> = faces.iter().map(|face| face.event.position).collect();
+    let areas: Vec<_> = faces.iter().map(|face| face.area).collect();
+    let shares: Vec<[f64; 4]> = faces.iter().map(|face| face.event.mode_shares).collect();
+    let columns = [
+        ("time", "s", of(py, faces, |face| face.event.time)),
+        ("a", "1", of(py, faces, |face| face.event.id_a)),
+        ("b", "1", of(py, faces, |face| face.event.id_b)),
+        ("position", "m", vectors(py, &positions)?.into_any()),
+        ("area", "m^2", vectors(py, &areas)?.into_any()),
+        ("opening", "m", of(py, faces, CrackFace::opening)),
+        ("slip", "m", of(py, faces, CrackFace::slip)),
+        ("mode_shares", "1", rows::<_, f64>(py, &shares, 4)?.into_any()),
+        ("energy", "J", of(py, faces, |face| face.event.energy)),
+        ("damage", "1", of(py, faces, |face| face.event.damage)),
     ];
     let column = |(name, unit, values): (&str, &str, _)| TableColumn { name: name.into(), unit: unit.into(), values };
     table(py, columns.into_iter().map(column).collect())

@@ -1,6 +1,7 @@
 //! Files: results, checkpoints, and tables.
 //!
 //! * [`checkpoint`]: the complete state in one file; a resumed run continues bit for bit.
+//! * [`crack_faces`]: the surfaces of cracks in a result.
 //! * [`run_files`]: the files of a run; the finished result equals that of an uninterrupted run, whatever happens to the
 //!   process.
 //! * [`result`]: reading a finished result.
@@ -9,6 +10,7 @@
 //! * [`mod@sweep`]: the files of a sweep.
 
 pub mod checkpoint;
+pub mod crack_faces;
 pub mod csv;
 pub mod error;
 mod events;
@@ -16,6 +18,7 @@ pub mod export;
 mod frames;
 pub mod hash;
 mod hdf;
+mod particles_at;
 mod read_back;
 pub mod result;
 pub mod run_files;
@@ -27,6 +30,7 @@ mod vtk;
 
 pub use concordem_files::sphere_pack;
 pub use error::OutputError;
+pub use particles_at::ParticlesAt;
 pub use result::ResultFile;
 pub use run_files::{
     BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField, StoredSnapshot,

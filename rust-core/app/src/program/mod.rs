@@ -14,6 +14,7 @@ mod events;
 pub mod explain;
 pub mod export;
 mod failure;
+mod fragments;
 mod info;
 mod init;
 pub mod measure;
@@ -124,6 +125,8 @@ enum Command {
     Measure(measure::MeasureArguments),
     /// Count the cracks of a finished run by mode, and group them into acoustic emissions with magnitudes and a b-value
     Events(events::EventsArguments),
+    /// Sieve the fragments of a finished run: sizes, debris, largest fragment, speeds; fit Rosin-Rammler and Gaudin-Schuhmann
+    Fragments(fragments::FragmentsArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
     /// Write particles and bonds at all snapshots for ParaView, OVITO, or LAMMPS
@@ -307,6 +310,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Measure(arguments) => measure::measure(arguments, console),
         Command::Info(arguments) => info::info(arguments, console),
         Command::Events(arguments) => events::events(arguments, console),
+        Command::Fragments(arguments) => fragments::fragments(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
         Command::Export(arguments) => export::export(arguments, console),
         Command::Characterise(arguments) => characterise::run(arguments, console),
