@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use super::drive::{check_page_name, open_result};
 use super::{Console, Failure};
 use crate::output::OutputError;
-use crate::report::{ReferenceFigures, write_report};
+use crate::report::{ReferenceFigures, bonds_of, write_report};
 use concordem_packing::Crop;
 use concordem_scenario::schema::{Packing, Scenario, Shape};
 
@@ -90,16 +90,11 @@ fn write(arguments: &ReportArguments) -> Result<PathBuf, Failure> {
     let figures = match arguments.reference {
         Reference::Specimen1 => ReferenceFigures::stransky_specimen_1(),
         Reference::Specimen4 => ReferenceFigures::stransky_specimen_4(),
-        Reference::None => link_figures(scenario?.ok().as_ref()),
+        Reference::None => bonds_of(scenario?.ok().as_ref()),
         Reference::Auto => published(scenario?.ok().as_ref()),
     };
     write_report(&results, &path, &figures)?;
     Ok(path)
-}
-
-fn link_figures(scenario: Option<&Scenario>) -> ReferenceFigures {
-    let cpm = scenario.and_then(|scenario| scenario.materials.first()?.cpm.as_ref());
-    ReferenceFigures::none(cpm.map(|cpm| cpm.young.si()), cpm.map(|cpm| cpm.crack_onset_strain.si()))
 }
 
 /// The published figures for this scenario, if it is one of the published specimens.
@@ -132,5 +127,5 @@ fn published(scenario: Option<&Scenario>) -> ReferenceFigures {
             _ => None,
         }
     });
-    specimen.unwrap_or_else(|| link_figures(scenario))
+    specimen.unwrap_or_else(|| bonds_of(scenario))
 }

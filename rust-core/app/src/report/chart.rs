@@ -15,8 +15,8 @@ use scale::Scale;
 /// Size of the drawing, in its own units; the page scales it to the width of its column.
 const WIDTH: f64 = 480.0;
 const HEIGHT: f64 = 320.0;
-/// Margins for labels of ticks and axes.
-const LEFT: f64 = 68.0;
+/// Margins for labels of ticks and axes; the left one grows with the labels of the ticks.
+const LEAST_LEFT: f64 = 68.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 48.0;
@@ -110,12 +110,13 @@ impl Chart {
         let all = || tops.iter().flatten().copied().filter(|point| self.drawable(*point));
         let references = self.reference_lines.iter().map(|line| line.value);
         let stacked = self.series.iter().any(|series| series.style == Style::StackedArea);
-        let x = Scale::new(all().map(|point| point.0), self.x.logarithmic, LEFT, WIDTH - RIGHT);
         // Room for the text at a peak, beyond all curves and lines.
         let peaks = self.series.iter().filter(|series| series.marks_peak && !self.y.logarithmic);
         let texts = peaks.filter_map(|series| Some(peak(&series.points)?.1 * PEAK_ROOM));
         let values = all().map(|point| point.1).chain(references).chain(texts).chain(stacked.then_some(0.0));
         let y = Scale::new(values, self.y.logarithmic, HEIGHT - BOTTOM, TOP);
+        let left = y.as_ref().map_or(LEAST_LEFT, left_margin);
+        let x = Scale::new(all().map(|point| point.0), self.x.logarithmic, left, WIDTH - RIGHT);
         let (Some(x), Some(y)) = (x, y) else { return "<p>There are no finite values to draw.</p>\n".to_owned() };
         let id = &self.id;
         let mut svg = format!(
@@ -129,12 +130,12 @@ impl Chart {
             escape(&self.title),
             escape(&self.description()),
         );
-        svg += &self.axes(&x, &y);
+        svg += &self.axes(&x, &y, left);
         for line in &self.reference_lines {
             let at = y.place(line.value);
             let _ = writeln!(
                 svg,
-                "<line class=\"reference\" x1=\"{LEFT}\" x2=\"{:.0}\" y1=\"{at:.2}\" y2=\"{at:.2}\"/>",
+                "<line class=\"reference\" x1=\"{left:.2}\" x2=\"{:.0}\" y1=\"{at:.2}\" y2=\"{at:.2}\"/>",
                 WIDTH - RIGHT
             );
         }
@@ -210,8 +211,8 @@ impl Chart {
         text
     }
 
-    /// Grid, ticks, and labels.
-    fn axes(&self, x: &Scale, y: &Scale) -> String {
+    /// Grid, ticks, and labels; `left`: where the drawing begins.
+    fn axes(&self, x: &Scale, y: &Scale, left: f64) -> String {
         let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
         let mut svg = String::from("<g class=\"axes\">\n");
         for (value, label) in x.ticks() {
@@ -229,12 +230,12 @@ impl Chart {
             let class = if value == 0.0 && !y.logarithmic { "zero" } else { "grid" };
             let _ = writeln!(
                 svg,
-                "<line class=\"{class}\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.2}\" y2=\"{at:.2}\"/>\
+                "<line class=\"{class}\" x1=\"{left:.2}\" x2=\"{right}\" y1=\"{at:.2}\" y2=\"{at:.2}\"/>\
                  <text x=\"{:.0}\" y=\"{at:.2}\" dy=\"0.33em\" text-anchor=\"end\">{label}</text>",
-                LEFT - 6.0
+                left - TICK_GAP
             );
         }
-        let (middle_x, middle_y) = (0.5 * (LEFT + right), 0.5 * (TOP + bottom));
+        let (middle_x, middle_y) = (0.5 * (left + right), 0.5 * (TOP + bottom));
         let _ = writeln!(
             svg,
             "<text x=\"{middle_x}\" y=\"{:.0}\" text-anchor=\"middle\">{}</text>\n\
@@ -265,6 +266,16 @@ impl Chart {
         }
         html + "</ul>\n"
     }
+}
+
+/// Distance between the labels of the ticks and the drawing, and room for the label of the axis beside them.
+const TICK_GAP: f64 = 6.0;
+const AXIS_LABEL: f64 = 24.0;
+
+/// Where the drawing begins, so that the label of the vertical axis stands clear of the labels of its ticks.
+fn left_margin(y: &Scale) -> f64 {
+    let longest = y.ticks().iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0);
+    LEAST_LEFT.max(AXIS_LABEL + CHARACTER * longest as f64 + TICK_GAP)
 }
 
 /// The finite point of largest magnitude.

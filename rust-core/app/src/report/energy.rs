@@ -66,8 +66,31 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     }
     html += "<p class=\"quiet\">Each term is computed from its own formula (the stored energy of the laws, the damping \
              force, the force at the boundary), none as a remainder. The residual is therefore the error of the \
-             calculation. Where the line of the work follows the top of the stack, the energy is balanced.</p>\n";
+             calculation. Where the line of the work follows the top of the stack, the energy is balanced.";
+    if runs.iter().any(|run| turns_back(&magnitudes(run))) {
+        html += " Energies of a run whose strain turns back are shown over time.";
+    }
+    html += "</p>\n";
     Ok(html)
+}
+
+/// Magnitudes of the strain, ‰.
+fn magnitudes(run: &Run) -> Vec<f64> {
+    run.strain.iter().map(|strain| strain.abs() * 1e3).collect()
+}
+
+/// Share of the range by which an abscissa may fall below its maximum and still count as rising: one unit of the drawing, half a width of a line.
+const TURN: f64 = 1.0 / 400.0;
+
+/// Whether an abscissa turns back, so that areas over it would cover each other.
+fn turns_back(along: &[f64]) -> bool {
+    let finite = || along.iter().copied().filter(|x| x.is_finite());
+    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    let mut farthest = f64::NEG_INFINITY;
+    finite().any(|x| {
+        farthest = farthest.max(x);
+        farthest - x > TURN * range
+    })
 }
 
 /// Energy balance of one run, in J.
@@ -116,10 +139,12 @@ impl Balance {
 
     fn chart(&self, run: &Run, k: usize) -> Result<String, OutputError> {
         let (unit, scale) = self.unit();
-        let (along, label): (Vec<f64>, _) = if run.strain.iter().all(|strain| *strain == 0.0) {
-            (run.file.samples("time")?.iter().map(|time| time * 1e3).collect(), "time, ms")
+        let strain = magnitudes(run);
+        let stands = strain.iter().all(|strain| *strain == 0.0);
+        let (along, label): (Vec<f64>, _) = if stands || turns_back(&strain) {
+            (run.file.samples("time")?.iter().map(|time| time * 1e3).collect(), "time, ms".to_owned())
         } else {
-            (run.strain.iter().map(|strain| strain.abs() * 1e3).collect(), "strain, ‰ (magnitude)")
+            (strain, format!("{}, ‰ (magnitude)", run.meaning.strain()))
         };
         let points = |values: &[f64]| along.iter().zip(values).map(|(x, value)| (*x, value * scale)).collect();
         let mut series: Vec<Series> = self
@@ -146,7 +171,7 @@ impl Balance {
         let chart = Chart {
             id: format!("energy-{k}"),
             title: format!("Energy balance of {}", run.name),
-            x: Axis::new(label),
+            x: Axis::new(&label),
             y: Axis::new(&format!("energy, {unit}")),
             series,
             ..Chart::default()
@@ -203,6 +228,14 @@ impl Balance {
 mod tests {
     use super::*;
     use concordem_scenario::sampling::Record;
+
+    /// Loading, unloading, and reloading turn back; steps in one direction and wiggles within a line do not.
+    #[test]
+    fn an_abscissa_that_turns_back_is_found() {
+        assert!(turns_back(&[0.0, 1.0, 2.0, 1.5, 3.0]) && turns_back(&[3.0, 1.0]));
+        assert!(!turns_back(&[0.0, 1.0, 1.0, 2.0, 3.0]) && !turns_back(&[]) && !turns_back(&[0.0, 1.0, 0.999, 2.0]));
+        assert!(turns_back(&[0.0, 1.0, 0.994, 2.0]), "six thousandths of a range of two, more than five");
+    }
 
     /// Series in joules that are no term of the balance of mechanical energy, but of heat.
     const OF_HEAT: [&str; 3] = ["heat_sources", "heat_boundary", "heat_dissipation"];

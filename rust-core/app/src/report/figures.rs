@@ -26,9 +26,22 @@ pub struct CurveFigures {
     pub peak_stress: f64,
     /// Strain at the peak.
     pub peak_strain: f64,
+    /// Whether the peak is the end: then it is the largest stress so far, and no strength.
+    pub rises: bool,
 }
 
-/// Fraction of the peak stress up to which the modulus is fitted. In the concrete particle model no link is damaged there:
+/// Share of the peak at the end of the curve, above which the peak is the end.
+const STILL_RISING: f64 = 0.999;
+
+/// What tables say of a stress that [rises](CurveFigures::rises).
+pub const RISING: &str = "; the stress still rises at the end of the run";
+
+/// Whether the last stress is the largest one, `peak` (Pa).
+pub fn still_rises(stress: &[f64], peak: f64) -> bool {
+    stress.iter().rev().find(|stress| stress.is_finite()).is_some_and(|last| last / peak > STILL_RISING)
+}
+
+/// Fraction of the peak stress up to which the modulus is fitted. In the concrete particle model no bond is damaged there:
 /// the tensile strength is approximately 1.4 times the stress at which damage begins.
 pub const FITTED_SHARE: f64 = 0.3;
 
@@ -79,6 +92,7 @@ impl CurveFigures {
             fitted: straight,
             peak_stress,
             peak_strain,
+            rises: still_rises(stress, peak_stress),
         })
     }
 
@@ -143,7 +157,7 @@ pub struct ReferenceFigures {
     /// Source of the values; empty if there are none.
     pub source: String,
     /// Normal modulus of the bonds Ē, Pa.
-    pub link_modulus: Option<f64>,
+    pub bond_modulus: Option<f64>,
     /// Crack onset strain of a bond, ε₀.
     pub crack_onset_strain: Option<f64>,
     /// Young's modulus E, Pa.
@@ -171,7 +185,7 @@ impl ReferenceFigures {
         let one = |value, scatter| Some(Given::exactly(value).with_scatter(scatter));
         Self {
             source: "Stránský 2018, section 2.5.3, specimen 1 (numbers of the author's result files)".into(),
-            link_modulus: Some(25e9),
+            bond_modulus: Some(25e9),
             crack_onset_strain: Some(1e-4),
             modulus: one(27.03e9, 0.018),
             tensile_strength: one(3.475e6, 0.060),
@@ -189,7 +203,7 @@ impl ReferenceFigures {
         let one = |value| Some(Given::exactly(value));
         Self {
             source: "Stránský 2018, section 2.5.3, specimen 4 (numbers of the author's result files)".into(),
-            link_modulus: Some(50e9),
+            bond_modulus: Some(50e9),
             crack_onset_strain: Some(1e-4),
             modulus: Some(Given { low: 54.3e9, high: 54.7e9, scatter: None }),
             tensile_strength: one(6.930e6),
@@ -203,8 +217,34 @@ impl ReferenceFigures {
     }
 
     /// No published values; the bond parameters, if known.
-    pub fn none(link_modulus: Option<f64>, crack_onset_strain: Option<f64>) -> Self {
-        Self { link_modulus, crack_onset_strain, ..Self::default() }
+    pub fn none(bond_modulus: Option<f64>, crack_onset_strain: Option<f64>) -> Self {
+        Self { bond_modulus, crack_onset_strain, ..Self::default() }
+    }
+}
+
+/// Mean over the runs of one kind, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mean {
+    /// The mean; the value itself of a single run.
+    pub value: f64,
+    /// Standard deviation of two or more runs.
+    pub deviation: Option<f64>,
+}
+
+impl Mean {
+    /// The mean of the values; `None` without any.
+    fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+        let values: Vec<f64> = values.collect();
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let square: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+        let deviation = (values.len() > 1).then(|| (square / (count - 1.0)).sqrt());
+        (!values.is_empty()).then_some(Self { value: mean, deviation })
+    }
+
+    /// A value without scatter.
+    fn alone(value: f64) -> Self {
+        Self { value, deviation: None }
     }
 }
 
@@ -219,65 +259,100 @@ pub struct Row {
     pub unit: &'static str,
     /// Factor from SI to the printed unit.
     pub scale: f64,
-    /// Our value, SI.
-    pub ours: Option<f64>,
+    /// Our value.
+    pub ours: Option<Mean>,
     /// Published value, SI.
     pub source: Option<Given>,
+    /// Whether it follows from a stress that still rises at the end of a run.
+    pub rises: bool,
 }
 
-/// All values of a pair of tests, with the published ones.
-pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, given: &ReferenceFigures) -> Vec<Row> {
-    let row = |symbol, name, (unit, scale), ours, source| Row { symbol, name, unit, scale, ours, source };
+impl Row {
+    /// Whether there is something to show.
+    pub fn is_known(&self) -> bool {
+        self.ours.is_some() || self.source.is_some()
+    }
+}
+
+/// Curves of specimens of one material.
+#[derive(Debug, Clone, Default)]
+pub struct Curves {
+    /// Runs in tension.
+    pub tension: Vec<CurveFigures>,
+    /// Runs in compression.
+    pub compression: Vec<CurveFigures>,
+}
+
+impl Curves {
+    /// The mean of a figure: of the runs in tension that have it, else of those in compression.
+    fn first(&self, of: fn(&CurveFigures) -> Option<f64>) -> Option<Mean> {
+        Mean::of(self.tension.iter().filter_map(of)).or_else(|| Mean::of(self.compression.iter().filter_map(of)))
+    }
+}
+
+/// All values of the tests of one material, with the published ones; the rows are the same for all materials.
+pub fn rows(curves: &Curves, given: &ReferenceFigures) -> Vec<Row> {
+    let row = |symbol, name, (unit, scale), ours, source| Row { symbol, name, unit, scale, ours, source, rises: false };
     let (gpa, mpa, per_mille, pure) = (("GPa", 1e-9), ("MPa", 1e-6), ("‰", 1e3), ("", 1.0));
-    let modulus = tension.and_then(|curve| curve.modulus).or(compression.and_then(|curve| curve.modulus));
-    let gauge_modulus =
-        tension.and_then(|curve| curve.gauge_modulus).or(compression.and_then(|curve| curve.gauge_modulus));
-    let tensile = tension.map(|curve| curve.peak_stress);
-    let compressive = compression.map(|curve| -curve.peak_stress);
-    let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?);
-    let onset = given.link_modulus.zip(given.crack_onset_strain).map(|(modulus, strain)| modulus * strain);
-    let rows = vec![
+    let mean = |curves: &[CurveFigures], of: fn(&CurveFigures) -> f64| Mean::of(curves.iter().map(of));
+    let modulus = curves.first(|curve| curve.modulus);
+    let tensile = mean(&curves.tension, |curve| curve.peak_stress);
+    let compressive = mean(&curves.compression, |curve| -curve.peak_stress);
+    let ratio = |a: Option<Mean>, b: Option<f64>| Some(Mean::alone(a?.value / b?));
+    let onset = given.bond_modulus.zip(given.crack_onset_strain).map(|(modulus, strain)| modulus * strain);
+    let rises = |curves: &[CurveFigures]| curves.iter().any(|curve| curve.rises);
+    let [pulled, pressed] = [rises(&curves.tension), rises(&curves.compression)];
+    let middle = curves.first(|curve| curve.gauge_modulus);
+    vec![
+        row("E<sub>g</sub>", "Young’s modulus, from the strain of the middle half", gpa, middle, None),
         row("E", "Young’s modulus, from the strain between the ends", gpa, modulus, given.modulus),
-        row("E<sub>g</sub>", "Young’s modulus, from the strain of the middle half", gpa, gauge_modulus, None),
-        row("f<sub>t</sub>", "tensile strength", mpa, tensile, given.tensile_strength),
+        Row { rises: pulled, ..row("f<sub>t</sub>", "tensile strength", mpa, tensile, given.tensile_strength) },
         row(
             "ε(f<sub>t</sub>)",
             "strain at this stress",
             per_mille,
-            tension.map(|c| c.peak_strain),
+            mean(&curves.tension, |curve| curve.peak_strain),
             given.tensile_strain,
         ),
-        row("f<sub>c</sub>", "compressive strength", mpa, compressive, given.compressive_strength),
+        Row {
+            rises: pressed,
+            ..row("f<sub>c</sub>", "compressive strength", mpa, compressive, given.compressive_strength)
+        },
         row(
             "ε(f<sub>c</sub>)",
             "strain at this stress",
             per_mille,
-            compression.map(|c| c.peak_strain),
+            mean(&curves.compression, |curve| curve.peak_strain),
             given.compressive_strain,
         ),
-        row(
-            "f<sub>c</sub>/f<sub>t</sub>",
-            "ratio of the strengths",
-            pure,
-            ratio(compressive, tensile),
-            given.strength_ratio,
-        ),
+        Row {
+            rises: pulled || pressed,
+            ..row(
+                "f<sub>c</sub>/f<sub>t</sub>",
+                "ratio of the strengths",
+                pure,
+                ratio(compressive, tensile.map(|mean| mean.value)),
+                given.strength_ratio,
+            )
+        },
         row(
             "E/Ē",
-            "Young’s modulus over the link modulus",
+            "Young’s modulus over the modulus of a bond",
             pure,
-            ratio(modulus, given.link_modulus),
+            ratio(modulus, given.bond_modulus),
             given.modulus_ratio,
         ),
-        row(
-            "f<sub>t</sub>/(Ē ε<sub>0</sub>)",
-            "tensile strength over the stress at the onset of link damage",
-            pure,
-            ratio(tensile, onset),
-            given.tensile_ratio,
-        ),
-    ];
-    rows.into_iter().filter(|row| row.ours.is_some() || row.source.is_some()).collect()
+        Row {
+            rises: pulled,
+            ..row(
+                "f<sub>t</sub>/(Ē ε<sub>0</sub>)",
+                "tensile strength over the stress at the onset of damage in a bond",
+                pure,
+                ratio(tensile, onset),
+                given.tensile_ratio,
+            )
+        },
+    ]
 }
 
 #[cfg(test)]
@@ -380,12 +455,17 @@ mod tests {
             fitted: 10,
             peak_stress: 3.475e6,
             peak_strain: 1.586e-4,
+            rises: false,
         };
         let compression = CurveFigures { sense: Sense::Compression, peak_stress: -32.5e6, ..tension };
         let given = ReferenceFigures::stransky_specimen_1();
-        let rows = rows(Some(&tension), Some(&compression), &given);
+        let pair = Curves { tension: vec![tension], compression: vec![compression] };
+        let known = |curves: &Curves, given: &ReferenceFigures| -> Vec<Row> {
+            rows(curves, given).into_iter().filter(Row::is_known).collect()
+        };
+        let rows = known(&pair, &given);
         for row in &rows {
-            let (ours, source) = (row.ours.unwrap(), row.source.unwrap().middle());
+            let (ours, source) = (row.ours.unwrap().value, row.source.unwrap().middle());
             if row.symbol.starts_with('ε') {
                 continue;
             }
@@ -393,7 +473,27 @@ mod tests {
             assert!((ours / source - 1.0).abs() < 5e-4, "{row:?}");
         }
         assert_eq!(rows.len(), 8);
-        let alone = super::rows(Some(&tension), None, &ReferenceFigures::none(None, None));
-        assert_eq!(alone.iter().map(|row| row.symbol).collect::<Vec<_>>(), ["E", "f<sub>t</sub>", "ε(f<sub>t</sub>)"]);
+        let symbols = |rows: &[Row]| rows.iter().map(|row| row.symbol).collect::<Vec<_>>();
+        let none = ReferenceFigures::none(None, None);
+        let alone = known(&Curves { tension: vec![tension], compression: vec![] }, &none);
+        assert_eq!(symbols(&alone), ["E", "f<sub>t</sub>", "ε(f<sub>t</sub>)"]);
+        assert!(alone.iter().all(|row| !row.rises && row.ours.unwrap().deviation.is_none()));
+        // Two runs of one kind: mean and standard deviation, |a - b|/√2. One that still rises is named at all that follows from it.
+        let stronger = CurveFigures { peak_stress: 3.675e6, rises: true, ..tension };
+        let two = known(&Curves { tension: vec![tension, stronger], compression: vec![compression] }, &none);
+        let strength = two.iter().find(|row| row.symbol == "f<sub>t</sub>").unwrap();
+        let Mean { value, deviation } = strength.ours.unwrap();
+        // Sums of two numbers of some MPa round by some nano-pascals.
+        assert!((value - 3.575e6).abs() < 1e-6 && (deviation.unwrap() - 0.2e6 / 2.0_f64.sqrt()).abs() < 1e-6);
+        let rising: Vec<&str> = two.iter().filter(|row| row.rises).map(|row| row.symbol).collect();
+        assert_eq!(rising, ["f<sub>t</sub>", "f<sub>c</sub>/f<sub>t</sub>"]);
+    }
+
+    /// A curve that ends at its largest stress, or within a thousandth of it, has not passed a peak.
+    #[test]
+    fn a_curve_that_still_rises_has_no_peak() {
+        let rises = |stress: &[f64]| CurveFigures::of(&[0.0, 1.0, 2.0, 3.0], stress).unwrap().rises;
+        assert!(rises(&[0.0, 1.0, 2.0, 3.0]) && rises(&[0.0, -1.0, -2.0, -3.0]) && rises(&[0.0, 1.0, 3.0, 2.998]));
+        assert!(!rises(&[0.0, 1.0, 3.0, 2.996]) && !rises(&[0.0, 1.0, -3.0, 3.0e-1]));
     }
 }

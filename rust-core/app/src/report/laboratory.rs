@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::Run;
+use super::figures::{RISING, still_rises};
 use super::html::{escape, number, percent};
 use concordem_scenario::schema::quantity::{CrossSection, Length};
 use concordem_scenario::schema::{CutShape, Loading, Scenario, Shape};
@@ -12,8 +13,11 @@ use concordem_scenario::schema::{CutShape, Loading, Scenario, Shape};
 pub(super) enum Test {
     /// A beam on two supports.
     Flexure(Beam),
-    /// A cylinder between two plates.
-    Splitting,
+    /// A cylinder between two plates, on which the stress is `2F/(π D L)`.
+    Splitting {
+        /// `π D L/2`, m²; of a length of 1 m in two dimensions.
+        area: f64,
+    },
     /// Direct tension or compression.
     Uniaxial,
 }
@@ -40,7 +44,11 @@ impl Test {
     /// The test of a scenario; `None` for other loadings.
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         match &scenario.loading {
-            Loading::Platens { area: Some(CrossSection::Splitting), .. } => Some(Self::Splitting),
+            Loading::Platens { area: Some(CrossSection::Splitting), .. } => {
+                let Some(Shape::Cylinder { radius, height, .. }) = scenario.packing.shape() else { return None };
+                let length = if scenario.dimension == 2 { 1.0 } else { height.si() };
+                Some(Self::Splitting { area: std::f64::consts::PI * radius.si() * length })
+            }
             Loading::Uniaxial { .. } | Loading::Platens { .. } => Some(Self::Uniaxial),
             Loading::Flexure { axis, across, span, inner_span, .. } => {
                 let Some(Shape::Box { size, center, .. }) = scenario.packing.shape() else { return None };
@@ -80,12 +88,13 @@ impl Test {
         if peak <= 0.0 {
             return Vec::new();
         }
+        let note = if still_rises(stress, peak) { RISING } else { "" };
         match self {
             Self::Uniaxial => fracture_energy(strain, stress, peak, length).into_iter().collect(),
-            Self::Splitting => {
-                vec![("f<sub>st</sub>", "splitting strength, 2F/(π D L)".into(), "MPa", 1e-6 * peak)]
+            Self::Splitting { .. } => {
+                vec![("f<sub>st</sub>", format!("splitting strength, 2F/(π D L){note}"), "MPa", 1e-6 * peak)]
             }
-            Self::Flexure(beam) => beam.rows(strain, stress, peak),
+            Self::Flexure(beam) => beam.rows(strain, stress, peak, note),
         }
     }
 }
@@ -106,16 +115,17 @@ fn fracture_energy(strain: &[f64], stress: &[f64], peak: f64, length: Option<f64
 }
 
 impl Beam {
-    fn rows(&self, strain: &[f64], stress: &[f64], peak: f64) -> Vec<Row> {
+    /// `note`: what to say of the largest stress.
+    fn rows(&self, strain: &[f64], stress: &[f64], peak: f64, note: &str) -> Vec<Row> {
         let name = if self.notch.is_some() {
             "nominal strength of the full height, 3 F a/(b h²)"
         } else {
             "flexural strength, 3 F a/(b h²)"
         };
-        let mut rows: Vec<Row> = vec![("f<sub>fl</sub>", name.into(), "MPa", 1e-6 * peak)];
+        let mut rows: Vec<Row> = vec![("f<sub>fl</sub>", format!("{name}{note}"), "MPa", 1e-6 * peak)];
         let Some(notch) = self.notch else { return rows };
         if let Some(intensity) = self.stress_intensity(peak, notch) {
-            let name = "fracture toughness from the largest force (ASTM E399)".into();
+            let name = format!("fracture toughness from the largest force (ASTM E399){note}");
             rows.push(("K<sub>Ic</sub>", name, "MPa √m", 1e-6 * intensity));
         }
         let last = stress.last().copied().unwrap_or(peak) / peak;
@@ -125,13 +135,26 @@ impl Beam {
         rows
     }
 
-    /// Work of the rollers, J. With the distance `a` of support and roller, force `F` and deflection `w` are those of stress and
-    /// strain: `σ = 3Fa/(bh²)`, `ε = 3hw/(a (3l − 4a))`, so that `∫F dw = b h (3l − 4a)/9 ∫σ dε`.
+    /// Force of all rollers over the nominal stress, m²: `b h²/(3a)`.
+    pub(super) fn force_per_stress(&self) -> f64 {
+        self.width * self.height.powi(2) / (3.0 * self.arm())
+    }
+
+    /// Deflection under the rollers over the nominal strain, m: `a (3l − 4a)/(3h)`.
+    pub(super) fn deflection_per_strain(&self) -> f64 {
+        self.arm() * (3.0 * self.span - 4.0 * self.arm()) / (3.0 * self.height)
+    }
+
+    /// Distance `a` of support and roller, m.
+    fn arm(&self) -> f64 {
+        0.5 * (self.span - self.inner_span)
+    }
+
+    /// Work of the rollers, J: `∫F dw` with force `F` and deflection `w`.
     fn work(&self, strain: &[f64], stress: &[f64]) -> f64 {
-        let arm = 0.5 * (self.span - self.inner_span);
         let area: f64 =
             strain.windows(2).zip(stress.windows(2)).map(|(e, s)| 0.5 * (s[0] + s[1]) * (e[1] - e[0])).sum();
-        self.width * self.height * (3.0 * self.span - 4.0 * arm) / 9.0 * area
+        self.force_per_stress() * self.deflection_per_strain() * area
     }
 
     /// Stress intensity factor of a crack of depth `notch` (m) at a nominal stress `σ = 3Fl/(2bh²)`, Pa·√m; `None` unless the beam
@@ -238,7 +261,9 @@ mod tests {
             let Some(Test::Flexure(found)) = test_of(&beam.replacen(from, to, 1)) else { panic!("no beam") };
             assert_eq!(found.notch, None, "{to}");
         }
-        assert_eq!(test_of(&text("concrete-splitting")), Some(Test::Splitting));
+        let Some(Test::Splitting { area }) = test_of(&text("concrete-splitting")) else { panic!("no splitting test") };
+        // π D L/2 of the template’s cylinder, with D = 40 mm and L = 15 mm.
+        assert!((area / (std::f64::consts::PI * 0.02 * 0.015) - 1.0).abs() < 1e-12, "{area}");
         assert_eq!(test_of(&text("cpm-small")), Some(Test::Uniaxial));
         assert_eq!(test_of(&text("concrete-triaxial")), None);
     }
@@ -263,8 +288,13 @@ mod tests {
         let symbols: Vec<&str> = Test::Flexure(beam).rows(&strain, &stress, None).iter().map(|row| row.0).collect();
         assert_eq!(symbols, ["f<sub>fl</sub>", "K<sub>Ic</sub>", "G<sub>F</sub>"]);
         // What is never in tension has no strength.
-        assert_eq!(Test::Splitting.rows(&strain, &stress, None)[0].3, 3.0);
-        assert!(Test::Splitting.rows(&strain, &[-1.0; 11], None).is_empty());
+        let splitting = Test::Splitting { area: 1.0 };
+        let rows = splitting.rows(&strain, &stress, None);
+        assert_eq!(rows[0].3, 3.0);
+        assert!(rows[0].1.contains("still rises"), "it ends at its largest stress");
+        let dropped: Vec<f64> = stress[..10].iter().copied().chain([1.0]).collect();
+        assert!(!splitting.rows(&strain, &dropped, None)[0].1.contains("still rises"));
+        assert!(splitting.rows(&strain, &[-1.0; 11], None).is_empty());
         // A bar of 2 m in tension that breaks: half of 2 Pa times 1e-3, twice over, times its length.
         let (strain, stress) = ([0.0, 1e-3, 2e-3], [0.0, 2.0, 0.0]);
         let rows = Test::Uniaxial.rows(&strain, &stress, Some(2.0));

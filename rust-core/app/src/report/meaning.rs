@@ -23,6 +23,8 @@ pub(super) enum Meaning {
     Shear,
     /// In the outer fiber of a bent beam.
     Bending,
+    /// Nominal ones of a bent beam with a notch or another cut.
+    CutBeam,
     /// At the surface of a twisted cylinder.
     Torsion,
     /// In the middle of a cylinder that splits.
@@ -44,6 +46,7 @@ impl Meaning {
             Loading::Uniaxial { .. } | Loading::Platens { .. } if is_enclosed => Self::Enclosed,
             Loading::Uniaxial { .. } => Self::Layers,
             Loading::Platens { .. } => Self::Plates,
+            Loading::Flexure { .. } | Loading::Bending { .. } if !scenario.cuts.is_empty() => Self::CutBeam,
             Loading::Flexure { .. } | Loading::Bending { .. } => Self::Bending,
             Loading::Torsion { .. } => Self::Torsion,
             Loading::CellStrain { velocity_gradient } => {
@@ -74,9 +77,13 @@ impl Meaning {
         matches!(self, Self::Layers | Self::Plates | Self::FreeCell)
     }
 
-    /// Whether the table of stiffness and strength shows the run; results of laboratory tests have a table for themselves.
-    pub(super) fn has_curve(self) -> bool {
-        !matches!(self, Self::Splitting)
+    /// What the strain is: that of a split cylinder is the approach of the plates, that of a beam with a notch a nominal one.
+    pub(super) fn strain(self) -> &'static str {
+        match self {
+            Self::Splitting => "approach of the plates over their distance",
+            Self::CutBeam => "nominal strain",
+            _ => "strain",
+        }
     }
 
     /// The slope at the beginning of the curve; `None` where the curve has no modulus.
@@ -91,7 +98,8 @@ impl Meaning {
             Self::Bending => ("E<sub>b</sub>", "modulus in bending, by the formulas of an elastic beam"),
             Self::Torsion => ("G", "shear modulus in torsion"),
             Self::Other => ("dσ/dε", "slope"),
-            Self::Splitting => return None,
+            // The formulas of an elastic beam do not hold beside a notch.
+            Self::CutBeam | Self::Splitting => return None,
         })
     }
 
@@ -104,7 +112,7 @@ impl Meaning {
             (Self::Oedometric, _) => ("σ<sub>max</sub>", "largest axial stress, the other axes keep their length"),
             (Self::LateralStress, _) => ("σ<sub>max</sub>", "largest axial stress beside the lateral stress"),
             (Self::Shear | Self::Torsion, _) => ("τ<sub>max</sub>", "largest shear stress"),
-            (Self::Bending, _) => ("f<sub>fl</sub>", "largest nominal stress in the outer fiber"),
+            (Self::Bending | Self::CutBeam, _) => ("f<sub>fl</sub>", "largest nominal stress in the outer fiber"),
             (Self::Splitting, _) => ("f<sub>st</sub>", "splitting strength"),
             (Self::Other, _) => ("σ<sub>max</sub>", "largest stress"),
         }
@@ -135,7 +143,6 @@ mod tests {
             ("cpm-periodic", ("[0, 0, 0.4],", "[0, 0.4, 0],"), "G", "τ<sub>max</sub>"),
             ("cpm-periodic", ("    [0, 0, 0],", "    [0.1, 0, 0],"), "dσ/dε", "σ<sub>max</sub>"),
             ("concrete-triaxial", none, "dσ/dε", "σ<sub>max</sub>"),
-            ("concrete-bending", none, "E<sub>b</sub>", "f<sub>fl</sub>"),
             ("beam-torsion", none, "G", "τ<sub>max</sub>"),
             ("beam-bending", none, "E<sub>b</sub>", "f<sub>fl</sub>"),
             ("granular-box", none, "dσ/dε", "σ<sub>max</sub>"),
@@ -145,6 +152,14 @@ mod tests {
             assert_eq!(meaning.largest(false).0, largest, "{name} {change:?}");
         }
         assert_eq!(meaning("concrete-splitting", none).slope(), None);
+        // Without the cut of the template the formulas of an elastic beam hold.
+        let beam = template("concrete-bending").unwrap().text;
+        let from = beam.find("[[cut]]").unwrap();
+        let whole = format!("{}{}", &beam[..from], &beam[from + beam[from..].find("[integration]").unwrap()..]);
+        let of =
+            |text: &str| Meaning::of(&Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}")));
+        assert_eq!((of(beam), of(beam).slope()), (Meaning::CutBeam, None));
+        assert_eq!(of(&whole).slope().map(|(symbol, _)| symbol), Some("E<sub>b</sub>"));
         let free = (
             "stress = [[\"-5 MPa\", 0, 0], [0, \"-5 MPa\", 0], [0, 0, \"-5 MPa\"]]",
             "stress = [[0, 0, 0], [0, 0, 0], [0, 0, \"-5 MPa\"]]",

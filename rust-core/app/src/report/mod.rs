@@ -9,12 +9,14 @@ mod cracks;
 mod curves;
 mod energy;
 pub mod figures;
+mod forces;
 mod html;
 mod laboratory;
 mod meaning;
 mod phases;
 mod properties;
 mod provenance;
+mod recipe;
 mod rose;
 mod samples;
 mod size_effect;
@@ -39,7 +41,7 @@ use html::{escape, frame, number};
 use laboratory::Test;
 use meaning::Meaning;
 pub(crate) use summary::properties_of_run;
-pub use summary::{Property, summary};
+pub use summary::{Property, RISES, properties, summary};
 
 /// Name of the provenance entry with the size of rounding errors of the stress in one step, Pa.
 pub(crate) const STRESS_ROUNDING: &str = "stress_rounding_pa";
@@ -67,6 +69,15 @@ struct Run<'a> {
     test: Option<Test>,
     /// What strain and stress are; as in a specimen with free sides if the scenario cannot be read.
     meaning: Meaning,
+    /// What runs of the same material have in common, and the names of the materials.
+    material: String,
+    materials: String,
+    /// The parameters of the bonds, without published values.
+    bonds: ReferenceFigures,
+    /// Gauges that the scenario samples.
+    gauges: Vec<String>,
+    /// Whether the scenario is one in the plane, of unit depth.
+    is_plane: bool,
     /// Length that strains refer to, m, if the result has it.
     length: Option<f64>,
     color: &'static str,
@@ -101,6 +112,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         laboratory::section(&runs),
         size_effect::section(&runs),
         curves::section(&runs, reference),
+        forces::section(&runs)?,
         samples::section(&runs)?,
         phases::section(&runs)?,
         slices::section(&runs)?,
@@ -119,10 +131,16 @@ impl<'a> Run<'a> {
         let provenance = file.provenance()?;
         let coverage = Coverage::of(&provenance);
         let name = file.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let scenario = Scenario::parse("scenario", &file.scenario()?).ok();
+        let text = file.scenario()?;
+        let scenario = Scenario::parse("scenario", &text).ok();
+        let names =
+            |scenario: &Scenario| -> Vec<String> { scenario.materials.iter().map(|m| m.name.clone()).collect() };
+        let materials = scenario.as_ref().map(names).unwrap_or_default().join(", ");
+        let gauges = scenario.as_ref().map(gauges_of).unwrap_or_default();
+        let is_plane = scenario.as_ref().is_some_and(|scenario| scenario.dimension == 2);
         let test = scenario.as_ref().and_then(Test::of);
         let meaning = scenario.as_ref().map_or(Meaning::Layers, Meaning::of);
-        let title = toml::from_str::<toml::Table>(&file.scenario()?)
+        let title = toml::from_str::<toml::Table>(&text)
             .ok()
             .and_then(|scenario| Some(scenario.get("title")?.as_str()?.to_owned()))
             .unwrap_or_default();
@@ -142,7 +160,26 @@ impl<'a> Run<'a> {
         let (figures, test) = if is_known { (figures, test) } else { (None, None) };
         let length = number(SPECIMEN_LENGTH);
         let color = RUN_COLORS[k % RUN_COLORS.len()];
-        Ok(Self { file, name, title, strain, history, coverage, noise, figures, test, meaning, length, color })
+        let (material, bonds) = (recipe::material(&text), bonds_of(scenario.as_ref()));
+        Ok(Self {
+            file,
+            name,
+            title,
+            strain,
+            history,
+            coverage,
+            noise,
+            figures,
+            test,
+            meaning,
+            material,
+            materials,
+            bonds,
+            gauges,
+            is_plane,
+            length,
+            color,
+        })
     }
 
     /// Why the run has no modulus and no strength, if its stress is nothing but rounding errors.
@@ -165,6 +202,18 @@ impl<'a> Run<'a> {
     fn label(&self) -> String {
         if self.title.is_empty() { self.name.clone() } else { format!("{} ({})", self.title, self.name) }
     }
+}
+
+/// Names of the gauges between two sets.
+fn gauges_of(scenario: &Scenario) -> Vec<String> {
+    let gauges = scenario.samples.iter().filter(|sample| sample.operator.name() == "gauge");
+    gauges.map(|sample| sample.name().to_owned()).collect()
+}
+
+/// The parameters of the bonds of the first material, without published values.
+pub(crate) fn bonds_of(scenario: Option<&Scenario>) -> ReferenceFigures {
+    let cpm = scenario.and_then(|scenario| scenario.materials.first()?.cpm.as_ref());
+    ReferenceFigures::none(cpm.map(|cpm| cpm.young.si()), cpm.map(|cpm| cpm.crack_onset_strain.si()))
 }
 
 fn page_title(runs: &[Run]) -> String {

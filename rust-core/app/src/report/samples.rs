@@ -44,7 +44,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
                 let chart = Chart {
                     id: format!("sample-{r}-{}", identifier(&format!("{operator}-{quantity}"))),
                     title: format!("{operator}, {words}, of {}", run.name),
-                    x: Axis::new(x),
+                    x: Axis::new(&x),
                     y: Axis::new(&if unit == "1" { words.clone() } else { format!("{words}, {unit}") }),
                     series: series.collect(),
                     legend: parts.len() > 1,
@@ -68,20 +68,23 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
 }
 
 /// Abscissas of the samples, and the label of their axis.
-fn abscissa(run: &Run, time: &[f64], step: &[f64]) -> Result<(Vec<f64>, &'static str), OutputError> {
+fn abscissa(run: &Run, time: &[f64], step: &[f64]) -> Result<(Vec<f64>, String), OutputError> {
     if run.strain.iter().all(|strain| *strain == 0.0) || !run.file.has_series("step") {
-        return Ok((time.iter().map(|time| time * 1e3).collect(), "time, ms"));
+        return Ok((time.iter().map(|time| time * 1e3).collect(), "time, ms".to_owned()));
     }
     let steps = run.file.samples("step")?;
-    // Operators may be evaluated between two records.
-    let strain = |at: &f64| {
-        let next = steps.partition_point(|step| step < at).min(steps.len().saturating_sub(1));
-        let last = next.saturating_sub(1);
-        let (from, to) = (steps[last], steps[next]);
-        let share = if to > from { ((at - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
-        (run.strain[last] + share * (run.strain[next] - run.strain[last])) * 1e3
-    };
-    Ok((step.iter().map(strain).collect(), "strain, ‰"))
+    let strain = |at: &f64| at_step(&steps, &run.strain, *at) * 1e3;
+    let label = format!("{}, ‰", run.meaning.strain());
+    Ok((step.iter().map(strain).collect(), label))
+}
+
+/// A series of records at a step: operators may be evaluated between two records.
+pub(super) fn at_step(steps: &[f64], values: &[f64], at: f64) -> f64 {
+    let next = steps.partition_point(|step| *step < at).min(steps.len().saturating_sub(1));
+    let last = next.saturating_sub(1);
+    let (from, to) = (steps[last], steps[next]);
+    let share = if to > from { ((at - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
+    values[last] + share * (values[next] - values[last])
 }
 
 /// The numbers of a column.
@@ -111,6 +114,6 @@ fn components(quantity: &str, width: usize) -> Option<Vec<(String, usize)>> {
 }
 
 /// A name as an identifier of the page.
-fn identifier(name: &str) -> String {
+pub(super) fn identifier(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).collect()
 }

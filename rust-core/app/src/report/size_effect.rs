@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use super::chart::{Axis, Chart, Series, Style};
+use super::figures::still_rises;
 use super::html::{escape, number};
 use super::laboratory::{Beam, Test};
-use super::{RUN_COLORS, Run};
+use super::{RUN_COLORS, Run, recipe};
 
 /// Fewest heights to which a law is fitted.
 const LEAST_SIZES: usize = 3;
@@ -156,7 +157,7 @@ impl Family {
             let Some(Test::Flexure(beam)) = run.test else { continue };
             let strength = run.history.stress.iter().copied().fold(0.0, f64::max);
             // What still rises has no strength yet.
-            if strength <= 0.0 || run.history.stress.last().is_some_and(|last| *last >= strength) {
+            if strength <= 0.0 || still_rises(&run.history.stress, strength) {
                 continue;
             }
             let Some(recipe) = recipe(run, &beam) else { continue };
@@ -189,27 +190,13 @@ impl Family {
 /// What beams of one family share: material, particles, bonds, and what lies inside. `None` for a beam with cuts other than a notch, to
 /// which no law applies.
 fn recipe(run: &Run, beam: &Beam) -> Option<String> {
-    let mut table: toml::Table = toml::from_str(&run.file.scenario().ok()?).ok()?;
+    let text = run.file.scenario().ok()?;
+    let table: toml::Table = toml::from_str(&text).ok()?;
     if table.contains_key("cut") && beam.notch.is_none() {
         return None;
     }
-    // Beams of one size differ in their seeds.
-    for key in ["aggregates", "fibers"] {
-        if let Some(toml::Value::Table(one)) = table.get_mut(key) {
-            one.remove("seed");
-        }
-    }
-    let part = |name: &str, keys: &[&str]| -> Vec<Option<toml::Value>> {
-        keys.iter().map(|key| table.get(name)?.get(key).cloned()).collect()
-    };
-    let packing = part(
-        "packing",
-        &["kind", "radius", "radii", "dispersion", "lattice", "friction", "protocol", "solid_fraction"],
-    );
-    let integration = part("integration", &["damping", "kinematics"]);
-    let whole =
-        ["dimension", "material", "bonds", "contacts", "interface", "aggregates", "fibers"].map(|key| table.get(key));
-    Some(format!("{packing:?} {integration:?} {whole:?}"))
+    let integration = recipe::part(&table, "integration", &["damping", "kinematics"]);
+    Some(format!("{} {integration:?}", recipe::material(&text)))
 }
 
 /// Whether two beams have the same proportions. Only the height counts for the law, so that widths may differ.

@@ -72,7 +72,8 @@ fn data(slice: &SliceFrame, run: &Run) -> String {
             bytes.push((255.0 * damage.clamp(0.0, 1.0)).round() as u8);
         }
         let strain = strain_at(run, frame.time);
-        let strain = strain.map_or_else(String::new, |strain| format!(", strain {:.4} ‰", strain * 1e3));
+        let strain =
+            strain.map_or_else(String::new, |strain| format!(", {} {:.4} ‰", run.meaning.strain(), strain * 1e3));
         frames.push(format!("{{label: \"{:.4} ms{strain}\", moved: \"{}\"}}", frame.time * 1e3, base64(&bytes)));
     }
     format!(

@@ -1,10 +1,10 @@
 //! The properties of a specimen as text, for the end of a run and `concordem info`.
 
-use super::figures::{CurveFigures, Sense, only_rounding};
+use super::figures::{CurveFigures, RISING, Sense, only_rounding, still_rises};
 use super::html::{number, percent};
 use super::laboratory::Test;
 use super::meaning::Meaning;
-use super::{OutputError, ResultFile, Run};
+use super::{Coverage, History, OutputError, ResultFile, Run};
 use concordem_scenario::schema::Scenario;
 
 /// A property of the specimen.
@@ -30,25 +30,19 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
     };
     let free = run.meaning.is_uniaxial_stress();
     if let Some(figures) = run.figures.filter(|_| run.test.is_some_and(Test::is_axial)) {
-        if let Some(modulus) = figures.modulus.filter(|_| free) {
-            add(
-                "E",
-                format!(
-                    "{} GPa, between the ends, up to {} of the peak",
-                    number(modulus * 1e-9),
-                    percent(super::figures::FITTED_SHARE)
-                ),
-            );
-        }
+        // First the one that is free of the rigid end layers.
         if let Some(modulus) = figures.gauge_modulus.filter(|_| free) {
             add("E", format!("{} GPa, in the middle half", number(modulus * 1e-9)));
+        }
+        if let Some(modulus) = figures.modulus.filter(|_| free) {
+            let rigid = if run.meaning == Meaning::Layers { " with the rigid end layers" } else { "" };
+            let share = percent(super::figures::FITTED_SHARE);
+            add("E", format!("{} GPa, between the ends{rigid}, up to {share} of the peak", number(modulus * 1e-9)));
         }
         // A specimen that a membrane or walls enclose has neither E nor f_t or f_c.
         let (symbol, name) = run.meaning.largest(figures.sense == Sense::Tension);
         let name = if free { String::new() } else { format!(", {name}") };
-        let end = run.history.stress.last().copied().unwrap_or(0.0) / figures.peak_stress;
-        // A stress that is still the largest at the end is no strength.
-        let note = if end > STILL_RISING { "; the stress still rises at the end of the run" } else { "" };
+        let note = if figures.rises { RISING } else { "" };
         let strain = number(figures.peak_strain * 1e3);
         add(symbol, format!("{} MPa at a strain of {strain} ‰{name}{note}", number(figures.peak_stress.abs() * 1e-6)));
     }
@@ -64,6 +58,24 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
         add("records", note);
     }
     Ok(properties)
+}
+
+/// Name of the property that is 1 if the stress still rises at the end of the run: then its largest value is no strength; else 0.
+pub const RISES: &str = "rises_at_end";
+
+/// Properties of the specimen of a result, by symbol, in SI units, as a sweep names them. Empty without a test that defines some.
+///
+/// # Errors
+/// The result cannot be read.
+pub fn properties(result: &ResultFile) -> Result<Vec<(String, f64)>, OutputError> {
+    let run = Run::new(result, 0)?;
+    let Ok(scenario) = Scenario::parse("scenario", &result.scenario()?) else { return Ok(Vec::new()) };
+    if run.coverage == Coverage::Unknown || run.noise.is_some() {
+        return Ok(Vec::new());
+    }
+    let gauge = if result.has_series("gauge_strain") { result.history("gauge_strain")? } else { Vec::new() };
+    let History { strain, stress } = &run.history;
+    Ok(properties_of_run(&scenario, [strain, &gauge, stress], run.length, 0.0))
 }
 
 /// Properties of a run with this scenario, by symbol, in SI units. `curves`: strain, strain of the middle half (may be empty), and stress
@@ -88,12 +100,14 @@ pub(crate) fn properties_of_run(
         found.push((symbol.to_owned(), figures.peak_stress.abs()));
         found.push(("strain_at_peak".to_owned(), figures.peak_strain));
     }
+    let largest =
+        stress.iter().copied().fold(0.0_f64, |most, stress| if stress.abs() > most.abs() { stress } else { most });
+    if largest != 0.0 {
+        found.push((RISES.to_owned(), f64::from(u8::from(still_rises(stress, largest)))));
+    }
     for (symbol, _, unit, value) in test.rows(strain, stress, length) {
         let scale = if unit.starts_with("MPa") { 1e6 } else { 1.0 };
         found.push((symbol.replace("<sub>", "_").replace("</sub>", ""), value * scale));
     }
     found
 }
-
-/// Share of the peak at the end of the run, above which the peak is the end.
-const STILL_RISING: f64 = 0.999;

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::RISES;
 use super::chart::{Axis, Chart, Series, Style};
 use super::html::{escape, frame, number};
 use crate::output::sweep::problems;
@@ -179,6 +180,7 @@ pub fn page(sweep: &Sweep, outcomes: &[Outcome]) -> String {
             escape(&problems(outcomes))
         );
     }
+    body += &rising(sweep, outcomes);
     let shown: Vec<usize> = (0..sweep.axes.len()).filter(|&k| !sweep.axes[k].average).collect();
     for &x in &shown {
         body += &over(sweep, outcomes, x, &shown);
@@ -192,6 +194,21 @@ pub fn page(sweep: &Sweep, outcomes: &[Outcome]) -> String {
         escape(&sweep.scenario_text)
     );
     frame(title, &body)
+}
+
+/// Says how many points have a largest stress that is no strength.
+fn rising(sweep: &Sweep, outcomes: &[Outcome]) -> String {
+    let quantities = sweep.quantities();
+    let Some(at) = quantities.iter().position(|quantity| quantity.name == RISES) else { return String::new() };
+    let rise = outcomes.iter().filter(|outcome| outcome.values[at] == 1.0).count();
+    if rise == 0 {
+        return String::new();
+    }
+    format!(
+        "<p>The stress of {rise} of {} points still rises at the end of the run (<code>{RISES}</code> is 1): their largest stress is no \
+         strength. Run further.</p>\n",
+        outcomes.len()
+    )
 }
 
 /// Points with these values of the axes `of`.

@@ -24,8 +24,13 @@ fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> Re
     synthetic_run(path, peak_stress, peak_strain, format!("title = \"{title}\"\n# a < b & c\n"))
 }
 
-#[expect(clippy::too_many_lines, reason = "a result file, table by table")]
 fn synthetic_run(path: &Path, peak_stress: f64, peak_strain: f64, scenario: String) -> ResultFile {
+    synthetic_until(path, (peak_stress, peak_strain), scenario, 2.6)
+}
+
+/// The run ends at the strain of the peak times `end`.
+#[expect(clippy::too_many_lines, reason = "a result file, table by table")]
+fn synthetic_until(path: &Path, (peak_stress, peak_strain): (f64, f64), scenario: String, end: f64) -> ResultFile {
     const NAMES: [&str; 19] = [
         "time",
         "step",
@@ -63,7 +68,7 @@ fn synthetic_run(path: &Path, peak_stress: f64, peak_strain: f64, scenario: Stri
         random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (random >> 11) as f64 / (1_u64 << 53) as f64
     };
-    let end = peak_strain * 2.6;
+    let end = peak_strain * end;
     for k in 0..=300 {
         let strain = end * f64::from(k) / 300.0;
         let x = strain / peak_strain;
@@ -258,7 +263,7 @@ fn slope_and_largest_stress_have_the_names_of_their_loading() {
         ("cpm-periodic", &[], ("M", "oedometric modulus"), "largest axial stress, the other axes keep their length"),
         ("cpm-periodic", &[sheared, unstrained], ("G", "shear modulus"), "largest shear stress"),
         ("concrete-triaxial", &[], ("dσ/dε", "slope beside a lateral stress"), "beside the lateral stress"),
-        ("concrete-bending", &[], ("E<sub>b</sub>", "modulus in bending"), "largest nominal stress in the outer fiber"),
+        ("beam-bending", &[], ("E<sub>b</sub>", "modulus in bending"), "largest nominal stress in the outer fiber"),
         ("beam-torsion", &[], ("G", "shear modulus in torsion"), "largest shear stress"),
     ] {
         let mut scenario = concordem_scenario::schema::template(template).unwrap().text.to_owned();
@@ -278,11 +283,81 @@ fn slope_and_largest_stress_have_the_names_of_their_loading() {
         let legend = symbol.replace("<sub>", "").replace("</sub>", "");
         assert!(html.contains(&format!("{legend} = {gpa} GPa")), "{template}: {legend}");
     }
+    // A beam with a notch has no modulus either, one name for its strength, and forces over the deflection.
+    let notched = concordem_scenario::schema::template("concrete-bending").unwrap().text;
+    let result = synthetic_run(&folder.path().join("notched.h5"), 3.5e6, 1.6e-4, notched.to_owned());
+    let html = before_provenance(&result);
+    assert!(!html.contains(" GPa") && html.contains("<h3>In bending, with a cut</h3>") && !html.contains("In tension"));
+    assert_eq!(html.matches("f<sub>fl</sub>").count(), 1, "one name of the strength");
+    assert!(html.contains("<h3>Force over the deflection</h3>"));
     // A cylinder that splits has no modulus.
     let splitting = concordem_scenario::schema::template("concrete-splitting").unwrap().text;
     let result = synthetic_run(&folder.path().join("splitting.h5"), 3.5e6, 1.6e-4, splitting.to_owned());
     let html = before_provenance(&result);
     assert!(html.contains("splitting strength") && !html.contains(" GPa"), "a modulus");
+    assert!(
+        !html.contains("Stress and strain") && !html.contains("In tension"),
+        "the approach of the plates is no strain"
+    );
+}
+
+/// Runs of one material share a column, with the mean of those of one kind; another material has its own, without the published values.
+#[test]
+fn only_runs_of_one_material_are_combined() {
+    let folder = tempfile::tempdir().unwrap();
+    let template = concordem_scenario::schema::template("cpm-small").unwrap().text;
+    let run = |name: &str, peak: f64, from: &str, to: &str| {
+        assert!(template.contains(from), "{from}");
+        synthetic_run(&folder.path().join(name), peak, 1.6e-4 * peak.signum(), template.replacen(from, to, 1))
+    };
+    let inputs = [
+        run("first.h5", 3e6, "seed = 1 ", "seed = 1 "),
+        run("second.h5", 4e6, "seed = 1 ", "seed = 2 "),
+        run("pressed.h5", -35e6, "seed = 1 ", "seed = 3 "),
+        run("granite.h5", -90e6, "young = \"25 GPa\"", "young = \"60 GPa\""),
+    ];
+    let one = page(&inputs[..3], &ReferenceFigures::stransky_specimen_1()).unwrap();
+    let row = |html: &str, symbol: &str| -> Vec<String> {
+        let line =
+            html.lines().find(|line| line.starts_with(&format!("<tr><td class=\"symbol\">{symbol}</td>"))).unwrap();
+        line.split("<td class=\"number\">").skip(1).map(|cell| cell.split('<').next().unwrap().to_owned()).collect()
+    };
+    // The standard deviation of 3 and 4 MPa is 1/√2.
+    assert_eq!(row(&one, "f<sub>t</sub>")[..2], ["3.500 ± 0.7071", "3.475"]);
+    assert_eq!(row(&one, "f<sub>c</sub>/f<sub>t</sub>")[0], "10.00");
+    assert!(
+        one.contains("this work") && one.contains("in tension of first.h5, second.h5") && !one.contains("Each column")
+    );
+    let two = page(&inputs, &ReferenceFigures::stransky_specimen_1()).unwrap();
+    assert_eq!(row(&two, "f<sub>c</sub>")[..3], ["35.00", "90.00", "32.50"]);
+    assert_eq!(row(&two, "f<sub>c</sub>/f<sub>t</sub>")[..2], ["10.00", "–"], "granite was not pulled");
+    assert!(
+        two.contains("granite.h5</span></th>") && two.contains("Each column") && two.contains("published for concrete")
+    );
+    // The difference is that of the material with published values: 35 of 32.5 MPa.
+    assert_eq!(row(&two, "f<sub>c</sub>")[3], "+7.7 %");
+    assert!(two.contains("Bonds of concrete: Ē = 60.00 GPa"), "each material has its bonds");
+}
+
+/// A page says of which runs the largest stress is no strength.
+#[test]
+fn a_stress_that_still_rises_is_no_strength() {
+    let folder = tempfile::tempdir().unwrap();
+    let template = concordem_scenario::schema::template("cpm-small").unwrap().text;
+    let note = "the stress still rises at the end of the run";
+    let whole = synthetic_run(&folder.path().join("whole.h5"), 3.5e6, 1.6e-4, template.to_owned());
+    let html = before_provenance(&whole);
+    assert!(!html.contains("still rises"));
+    // The records end before the peak.
+    let short = synthetic_until(&folder.path().join("short.h5"), (3.5e6, 1.6e-4), template.to_owned(), 0.5);
+    let html = before_provenance(&short);
+    assert!(
+        html.contains(&format!("tensile strength, MPa; {note}"))
+            && html.contains("The stress still rises at the end of short.h5")
+    );
+    let found =
+        |result: &ResultFile| properties(result).unwrap().into_iter().find(|(name, _)| name == RISES).unwrap().1;
+    assert_eq!((found(&whole), found(&short)), (0.0, 1.0));
 }
 
 #[test]

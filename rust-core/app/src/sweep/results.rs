@@ -6,7 +6,7 @@ use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::{OperatorSample, Scenario};
 
 use super::outcome::{MOST_RESULTS, Outcome, Quantity};
-use crate::report::properties_of_run;
+use crate::report::{RISES, properties_of_run};
 
 /// Which number of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +39,7 @@ pub struct RunResult {
 }
 
 /// Properties that runs may have, with their units.
-pub const PROPERTIES: [(&str, &str); 9] = [
+pub const PROPERTIES: [(&str, &str); 10] = [
     ("E", "Pa"),
     ("E_gauge", "Pa"),
     ("f_t", "Pa"),
@@ -49,10 +49,11 @@ pub const PROPERTIES: [(&str, &str); 9] = [
     ("f_st", "Pa"),
     ("K_Ic", "Pa m^0.5"),
     ("G_F", "N/m"),
+    (RISES, "1"),
 ];
 
 /// Results that a sweep records if it names none.
-pub const DEFAULT: [&str; 5] = ["E", "f_t", "f_c", "strain_at_peak", "last broken"];
+pub const DEFAULT: [&str; 6] = ["E", "f_t", "f_c", "strain_at_peak", RISES, "last broken"];
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -78,6 +79,10 @@ impl RunResult {
     /// The quantity of files and pages.
     pub(super) fn quantity(&self) -> Quantity {
         let description = match &self.source {
+            Source::Property(symbol) if symbol == RISES => {
+                "1 if the stress still rises at the end of the run, so that its largest value is no strength; else 0"
+                    .to_owned()
+            }
             Source::Property(symbol) => format!("{symbol} of the specimen"),
             Source::Series(..) | Source::Operator(..) => "Number of a series".to_owned(),
         };

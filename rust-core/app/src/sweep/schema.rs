@@ -49,9 +49,9 @@ pub fn schema() -> Value {
                 "enum": ["elastic", "structure", "run"]
             },
             "results": {
-                "description": "Results of runs: properties (E, E_gauge, f_t, f_c, strain_at_peak, f_fl, f_st, K_Ic, G_F), series and \
+                "description": "Results of runs: properties (E, E_gauge, f_t, f_c, strain_at_peak, f_fl, f_st, K_Ic, G_F, rises_at_end), series and \
                                 components of operators, alone (last value) or after max, min, mean; default: E, f_t, f_c, \
-                                strain_at_peak, last broken.",
+                                strain_at_peak, rises_at_end, last broken.",
                 "type": "array", "items": { "type": "string" }, "minItems": 1
             },
             "dynamics": { "description": "Whether to relax the packing dynamically, too; default: false.", "type": "boolean" },
