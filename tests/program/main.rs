@@ -19,6 +19,7 @@ mod measure;
 mod mistakes;
 mod pages;
 mod pictures;
+mod progress;
 mod results;
 mod settings;
 mod sweep;

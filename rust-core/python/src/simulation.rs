@@ -78,7 +78,7 @@ impl Simulation {
                 std::process::abort();
             }
             let stopped = stopped.or_raise()?;
-            let (share, step) = (inner.run.progress(), inner.run.state.clock.step);
+            let (share, step) = (inner.share(), inner.run.state.clock.step);
             let sample = inner.records.samples.last().copied().unwrap_or_default();
             drop(inner);
             if let Err(error) = py.check_signals() {
@@ -88,7 +88,8 @@ impl Simulation {
                 && last.elapsed() >= REPORT
             {
                 last = Instant::now();
-                let share = if steps == u64::MAX { share } else { 1.0 - left as f64 / steps as f64 };
+                let share = if steps == u64::MAX { share } else { Some(1.0 - left as f64 / steps as f64) };
+                let share = share.unwrap_or(f64::NAN);
                 let text = format!("step {step}, strain {:.3e}, stress {:.3e} Pa", sample.strain, sample.stress);
                 if let Err(error) = report.call1(py, (text, share)) {
                     break Err(error);
@@ -279,10 +280,10 @@ impl Simulation {
         Ok(self.lock()?.run.stopped().map(name_of))
     }
 
-    /// Progress of the run, 0 to 1.
+    /// Progress of the run, or of its present stage, 0 to 1, by the stop nearest to being met; None if no stop can be estimated.
     #[getter]
-    fn progress(&self) -> PyResult<f64> {
-        Ok(self.lock()?.run.progress())
+    fn progress(&self) -> PyResult<Option<f64>> {
+        Ok(self.lock()?.share())
     }
 
     /// Numbers of particles and bonds, time step bound, and the like; see Summary.

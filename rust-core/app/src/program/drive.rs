@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::meter::Meter;
+use super::progress::{Done, Progress};
 use super::readable::{count, seconds};
 use super::recording::{Recording, bond_damage, result_path};
 use super::watch::Live;
@@ -113,6 +114,7 @@ pub(super) struct Run {
     pending_bytes: usize,
     /// The page that shows the run.
     live: Option<Live>,
+    progress: Progress,
     /// When the command began.
     begun: Instant,
     /// Time from then to the end of the first step.
@@ -121,7 +123,16 @@ pub(super) struct Run {
 
 impl Run {
     pub(super) fn new(simulation: Simulation, files: RunFiles, recording: Recording, begun: Instant) -> Self {
-        Self { simulation, files, recording, pending_bytes: 0, live: None, begun, first_step: None }
+        Self {
+            simulation,
+            files,
+            recording,
+            pending_bytes: 0,
+            live: None,
+            progress: Progress::default(),
+            begun,
+            first_step: None,
+        }
     }
 
     /// The run with a page that shows it.
@@ -144,7 +155,7 @@ impl Run {
                 record.stress,
                 seconds(start.elapsed().as_secs_f64())
             );
-            let share = self.simulation.progress();
+            let share = self.progress.done(&self.simulation, record.strain).map(|done| done.share);
             live.publish(state, share, &self.recording.displacement(state), &bond_damage(state), &status, begun);
         }
         self.live = Some(live);
@@ -183,7 +194,8 @@ impl Run {
         let mut last_commit = Instant::now();
         let mut pause = CHECKPOINT_AT_MOST_EVERY;
         let mut last_look = Instant::now();
-        let share_before = self.simulation.progress();
+        // What ends next, and when and with which share this process began with it.
+        let mut ending = (String::new(), Duration::ZERO, 0.0);
         while self.simulation.stopped().is_none() {
             let step = self.simulation.state.clock.step;
             let begun = step > first_step;
@@ -211,15 +223,21 @@ impl Run {
                     last_look = Instant::now();
                     let done = (self.simulation.state.clock.step - first_step) as f64;
                     let each = start.elapsed().as_secs_f64() / done;
-                    let share = self.simulation.progress();
+                    let known = self.progress.done(&self.simulation, sample.strain);
+                    let name = known.as_ref().map_or_else(|| "running".to_owned(), Done::name);
+                    let share = known.as_ref().map(|known| known.share);
+                    if ending.0 != name {
+                        ending = (name.clone(), start.elapsed(), share.unwrap_or(0.0));
+                    }
                     let rate = if bonds > 0 {
                         format!(", {:.0} ns per bond and step", each * 1e9 / bonds as f64)
                     } else {
                         String::new()
                     };
-                    let left = remaining(start.elapsed(), share_before, share);
-                    let left = left.map_or_else(String::new, |left| format!(", at most {} left", seconds(left)));
-                    meter.stage_with("running", share, || {
+                    let left = share.and_then(|share| remaining(start.elapsed() - ending.1, ending.2, share));
+                    let of = if known.is_some_and(|known| known.stage.is_some()) { " of this stage" } else { "" };
+                    let left = left.map_or_else(String::new, |left| format!(", at most {}{of} left", seconds(left)));
+                    meter.stage_with(&name, share, || {
                         format!(
                             "step {}{rate}, strain {:.3e}, stress {:.3e} Pa{left}",
                             count(self.simulation.state.clock.step as usize),
@@ -318,7 +336,7 @@ fn pause_after(cost: Duration, elapsed: Duration) -> Duration {
     early.min(CHECKPOINT_EVERY)
 }
 
-/// Time until the end, s, if the share of the run grows as it did since the process began with it. A drop of the stress may end the run
+/// Time until the end, s, if the share of a run or a stage grows as it did since the process began with it. A drop of the stress may end the run
 /// earlier.
 fn remaining(elapsed: Duration, before: f64, now: f64) -> Option<f64> {
     let grown = now - before;

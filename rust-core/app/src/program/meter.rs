@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::readable::seconds;
 
-/// Receives a stage and its progress, 0 to 1.
+/// Receives a stage and its progress, 0 to 1; NaN if it is not known.
 pub type Listener = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
 /// How progress is shown.
@@ -50,9 +50,6 @@ impl Meter {
         let is_bar = matches!(display, Display::Bar);
         let target = if is_bar { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(1000), target);
-        if let Ok(style) = ProgressStyle::with_template("{prefix:>12} {wide_bar} {percent:>3} %  {elapsed}  {msg}") {
-            bar.set_style(style);
-        }
         let now = Instant::now();
         let stage = Mutex::new(Stage { name: String::new(), begun: now, last_line: now, last_share: 0.0 });
         Self { display, bar, stage }
@@ -60,14 +57,14 @@ impl Meter {
 
     /// Progress of a stage, 0 to 1.
     pub(super) fn stage(&self, name: &str, share: f64) {
-        self.stage_with(name, share, String::new);
+        self.stage_with(name, Some(share), String::new);
     }
 
-    /// Progress of a stage, 0 to 1, with a text about it.
-    pub(super) fn stage_with(&self, name: &str, share: f64, text: impl FnOnce() -> String) {
+    /// Progress of a stage, 0 to 1, if it is known, with a text about it.
+    pub(super) fn stage_with(&self, name: &str, share: Option<f64>, text: impl FnOnce() -> String) {
         match &self.display {
             Display::Nothing => return,
-            Display::Host(listener) => return listener(name, share),
+            Display::Host(listener) => return listener(name, share.unwrap_or(f64::NAN)),
             Display::Bar | Display::Lines => {}
         }
         let mut stage = self.current();
@@ -76,18 +73,23 @@ impl Meter {
             let now = Instant::now();
             *stage = Stage { name: name.to_owned(), begun: now, last_line: now, last_share: 0.0 };
             self.bar.reset();
+            if let Ok(style) = ProgressStyle::with_template(template(share.is_some())) {
+                self.bar.set_style(style);
+            }
             self.bar.set_prefix(name.to_owned());
             self.bar.enable_steady_tick(Duration::from_millis(200));
         }
-        self.bar.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);
+        let now = share.unwrap_or(0.0).clamp(0.0, 1.0);
+        self.bar.set_position((now * 1000.0) as u64);
         match self.display {
             Display::Bar => self.bar.set_message(text()),
-            Display::Lines if is_due(stage.last_line.elapsed(), share - stage.last_share) => {
-                (stage.last_line, stage.last_share) = (Instant::now(), share);
+            Display::Lines if is_due(stage.last_line.elapsed(), now - stage.last_share) => {
+                (stage.last_line, stage.last_share) = (Instant::now(), now);
                 let text = text();
                 let comma = if text.is_empty() { "" } else { ", " };
                 let time = seconds(stage.begun.elapsed().as_secs_f64());
-                let _ = writeln!(std::io::stderr(), "{name}: {:.0} % after {time}{comma}{text}", share * 100.0);
+                let done = share.map_or_else(String::new, |share| format!("{:.0} % ", share * 100.0));
+                let _ = writeln!(std::io::stderr(), "{name}: {done}after {time}{comma}{text}");
             }
             _ => {}
         }
@@ -122,6 +124,15 @@ impl Meter {
         if !self.bar.is_finished() {
             self.bar.finish_and_clear();
         }
+    }
+}
+
+/// What the bar shows; without a bar if the share is not known.
+fn template(is_known: bool) -> &'static str {
+    if is_known {
+        "{prefix:>12} {wide_bar} {percent:>3} %  {elapsed}  {msg}"
+    } else {
+        "{prefix:>12} {spinner}  {elapsed}  {msg}"
     }
 }
 

@@ -20,6 +20,7 @@ mod init;
 pub mod measure;
 mod meter;
 mod pack;
+pub mod progress;
 mod readable;
 pub mod recording;
 pub mod report;

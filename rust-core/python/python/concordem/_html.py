@@ -23,7 +23,7 @@ def simulation(of: Simulation) -> str:
         ("step", f"{state.step:,}"),
         ("time", f"{state.time:.6g} s"),
         ("time step", f"{state.time_step:.4g} s"),
-        ("progress", f"{100 * of.progress:.0f} %"),
+        ("progress", "not known" if of.progress is None else f"{100 * of.progress:.0f} %"),
         ("ended because of", of.stopped or "not ended"),
     ]
     samples = of.samples

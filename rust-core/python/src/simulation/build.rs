@@ -7,6 +7,7 @@ use std::time::Duration;
 use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, assemble_with, place};
 use concordem::output::{ResultFile, checkpoint};
+use concordem::program::progress::Progress;
 use concordem::program::recording::{Recording, header};
 use concordem::schedule::Simulation as Run;
 use concordem::schedule::simulation::Written;
@@ -91,6 +92,7 @@ impl Simulation {
         let recording = Recording::new(inner, positions);
         let addresses = Addresses::of(&run.state.particles);
         let inner = Inner {
+            progress: Progress::default(),
             run,
             records,
             recording,
@@ -117,6 +119,7 @@ impl Simulation {
         let copy = || Run::new(run.state.clone(), run.solver.model().clone(), run.schedule.clone());
         let run = detach_here(py, || pool.inside(copy))?.or_raise()?;
         let inner = Inner {
+            progress: now.progress,
             addresses: Addresses::of(&run.state.particles),
             run,
             records: now.records.clone(),

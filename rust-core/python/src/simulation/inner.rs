@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use concordem::assembly::Summary;
 use concordem::output::RunHeader;
 use concordem::program::Failure;
+use concordem::program::progress::Progress;
 use concordem::program::recording::Recording;
 use concordem::schedule::simulation::Written;
 use concordem::schedule::{Simulation as Run, StopReason};
@@ -23,6 +24,8 @@ pub struct Inner {
     /// State, solver, and schedule.
     pub run: Run,
     pub(super) records: Records,
+    /// How far the run, or its present stage, has come.
+    pub(super) progress: Progress,
     /// What snapshots and results need besides the present state.
     pub(super) recording: Recording,
     /// Whether steps keep the snapshots that a result has.
@@ -43,6 +46,23 @@ pub struct Inner {
 }
 
 impl Inner {
+    /// Completed share of the present stage or of the run, if it can be estimated.
+    pub fn share(&self) -> Option<f64> {
+        let mut now = self.progress;
+        now.done(&self.run, self.strain()).map(|done| done.share)
+    }
+
+    /// Notes where a stage begins.
+    fn follow(&mut self) {
+        let strain = self.strain();
+        self.progress.done(&self.run, strain);
+    }
+
+    /// Strain of the last record.
+    fn strain(&self) -> f64 {
+        self.records.samples.last().map_or(0.0, |record| record.strain)
+    }
+
     /// Book what Python has written since the last step.
     pub fn book_written(&mut self) {
         let Some(written) = &mut self.written else { return };
@@ -72,6 +92,7 @@ impl Inner {
     pub fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, Failure> {
         let start = Instant::now();
         self.book_written();
+        self.follow();
         // Python may have written velocities since the last step; what is prescribed starts from them, as in a checkpoint.
         self.run.solver.set_targets(None);
         while *steps > 0 {
@@ -98,6 +119,7 @@ impl Inner {
         if self.written.is_some() {
             self.written = Some(Written::of(&self.run.state));
         }
+        self.follow();
         self.wall += start.elapsed();
         Ok(self.run.stopped())
     }

@@ -175,7 +175,7 @@ fn find(
     let mut report = |runs: usize, table: &StrengthTable| {
         let each = start.elapsed().as_secs_f64() / runs.max(1) as f64;
         let expected = TYPICAL * pairs.len();
-        meter.stage_with("strengths", (runs as f64 / expected as f64).min(0.99), || {
+        meter.stage_with("strengths", Some((runs as f64 / expected as f64).min(0.99)), || {
             let left = expected.saturating_sub(runs).max(1) as f64 * each;
             format!("measurement {runs} of usually {expected}, {} each, about {} left", seconds(each), seconds(left))
         });

@@ -122,7 +122,7 @@ fn publish(
     let state = &assembly.state;
     let header = &follower.header;
     let value = |name: &str| last.get(header.series.iter().position(|series| series.name == name)?).copied();
-    let share = share_of(&header.scenario, value).unwrap_or(0.0);
+    let share = share_of(&header.scenario, value);
     let mut status = format!("step {}, {:.4e} s", count(state.clock.step as usize), state.clock.time());
     if let (Some(strain), Some(stress)) = (value("strain"), value("stress")) {
         let _ = write!(status, ", strain {strain:.3e}, stress {stress:.3e} Pa");

@@ -124,11 +124,11 @@ impl Live {
         self.last.elapsed() >= self.pause
     }
 
-    /// Publishes a state; `share`: done of the run; `displacement`: of all particles, m; `begun`: when the work for it began.
+    /// Publishes a state; `share`: done of the run or the present stage, if it is known; `displacement`: of all particles, m; `begun`: when the work for it began.
     pub(super) fn publish(
         &mut self,
         state: &State,
-        share: f64,
+        share: Option<f64>,
         displacement: &[Vec3],
         damage: &[f64],
         status: &str,
@@ -140,7 +140,7 @@ impl Live {
         self.pause = SHORTEST.max(begun.elapsed() * RARELY);
     }
 
-    fn text(&self, state: &State, share: f64, displacement: &[Vec3], damage: &[f64], status: &str) -> String {
+    fn text(&self, state: &State, share: Option<f64>, displacement: &[Vec3], damage: &[f64], status: &str) -> String {
         let mut curve = String::new();
         for [strain, stress] in self.curve.iter().filter(|point| point.iter().all(|x| x.is_finite())) {
             let comma = if curve.is_empty() { "" } else { "," };
@@ -169,8 +169,9 @@ impl Live {
                 }
             }
         }
+        let share = share.map_or_else(|| "null".to_owned(), |share| format!("{share:.4}"));
         format!(
-            "{{\"title\": {}, \"status\": {}, \"share\": {share:.4}, \"broken\": {}, \"curve\": [{curve}], \"unit\": {:e}, {}, \
+            "{{\"title\": {}, \"status\": {}, \"share\": {share}, \"broken\": {}, \"curve\": [{curve}], \"unit\": {:e}, {}, \
              \"moved\": \"{}\", \"bonds\": \"{}\"}}",
             serde_json::Value::from(self.title.as_str()),
             serde_json::Value::from(status),
