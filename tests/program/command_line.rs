@@ -139,6 +139,41 @@ fn unstable_steps_are_refused_with_both_numbers_unless_allowed() {
     assert!(!folder.path().join("allowed.h5").exists(), "a failed run leaves no complete result");
 }
 
+/// A quantity or a number may begin with a minus: what reads it says what is wrong.
+#[test]
+fn negative_quantities_reach_their_check() {
+    for (arguments, told) in [
+        (&["calibrate", "elastic", "--law", "cpm", "--young", "-75 GPa", "--poisson", "0.2"][..], "must be positive"),
+        (
+            &["calibrate", "cohesive_beam", "--young", "-75 GPa", "--poisson", "0.2", "--density", "2200"],
+            "must be positive",
+        ),
+        (&["calibrate", "concrete", "x.toml", "--tensile-strength", "-3 MPa"], "must be positive"),
+        (&["events", "x.h5", "--distance", "-2 mm"], "must be positive"),
+        (&["run", "x.toml", "-j", "-3"], "is not in 1..=1024"),
+        (&["calibrate", "cohesive_beam", "--count", "-5"], "is not in 1000..=1000000"),
+    ] {
+        let given = concordem(arguments.iter().copied());
+        assert_eq!(given.code, exit::USAGE, "{arguments:?}");
+        assert!(given.err.contains(told) && !given.err.contains("unexpected argument"), "{arguments:?}: {}", given.err);
+    }
+}
+
+/// The default step is 0.8 of the bound without damping, and of the bound with local damping 0.3 that times √1.3.
+#[test]
+fn the_check_tells_the_bounds_that_it_means() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let shown = concordem(["check", "-q", text(&prism(folder.path(), 300))]).out;
+    let line = shown.lines().find(|line| line.trim_start().starts_with("time step ")).expect("the step");
+    let part = format!("{:.3} of the stability bound with damping", 0.8 * 1.3_f64.sqrt());
+    assert!(line.contains(&part) && line.contains("(0.800 of that without damping"), "{line}");
+    let undamped =
+        crate::PRISM.replace("STEPS", "300").replace("{ kind = \"local\", coefficient = 0.3 }", "{ kind = \"none\" }");
+    let shown = concordem(["check", "-q", text(&write(folder.path(), "undamped.toml", &undamped))]).out;
+    let line = shown.lines().find(|line| line.trim_start().starts_with("time step ")).expect("the step");
+    assert!(line.contains("0.800 of the stability bound, ") && !line.contains("damping"), "{line}");
+}
+
 #[test]
 fn check_pack_run_info_and_report_work_together() {
     let folder = TempDir::new().expect("a temporary folder");

@@ -12,6 +12,7 @@ use concordem_scenario::assembly::{Assembly, FiberPhase, Summary, most_steps};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::heat::HeatModel;
+use concordem_solver::integrate::Damping;
 
 /// Arguments of `concordem check`.
 #[derive(Debug, clap::Args)]
@@ -103,7 +104,7 @@ pub fn inspect(scenario: &Scenario, assembly: Assembly) -> Result<Checked, Failu
         facts.add("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m"));
     }
     facts.add("peak memory", format!("about {}", bytes(summary.memory)));
-    facts.add("time step", time_step(dt, &summary));
+    facts.add("time step", time_step(dt, &summary, &model.damping));
     facts.add(
         "stability bounds",
         format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
@@ -162,11 +163,24 @@ pub fn inspect(scenario: &Scenario, assembly: Assembly) -> Result<Checked, Failu
     Ok(Checked { summary, time_step: dt, time_per_step: per_step, steps, facts })
 }
 
-/// The time step, and its part of the stability bound if there is one.
-fn time_step(dt: f64, summary: &Summary) -> String {
-    match summary.stable_step.min(summary.heat_step.unwrap_or(f64::INFINITY)) {
-        bound if bound.is_finite() => format!("{dt:.5e} s, {:.3} of the stability bound", dt / bound),
-        _ => format!("{dt:.5e} s"),
+/// The time step, and its part of the stability bound if there is one. Damping lowers the bound; `safety` is a part of the one without it.
+fn time_step(dt: f64, summary: &Summary, damping: &Damping) -> String {
+    let heat = summary.heat_step.unwrap_or(f64::INFINITY);
+    let bound = summary.stable_step.min(heat);
+    if !bound.is_finite() {
+        return format!("{dt:.5e} s");
+    }
+    let part = format!("{dt:.5e} s, {:.3} of the stability bound", dt / bound);
+    let contact = summary.collision.as_ref().map_or(f64::INFINITY, |collision| collision.limit(damping));
+    let (damped, undamped) = (summary.bounds.limit(damping), summary.bounds.limit(&Damping::None));
+    if bound == heat {
+        format!("{part} of heat conduction, {bound:.5e} s")
+    } else if bound == contact {
+        format!("{part} of the stiffest contact, {bound:.5e} s")
+    } else if damped < undamped {
+        format!("{part} with damping, {bound:.5e} s ({:.3} of that without damping, {undamped:.5e} s)", dt / undamped)
+    } else {
+        format!("{part}, {bound:.5e} s")
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::drive::open_result;
-use super::readable::{count, seconds};
+use super::readable::count;
 use super::{Console, Facts, Failure};
 use crate::output::ResultFile;
 use crate::output::crack_faces::{CrackFace, CrackFaces};
@@ -32,7 +32,7 @@ pub(super) struct EventsArguments {
     #[arg(long, value_name = "TIME", value_parser = time)]
     duration: Option<Time>,
     /// Magnitude from which on emissions count for the b-value; by default the most frequent one and 0.2 more
-    #[arg(long, value_name = "M", value_parser = magnitude, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = magnitude)]
     completeness: Option<f64>,
     /// Series of the result that is the load; by default "stress"
     #[arg(long, value_name = "SERIES")]
@@ -216,7 +216,8 @@ fn add_faces(facts: &mut Facts, cracks: &CrackFaces) -> Result<(), OperatorError
 }
 
 fn add_emissions(facts: &mut Facts, found: &[Emission], Rule { distance, duration }: Rule, completeness: Option<f64>) {
-    let rule = format!("within {distance:.3e} m and {}", seconds(duration));
+    // As many digits as restore the counts with the options, or in Python.
+    let rule = format!("within {distance:.3e} m and {duration:.3e} s");
     facts.add("emissions", format!("{}, of breaks {rule}", count(found.len())));
     let most = found.iter().map(|event| event.breaks).max().unwrap_or(0);
     facts.add("  breaks of the largest", count(most));

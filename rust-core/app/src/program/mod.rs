@@ -40,7 +40,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub use calibrate::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
 pub use failure::Failure;
@@ -283,10 +283,37 @@ impl Console<'_> {
     }
 }
 
+/// Names of values that are numbers or quantities.
+const NUMBERS: [&str; 13] =
+    ["NUMBER", "STRESS", "DENSITY", "LENGTH", "TIME", "AREA", "RATIO", "SHARE", "M", "N", "PORT", "X,Y,Z", "NX,NY,NZ"];
+
+/// The command line. Numbers and quantities may begin with a minus, so that what reads them says what is wrong with "-75 GPa".
+fn command_line() -> clap::Command {
+    fn with_minus(command: clap::Command) -> clap::Command {
+        let is_number = |argument: &clap::Arg| {
+            let names = argument.get_value_names().unwrap_or_default();
+            // An option that may stand alone would take the next one as its value.
+            let stands_alone = argument.get_num_args().is_some_and(|range| range.min_values() == 0);
+            !stands_alone && names.iter().any(|name| NUMBERS.contains(&name.as_str()))
+        };
+        let command = command
+            .mut_args(|argument| if is_number(&argument) { argument.allow_hyphen_values(true) } else { argument });
+        command.mut_subcommands(with_minus)
+    }
+    with_minus(Cli::command())
+}
+
+/// Reads the command line.
+fn parse(arguments: &[OsString]) -> Result<Cli, clap::Error> {
+    let mut command = command_line();
+    let matches = command.try_get_matches_from_mut(arguments)?;
+    Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+}
+
 /// Runs a command; returns the exit code. `arguments` start with the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<'_>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let cli = match Cli::try_parse_from(&arguments) {
+    let cli = match parse(&arguments) {
         Ok(cli) => cli,
         Err(error) => {
             if let Some(problem) = settings::without_sign(&arguments) {

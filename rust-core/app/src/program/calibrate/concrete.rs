@@ -42,7 +42,7 @@ pub(super) struct CalibrateConcreteArguments {
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
     /// Target Poisson's ratio
-    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
+    #[arg(long, value_name = "NUMBER")]
     poisson: f64,
     /// Target tensile strength, "3 MPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]

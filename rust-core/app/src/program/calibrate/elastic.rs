@@ -23,7 +23,7 @@ pub(super) struct CalibrateElasticArguments {
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
     /// Target Poisson's ratio
-    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
+    #[arg(long, value_name = "NUMBER")]
     poisson: f64,
     /// Law of the bonds; by default that of the scenario. Missing parameters are filled in such that the bonds never
     /// break
@@ -33,7 +33,7 @@ pub(super) struct CalibrateElasticArguments {
     #[arg(long)]
     deformable: bool,
     /// Poisson's ratio of deformable particles; by default the target one
-    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, requires = "deformable")]
+    #[arg(long, value_name = "NUMBER", requires = "deformable")]
     particle_poisson: Option<f64>,
     /// Normal stiffness of a bond, divided by the mean radius (of discs: unit depth) and by Young's modulus of deformable
     /// particles; 0.2 by default
