@@ -2,7 +2,7 @@
 """Multiscale coupling: a column of three bricks; in the lower two, each integration point is a periodic cell of particles.
 
 The set-up of Stránský 2018, section 5.3 (multi1): unit bricks, sides fixed, the top moves down; 16 cells, eight in the middle brick
-with a link modulus of 4 MPa and eight in the bottom brick with 2 MPa; the top brick is elastic. Before large strains, the stress of
+with bonds of a modulus of 4 MPa and eight in the bottom brick with 2 MPa; the top brick is elastic. Before large strains, the stress of
 each layer is its oedometric modulus times its strain, with the modulus of the static network of its cell.
 
 Writes column.png, column.json, column.html, and series of VTK files of the bricks (bricks-*.vtu) and of the particles of all cells, drawn at their

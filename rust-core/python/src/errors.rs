@@ -135,12 +135,19 @@ raise! {
     ColumnError => "ResultError",
 }
 
+/// The class of a result, checkpoint, or other file that does not exist; it is a `ResultError` and a `FileNotFoundError`.
+const MISSING: &str = "MissingFileError";
+
 impl Raise for OutputError {
     fn raise(self) -> PyErr {
         // The option of the program is an argument of functions.
         let message = self.to_string().replace("overwrite it with --force", "give overwrite=True");
         let message = message.replace("discard it with --force", "discard it with overwrite=True");
-        exception("ResultError", &message, &format!("{self:?}"))
+        let class = match self {
+            Self::Missing { .. } | Self::NoRun { .. } => MISSING,
+            _ => "ResultError",
+        };
+        exception(class, &message, &format!("{self:?}"))
     }
 }
 
@@ -260,7 +267,10 @@ impl Raise for Failure {
             Self::Elastic(error) => error.raise(),
             Self::Calibration(message) => exception("CalibrationError", &message, "Calibration"),
             Self::Usage(message) => PyValueError::new_err(message),
-            Self::File { .. } => exception("ResultError", &self.to_string(), "File"),
+            Self::File { ref error, .. } => {
+                let class = if error.kind() == io::ErrorKind::NotFound { MISSING } else { "ResultError" };
+                exception(class, &self.to_string(), "File")
+            }
             other => exception("ConcordemError", &other.to_string(), &format!("{other:?}")),
         }
     }

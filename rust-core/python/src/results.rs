@@ -87,6 +87,17 @@ impl PyResultFile {
     fn laws(&self) -> PyResult<Vec<String>> {
         caught(|| self.0.laws())?.or_raise()
     }
+    /// Properties of the specimen by symbol, in SI units, as `concordem info` prints and a sweep records them: `E`, `E_gauge` (of the middle
+    /// half), `f_t`, `f_c`, `strain_at_peak`, `f_fl`, `f_st`, `K_Ic`, `G_F`, as far as the test defines them. `rises_at_end` is 1 if the
+    /// stress still rises at the end of the run, so that its largest value is no strength, else 0. Empty without a test.
+    #[getter]
+    fn properties<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (symbol, value) in caught(|| concordem::report::properties(&self.0))?.or_raise()? {
+            dict.set_item(symbol, value)?;
+        }
+        Ok(dict)
+    }
     /// Columns of a table by name.
     fn table<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);

@@ -52,9 +52,20 @@ def test_stress_and_strain_with_peak_and_modulus(pyplot, runs):
         slopes = [modulus.get_ydata()[1] / modulus.get_xdata()[1]]
         gauged = lines(source.plot("gauge_strain", "stress"))["E"]
         slopes.append(gauged.get_ydata()[1] / gauged.get_xdata()[1])
-        # The program prints four digits.
-        assert np.array(slopes) / 1e9 == pytest.approx(told, rel=1e-3)
+        # The program prints four digits, the middle half first, as the legend does.
+        assert np.array(slopes) / 1e9 == pytest.approx(told[::-1], rel=1e-3)
+        assert modulus.get_label() == f"E = {told[0]:.4g} GPa in the middle half, {told[1]:.4g} GPa between the ends"
         assert peak.get_ydata()[0] / 1e6 == pytest.approx(strength[0], rel=1e-3)
+
+
+def test_properties_of_a_result_are_those_of_the_program(runs):
+    _, result, file = runs
+    info = subprocess.run([sys.executable, "-m", "concordem", "info", str(file)], capture_output=True, text=True, check=True).stdout
+    told = [float(line.split()[1]) for line in info.splitlines() if line.split()[:1] in (["E"], ["f_t"])]
+    found = result.properties
+    # The program prints four digits.
+    assert [found["E_gauge"] / 1e9, found["E"] / 1e9, found["f_t"] / 1e6] == pytest.approx(told, rel=1e-3)
+    assert found["strain_at_peak"] == result.samples["strain"][result.samples["stress"].argmax()] and found["rises_at_end"] == 0
 
 
 def test_the_modulus_is_fitted_up_to_thirty_percent():

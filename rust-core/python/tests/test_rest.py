@@ -148,5 +148,13 @@ def test_results_beside_h5py_and_vtk(tmp_path):
 
 
 def test_results_that_are_not(tmp_path):
+    # Every reader of files, with the class that Python itself would raise; of results it is a ResultError as well.
+    missing = tmp_path / "missing.h5"
+    for read in (
+        concordem.Result, concordem.Simulation.load, concordem.report, concordem.export, concordem.resume, concordem.measure,
+        concordem.Scenario.from_file, concordem.check, concordem.run, concordem.sweep, concordem.packing.read, concordem.characterise,
+    ):
+        with pytest.raises(FileNotFoundError, match="missing"):
+            read(missing)
     with pytest.raises(concordem.ResultError, match="missing"):
         concordem.Result(tmp_path / "missing.h5")

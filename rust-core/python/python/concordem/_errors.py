@@ -111,6 +111,10 @@ class ResultError(ConcordemError, RuntimeError):
     """A result or checkpoint cannot be read or written."""
 
 
+class MissingFileError(ResultError, FileNotFoundError):
+    """A result, a checkpoint, or another file does not exist."""
+
+
 class ContinuumError(ConcordemError, ValueError):
     """A continuum law or a representative cell cannot answer: parameters, strains, or states out of range, or no convergence."""
 

@@ -38,7 +38,8 @@ def plot(
 
     Numbers are in SI units, as in the samples; labels show the unit. On a curve of stress over strain a dot marks the stress of largest
     magnitude, unless it is that of the end. Of tests in direct tension or compression a dotted line shows E, fitted as in reports: least
-    squares from the first sample to the last one before the stress exceeds 30 % of its peak.
+    squares from the first sample to the last one before the stress exceeds 30 % of its peak. Over the strain between the ends, which contains
+    that of the rigid end layers, the legend gives E of the middle half first.
 
     >>> import concordem
     >>> simulation = concordem.Scenario.template("hertz-impact").simulation(threads=1)
@@ -76,7 +77,8 @@ def plot(
         # Powers of ten beside the axis, because numbers are in SI units. Axes of others may have scales that refuse this.
         axes.ticklabel_format(scilimits=(-3, 4))
     if x in ("strain", "gauge_strain") and y == "stress":
-        _mark(axes, curve.get_color(), across, up, _is_axial(source))
+        middle = samples["gauge_strain"] if x == "strain" and "gauge_strain" in samples.dtype.names else None
+        _mark(axes, curve.get_color(), across, up, middle, _is_axial(source))
     return axes
 
 
@@ -136,10 +138,10 @@ def _is_axial(source: Simulation | Result | NDArray[np.void]) -> bool:
     return bool(kind == "uniaxial" or (kind == "platens" and area != "splitting"))
 
 
-def _mark(axes: Axes, color: Any, strain: Reals, stress: Reals, axial: bool) -> None:
-    """Mark the peak, and draw the line of E of direct tests."""
+def _mark(axes: Axes, color: Any, strain: Reals, stress: Reals, middle: Reals | None, axial: bool) -> None:
+    """Mark the peak, and draw the line of E of direct tests; `middle`: strain of the middle half, beside that between the ends."""
     known = np.isfinite(strain) & np.isfinite(stress)
-    strain, stress = strain[known], stress[known]
+    strain, stress, middle = strain[known], stress[known], None if middle is None else middle[known]
     if not np.any(stress):
         return
     at = int(np.argmax(np.abs(stress)))
@@ -148,7 +150,12 @@ def _mark(axes: Axes, color: Any, strain: Reals, stress: Reals, axial: bool) -> 
         axes.plot([strain[at]], [peak], "o", color=color, label=f"peak: {peak / 1e6:.4g} MPa at a strain of {strain[at]:.3g}")
     modulus = _slope(strain, stress, _FITTED_SHARE * abs(peak)) if axial else None
     if modulus is not None and modulus > 0:
-        axes.plot([0.0, peak / modulus], [0.0, peak], ":", color=color, label=f"E = {modulus / 1e9:.4g} GPa")
+        within = None if middle is None else _slope(middle, stress, _FITTED_SHARE * abs(peak))
+        text = f"E = {modulus / 1e9:.4g} GPa"
+        if within is not None:
+            # The rigid end layers count in the strain between the ends.
+            text = f"E = {within / 1e9:.4g} GPa in the middle half, {modulus / 1e9:.4g} GPa between the ends"
+        axes.plot([0.0, peak / modulus], [0.0, peak], ":", color=color, label=text)
     if axes.get_legend_handles_labels()[1]:
         axes.legend()
 
