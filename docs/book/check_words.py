@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Check that pages stay short and plain: evidence stands apart, cells of tables are short, and turns that sound translated are rare;
-tutorials and how-to pages show a picture of their result.
+tutorials and how-to pages show a picture of their result; properties of bonds are not named after links.
 
 Pages outside of docs/book/evidence hold at most a quarter of evidence. The counts are printed; what is above its limit fails.
 """
@@ -29,6 +29,12 @@ WITHOUT_PICTURE = {
     "how-to/use-a-graphics-processor.md": "its results are those without it, bit by bit",
     "how-to/use-rust.md": "its results are numbers in the program of the reader",
 }
+# Properties of bonds: "link" is a word for the static network, for heat, and for the structure of packings (docs/glossary.md).
+OF_BONDS = re.compile(
+    r"\blinks?['’]?s? (?:modulus|moduli|damage|strain|stress|strength|law|force|break|broke)|\b(?:modulus|damages?|strength|stiffness) of (?:the |a |each )?links?\b",
+    re.I,
+)
+NETWORK = ("rust-core/statics/", "docs/book/check_words.py")
 # A page may name a turn that its code prints.
 README_WORDS, CHANGELOG_LINES, LIMITS_ROWS = 500, 150, 80
 
@@ -83,6 +89,18 @@ def without_picture():
                 yield f"docs/book/{name}: has a picture; remove it from WITHOUT_PICTURE"
 
 
+def links_for_bonds():
+    """Places where sources and pages name properties of bonds after links."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-co", "--exclude-standard", "*.rs", "*.py", "*.pyi", "*.md", "*.html", "*.toml", "*.h"], cwd=ROOT, check=True, text=True, capture_output=True
+    )
+    for name in listed.stdout.split():
+        if (ROOT / name).exists() and not name.startswith(NETWORK):
+            for number, line in enumerate(text_of(name).splitlines(), 1):
+                for match in OF_BONDS.finditer(line):
+                    yield f'{name}:{number}: "{match[0]}": not "link", but "bond" (docs/glossary.md)'
+
+
 def main():
     names, wrong = pages(), []
     turns = words = longest = 0
@@ -113,6 +131,7 @@ def main():
         if count > limit:
             wrong.append(f"{what}: {count}, more than {limit}")
     wrong += without_picture()
+    wrong += links_for_bonds()
     for problem in wrong:
         print(problem, file=sys.stderr)
     print(f"{words} words in {len(names)} pages, turns per 1,000 words {rate:.2f}, longest cell {longest} words")

@@ -41,8 +41,8 @@ pub enum ContinuumError {
         /// Norm of the deviator of the trial stress, Pa.
         deviator: f64,
     },
-    /// No links, or lists of different length.
-    #[error("{normals} directions and {damages} damages of links; give one damage per direction, and at least one")]
+    /// No bonds, or lists of different length.
+    #[error("{normals} directions and {damages} damages of bonds; give one damage per direction, and at least one")]
     Links {
         /// Number of directions.
         normals: usize,

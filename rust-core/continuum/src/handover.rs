@@ -1,6 +1,6 @@
 //! The state of a packing of the concrete particle model as a state of the damage-plastic model (Stránský 2018, section 6.2).
 //!
-//! Per point of the continuum: average the stress and the damage of the links near it; reduce the damage tensor to a damage `ω`; then
+//! Per point of the continuum: average the stress and the damage of the bonds near it; reduce the damage tensor to a damage `ω`; then
 //!
 //! ```text
 //! ω ≤ m:  κ_D = 0,        κ_P = 0.3 + 900 ω,  ω = 0          (6.15), (6.19), m = 5e-4
@@ -23,7 +23,7 @@ const HARDENING_DAMAGE: f64 = 5e-4;
 /// Hardening variable of an undamaged packing, and its slope (Stránský 2018, (6.19)).
 const HARDENING: (f64, f64) = (0.3, 900.0);
 
-/// Mean damage of links, `⟨ω̂⟩` and `⟨ω̂ n⊗n⟩`, from which both damage tensors follow.
+/// Mean damage of bonds, `⟨ω̂⟩` and `⟨ω̂ n⊗n⟩`, from which both damage tensors follow.
 ///
 /// `ω̂` is the fraction of the strength that a link has lost, 1 for links that broke.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +53,7 @@ impl LinkDamage {
         if mean.scalar.is_finite() && mean.dyad.iter().all(|value| value.is_finite()) {
             Ok(mean)
         } else {
-            Err(ContinuumError::NotFinite { what: "damage of the links" })
+            Err(ContinuumError::NotFinite { what: "damage of the bonds" })
         }
     }
 }
