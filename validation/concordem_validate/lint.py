@@ -2,7 +2,7 @@
 from pathlib import Path
 
 from . import compare, registry, rounds
-from .errors import HarnessError, NotInstalled
+from .errors import HarnessError
 
 
 def find(cases, output=None):
@@ -38,16 +38,15 @@ def _case(case):
 
 def same_programs(case):
     """Two engines that are one program agree always."""
-    versions = {}
+    found = {}
     for name in dict.fromkeys([case.reference, *case.engines]):
+        same_as = getattr(registry.ENGINES[name], "same_as", None)
+        if same_as is None:
+            continue
         try:
-            version = registry.ENGINES[name].version()
-        except (NotInstalled, HarnessError):
+            key = same_as()
+        except (HarnessError, OSError):
             continue
-        words = getattr(registry.ENGINES[name], "words", None)
-        if words is None:
-            continue
-        key = tuple(words), version.split(" ", 1)[-1]
-        if key in versions:
-            yield f"engines {versions[key]} and {name} are the same command, so they agree always"
-        versions[key] = name
+        if key in found:
+            yield f"engines {found[key]} and {name} are the same program, so they agree always"
+        found[key] = name

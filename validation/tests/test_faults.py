@@ -221,7 +221,7 @@ def test_two_names_of_one_command_are_refused(folder, engines, monkeypatch):
     (folder / "code.py").write_text("print(1)")
     for name in ("one", "two"):
         monkeypatch.setitem(registry.ENGINES, name, CommandEngine(name, folder, "python3 code.py {task} {output}"))
-    assert "same command" in "\n".join(lint.same_programs(cases.load("small", folder / "cases")))
+    assert "same program" in "\n".join(lint.same_programs(cases.load("small", folder / "cases")))
     assert cli.main(["run", "--cases", str(folder / "cases"), "--output", str(folder / "out")]) == rounds.WRONG_INPUT
 
 

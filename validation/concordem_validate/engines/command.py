@@ -6,7 +6,9 @@ writes `{output}`: CSV with a row of units, or HDF5. It ends with 77 if it canno
 For the self-check `restart`, `command` also writes `{checkpoint}`, from which the command `restart` continues.
 """
 import copy
+import hashlib
 import json
+import os
 import re
 import shlex
 import shutil
@@ -24,6 +26,8 @@ from . import translate
 FORMAT = "concordem-validate task 1"
 UNSUPPORTED = 77
 _CHECKPOINT = "checkpoint"
+# variables of the shell that choose what a program loads
+_LOADING = ("LD_LIBRARY_PATH", "LD_PRELOAD", "PYTHONHOME", "PYTHONPATH")
 _PLACES = ("{task}", "{state}", "{scenario}", "{output}", "{case}", "{checkpoint}")
 
 
@@ -36,6 +40,8 @@ class CommandEngine:
         self.home, self.output, self.environment = Path(home), output, {**process.ONE_THREAD, **(environment or {})}
         self.words, self.ask, self.again = (self._split(*one) for one in (("command", command), ("version", version), ("restart", restart)))
         self.inputs = self._texts("inputs", inputs)
+        # what a call of the harness writes beside `validate.toml` is no input
+        self.written = set()
         self._texts("environment", [*self.environment, *self.environment.values()])
         if not any("{output}" in word for word in self.words):
             raise HarnessError(f"engine `{name}`: `command` has no {{output}}; name the file that it writes")
@@ -73,9 +79,53 @@ class CommandEngine:
             raise NotInstalled(f"the program `{self.words[0]}` of engine `{self.NAME}` is missing; install it, or mend `command` in {self.home}/validate.toml")
         return Path(found).absolute()
 
+    def _named(self):
+        """Files and folders that the commands and variables name, also within a word such as `--config=FILE`, and programs by their names."""
+        files, folders = {}, {}
+        for word in [*self.words, *(self.again or []), *self.environment.values()]:
+            for part in dict.fromkeys([word, *re.split(r"[\s=,:;'\"]+", word)]):
+                if not part or "{" in part or part in (".", ".."):
+                    continue
+                own, program = self.home / part, shutil.which(part) if "/" not in part else None
+                try:
+                    if own.is_file() or program:
+                        files[own if own.is_file() else Path(program)] = None
+                    elif Path(part).is_absolute() and own.is_dir():
+                        folders[own] = None
+                except OSError:
+                    continue  # too long for a name
+        return list(files), list(folders)
+
+    def _scripts(self, files):
+        """Named files that a program reads; those among the programs of the system have no folder of their own."""
+        programs_of = {Path(p).resolve() for p in os.environ.get("PATH", "").split(os.pathsep) if p}
+        return [path for path in files if programs.is_script(path) and path.resolve().parent not in programs_of]
+
+    def _imports(self, scripts):
+        """What scripts and modules of Python import; every Python of the command is asked."""
+        out = []
+        for words in (self.words, *([self.again] if self.again else [])):
+            for k, word in enumerate(words):
+                python = str(self.home / word) if (self.home / word).is_file() else shutil.which(word)
+                if python and re.fullmatch(r"(python|pypy)[\d.]*", Path(word).name):
+                    modules = [b for a, b in zip(words[k + 1:], words[k + 2:]) if a == "-m"]
+                    out += programs.imports(python, [p for p in scripts if p.suffix == ".py"], modules, self.environment)
+        return out
+
     def _files(self):
-        """Files that the command names, and those of `inputs`."""
-        found = [self.home / word for word in [*self.words[1:], *(self.again or [])] if (self.home / word).is_file()]
+        """Files that the command names, those of `inputs`, and what scripts import. Without `inputs` all files in the folders of scripts."""
+        found, folders = self._named()
+        scripts = self._scripts(found)
+        for path in list(found):
+            found += programs.loads(path)
+        found += self._imports(scripts)
+        folders += [place for path in scripts for place in {path.absolute().parent, path.resolve().parent}]
+        for folder in [] if self.inputs else dict.fromkeys(folders):
+            try:
+                found += programs.tree(folder, {self.home / "validate.toml", *self.written})
+            except programs.TooMany as many:
+                raise HarnessError(f"{self.home}/validate.toml: engine `{self.NAME}`: {many}, which a run may depend on; name those that it reads in "
+                                   "`inputs`") from None
         for pattern in self.inputs:
             try:
                 matched = sorted(p for p in self.home.glob(pattern) if p.is_file())
@@ -87,8 +137,10 @@ class CommandEngine:
         return found
 
     def version(self):
-        """Hash of the program, of the files that the command names, and of `inputs`; and what the program says of itself."""
-        text = f"{self.NAME} sha256 {programs.identity(self._program(), self._files())}"
+        """Hash of the program, of the files that it depends on, and of the words of its table; and what the program says of itself."""
+        table = [self.words, self.again, self.output, self.NEEDS_START, sorted(self.environment.items()), [os.environ.get(name) for name in _LOADING]]
+        words = hashlib.sha256(json.dumps(table).encode()).hexdigest()[:16]
+        text = f"{self.NAME} sha256 {programs.identity(self._program(), self._files())} command {words}"
         if self.ask:
             try:
                 said = subprocess.run(self._command(self.ask, {}), cwd=self.home, capture_output=True, text=True, errors="replace", timeout=60)
@@ -100,14 +152,27 @@ class CommandEngine:
             text += f", {said.stdout.strip()[:200]}"
         return text
 
+    def same_as(self):
+        """What two engines share that are one program: the contents of their scripts and of what these import, and all other words."""
+        files, _ = self._named()
+        scripts = self._scripts(files)
+        local = [p for p in self._imports(scripts) if p.is_file()]
+        content = [programs.meaning(p) for p in scripts] or [programs.identity(self._program())]
+        names = {word for word in self.words if (self.home / word).is_file() or "/" not in word and shutil.which(word)}
+        other = [programs.digest(p) for p in files if p not in scripts and not (p.stat().st_mode & 0o111)]
+        inputs = {programs.meaning(p) for pattern in self.inputs for p in self.home.glob(pattern) if p.is_file()} - set(content)
+        return (*content, *sorted(map(programs.meaning, local)), *other, *sorted(inputs), *(word for word in self.words if word not in names),
+                *sorted(self.environment.items()))
+
     def _command(self, words, places):
+        # a link is what a virtual environment knows itself by, so it stays one
         beside = self.home / words[0]
-        out = [str(self._program()) if words[0] == self.words[0] else str(beside.resolve()) if beside.is_file() else words[0]]
+        out = [str(self._program()) if words[0] == self.words[0] else str(beside.absolute()) if beside.is_file() else words[0]]
         for word in words[1:]:
             own = self.home / word
             for place, path in places.items():
                 word = word.replace(place, str(path))
-            out.append(str(own.resolve()) if own.is_file() else word)
+            out.append(str(own.absolute()) if own.is_file() else word)
         return out
 
     def run(self, task, folder, limit):
@@ -135,9 +200,15 @@ class CommandEngine:
         steps = self._write(task, places)
         command = self._command(words, places)
         _, wall = process.run(command, folder, limit, self.environment, refusal=UNSUPPORTED)
-        if not places["{output}"].exists():
-            raise Crashed(f"{self.NAME} ended without writing {places['{output}'].name}. {process.tail(folder / 'log.txt')}")
-        result = Result.read(places["{output}"], task.start.dt if task.start else None)
+        output = places["{output}"]
+        if not os.path.lexists(output):
+            raise Crashed(f"{self.NAME} ended without writing {output.name}. {process.tail(folder / 'log.txt')}")
+        if output.is_symlink():
+            # the file behind it may be of another run
+            raise Incomparable("error", f"{output} is a link to {os.readlink(output)}; write the file itself")
+        result = Result.read(output, task.start.dt if task.start else None)
+        if "measures" in result.numbers:
+            raise Incomparable("error", f"{output} has the number `measures`, which is of closed forms and tables; `case.py` computes those of {self.NAME}")
         if not result.series and not result.numbers:
             raise Incomparable("empty", f"{self.NAME} wrote a result without series and numbers")
         result.engine = self.NAME
