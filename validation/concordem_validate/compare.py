@@ -49,7 +49,10 @@ def measures(case, task, result):
         if result.numbers:
             return result.numbers
         raise HarnessError(f"case {case.name} has no function `measures` in case.py; add it")
-    return function(task, result)
+    found = function(task, result)
+    if not isinstance(found, dict):
+        raise HarnessError(f"{case.folder / 'case.py'}: `measures` returned {found!r} for {result.engine} in variant {task.variant}; return a table of numbers")
+    return found
 
 
 def scale_of(scale, reference):
@@ -91,10 +94,10 @@ def _moved(check, ours, theirs, unit):
     return moved
 
 
-def series(check, ours, theirs, names=("concordem", None), planned=None):
+def series(check, ours, theirs, names=("concordem", None), span=None):
     """The common points, the difference over the scale at each, and the two curves; refuses a check that could not fail."""
     names = (names[0], names[1] or check.peer)
-    pair = _matched(check, meeting.meet(check, ours, theirs, names, planned), ours, theirs)
+    pair = _matched(check, meeting.meet(check, ours, theirs, names, span), ours, theirs)
     pair.a = _moved(check, pair.a, pair.b, pair.unit)
     size = scale_of(check.scale, pair.b)
     number = norms.NORMS[check.norm](pair.x, pair.a, pair.b, size)
@@ -133,6 +136,11 @@ def scalar(check, ours, theirs, names=("concordem", None)):
     for values, who in zip((ours, theirs), names):
         if check.of not in values:
             raise Incomparable("error", f"{who} has no number `{check.of}`; use one of {', '.join(sorted(values))}")
+    for values, who in zip((ours, theirs), names):
+        try:
+            np.asarray(values[check.of], float)
+        except (TypeError, ValueError):
+            raise Incomparable("error", f"`{check.of}` of {who} is {values[check.of]!r}; give numbers") from None
     x, y = (np.atleast_1d(np.asarray(values[check.of], float)) for values in (ours, theirs))
     if x.shape != y.shape:
         raise Incomparable("error", f"`{check.of}` has shape {x.shape} in {names[0]} and {y.shape} in {names[1]}")
@@ -269,28 +277,28 @@ class Judge:
             if not one.series and not one.numbers:
                 raise Incomparable("empty", f"the result of {name} is empty")
         task = self.tasks[variant]
-        planned = planned_steps(task, ours.dt)
+        spans = [span_of(task, one.dt, name) for one, name in zip((ours, theirs), names)]
         if check.kind == "series":
-            pair, number = series(check, ours, theirs, names, planned)
+            pair, number = series(check, ours, theirs, names, spans[0])
             verdict.steps, verdict.axis = (pair.steps, "step") if pair.steps is not None else (pair.x, check.over)
             verdict.growth, verdict.values = pair.growth, (pair.a, pair.b)
             if check.twin is not None:
                 number, verdict.message = self._beside_twins(verdict, ours, names, pair)
         elif check.kind == "bits":
-            for one, name in zip((ours, theirs), names):
-                _whole_run(one, _end(task, ours), name)
+            for one, name, span in zip((ours, theirs), names, spans):
+                _whole_run(one, span, name)
             if ours.series and not any((one.values != one.values[:1]).any() for one in ours.series.values()):
                 raise Incomparable("blind", f"nothing changes in the run of {names[0]}, so equal bits say nothing")
             found = bits.same_bits(ours, theirs)
             number, verdict.message = float(len(found)), "; ".join(found[:3])
         elif check.kind == "speed":
             # who does half of the work is twice as fast
-            for one, name in zip((ours, theirs), names):
-                _whole_run(one, _end(task, ours), name)
+            for one, name, span in zip((ours, theirs), names, spans):
+                _whole_run(one, span, name)
             number, verdict.message = timing.ratio(self.times.get((self.case.name, variant, *names)), names)
         else:
-            for one, name in zip((ours, theirs), names):
-                _whole_run(one, _end(task, ours), name)
+            for one, name, span in zip((ours, theirs), names, spans):
+                _whole_run(one, span, name)
             number, verdict.values = scalar(check, *(measures(self.case, task, one) for one in (ours, theirs)), names)
         message = verdict.message
         _settle(verdict, number, check.roles_changed)
@@ -299,7 +307,7 @@ class Judge:
     def _balance(self, verdict):
         """What the reference conserves, by itself."""
         task, result = self.tasks[verdict.variant], self.result(verdict.variant, verdict.reference)
-        _whole_run(result, _end(task, result), verdict.reference)
+        _whole_run(result, span_of(task, result.dt, verdict.reference), verdict.reference)
         verdict.steps, verdict.growth = balance.of(verdict.check, task, result)
         _settle(verdict, float(verdict.growth.max()))
 
@@ -339,7 +347,7 @@ class Judge:
                 return
             task, results = self.tasks[variant], [self.result(variant, name) for name in names]
             for result, name in zip(results, names):
-                _whole_run(result, _end(task, results[0]), name)
+                _whole_run(result, span_of(task, result.dt, name), name)
             pair = [measures(self.case, task, result) for result in results]
             for values, name in zip(pair, names):
                 if check.of not in values or not math.isfinite(values[check.of]):
@@ -362,36 +370,36 @@ class Judge:
         verdict.message = verdict.message or f"mean difference {mean:+.2e} ± {half:.1e} (95 %, {len(numbers)} members)"
 
 
-def planned_steps(task, dt):
-    """Number of steps of a run, where the scenario says it."""
-    if task.command != "run":
+def span_of(task, dt, name=""):
+    """What a run was to cover, where the scenario says it. An engine with half of the step takes twice as many."""
+    dt *= 2 if name.endswith("@half-step") else 1
+    if task.command != "run" or not dt > 0:
         return None
     try:
-        return steps_of(task.scenario, dt)
+        steps = steps_of(task.scenario, dt)
     except HarnessError:
         return None
+    output, often = task.scenario.get("output", {}), [row.get("interval", 1) for row in task.scenario.get("sample", [])]
+    samples = output.get("sample_interval", 10)
+    # ConcorDEM ends at a time when it takes the next record
+    return meeting.Span(steps, samples if "time" in task.scenario.get("stop", {}) else 0, max(samples, output.get("snapshot_interval") or 1, *often, 1), dt)
 
 
-def _whole_run(result, end, name):
-    """Numbers computed from a run need the whole run, up to the time `end`."""
-    if end is None or not result.series:
+def _whole_run(result, span, name):
+    """Numbers computed from a run need the whole run."""
+    if span is None:
         return
-    last = max(np.max(result.time(one), initial=0.0) for one in result.series)
-    if last < end and all(len(result.time(one)) < 2 for one in result.series):
-        raise Incomparable("short", f"the run of {name} has one sample, at {last:.9g} s, but the run ends at {end:.9g} s")
-    for one in result.series:
+    series = [one for one in result.series if len(result.series[one].steps) > 1]
+    if result.series and not series:
+        one = next(iter(result.series))
+        raise Incomparable("short", f"the run of {name} has one sample, of `{one}`, so it says nothing about the whole run")
+    for one in series:
         time = result.time(one)
-        if len(time) < 2:
-            continue
-        # the last sample may lie less than one interval before the end; times are rounded
-        gap = np.max(np.diff(time))
-        if end - time[-1] >= gap * (1 - 1e-6):
-            raise Incomparable("short", f"`{one}` of {name} ends at {time[-1]:.9g} s, but the run at {end:.9g} s")
-
-
-def _end(task, result):
-    planned = planned_steps(task, result.dt)
-    return None if planned is None else planned * result.dt
+        if not np.isfinite(time).all():
+            raise Incomparable("nan", f"the times of `{one}` of {name} are not finite numbers")
+        if np.any(np.diff(time) <= 0):
+            raise Incomparable("error", f"the times of `{one}` of {name} do not rise")
+        meeting.covers(f"`{one}` of {name}", time, "time", span)
 
 
 def judge(case, outcomes, plant=None, times=None):

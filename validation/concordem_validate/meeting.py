@@ -22,6 +22,41 @@ class Pair:
     steps: np.ndarray = None
 
 
+@dataclass
+class Span:
+    """What a run was to cover: its last step, by how many steps it may go on, and the largest interval of records, in steps of `dt`."""
+
+    steps: int
+    beyond: int
+    interval: int
+    dt: float
+
+
+# Times in tables may have six digits.
+_PRINTED = 2e-6
+# A step of the code that adapts it varies less within a run.
+_HOLE = 10
+
+
+_PART = "; a check of a part needs a window: `from_step`, `to_step`, `from`, or `to`"
+
+
+def covers(what, x, over, span, begins=True, ends=True, remedy=""):
+    """Refuse a series that does not go from the beginning of the run to its end, each within a step, or that goes on. A window needs no ends."""
+    step = 1.0 if over == "step" else span.dt
+    end, slack = span.steps * step, step * (1 + _SAME) + _PRINTED * span.steps * step
+    if begins and abs(x[0]) > slack:
+        raise Incomparable("short", f"{what} begins at {over} {x[0]:.9g}, but the run at 0{remedy}")
+    if x[-1] - end > max(slack, span.beyond * step * (1 + _SAME)):
+        raise Incomparable("error", f"{what} goes on to {over} {x[-1]:.9g}, but the run ends at {end:.9g}; stop there")
+    gaps = np.diff(x)
+    # records at equal intervals may leave a rest at the end
+    rest = len(gaps) and np.ptp(gaps) <= 10 * _SAME * gaps.max() + slack - step and gaps.max() <= span.interval * step + slack - step \
+        and end - x[-1] < gaps.max()
+    if ends and end - x[-1] > slack and not rest:
+        raise Incomparable("short", f"{what} ends at {over} {x[-1]:.9g}, but the run at {end:.9g}{remedy}")
+
+
 def of(result, name, who=None):
     """A series, or a refusal that names what there is."""
     who = who or result.engine
@@ -69,8 +104,8 @@ def _window(check, over, dt):
     return (check.from_step * scale if check.from_step else None), (check.to_step * scale if check.to_step is not None else None)
 
 
-def meet(check, ours, theirs, names, planned=None):
-    """The two series of a check at common points. `planned`: number of steps that the run was to have, where the scenario gives it."""
+def meet(check, ours, theirs, names, span=None):
+    """The two series of a check at common points. `span`: what the run was to cover, where the scenario gives it."""
     a, b = of(ours, check.of, names[0]), of(theirs, check.of, names[1])
     scale = factor(b.unit, a.unit)
     if a.values.shape[1:] != b.values.shape[1:]:
@@ -85,8 +120,11 @@ def meet(check, ours, theirs, names, planned=None):
         raise Incomparable("error", f"`{over}` rises in one of {names[0]} and {names[1]} and falls in the other")
     first, last = _window(check, over, ours.dt)
     _whole(check, x, y, way, first, last, names)
-    if planned is not None and last is None and over in ("step", "time"):
-        _complete(check, x, planned * (1.0 if over == "step" else ours.dt), names)
+    for values, data, who in ((x, a.values, names[0]), (y, b.values, names[1])):
+        if span is not None and over in ("step", "time"):
+            covers(f"`{check.of}` of {who}", values, over, span, first is None, last is None, _PART)
+        _no_hole(check, values, who)
+        _finite(check, values, data, way, first, last, who)
     at, u, v = _common(check, x * way, a.values, y * way, b.values * scale, names)
     inside = np.ones(len(at), bool)
     slack = _SAME * np.min(np.diff(at), initial=np.inf) if len(at) > 1 else 0.0
@@ -97,11 +135,6 @@ def meet(check, ours, theirs, names, planned=None):
     if inside.sum() < 2:
         raise Incomparable("short", f"`{check.of}` has fewer than two common points in the window")
     at, u, v = at[inside] * way, u[inside], v[inside]
-    for values, who in ((u, names[0]), (v, names[1])):
-        bad = ~np.isfinite(values.reshape(len(at), -1))
-        if bad.any():
-            k, column = np.argwhere(bad)[0]
-            raise Incomparable("nan", f"`{check.of}` of {who} is not a finite number at {over} {at[k]:.9g} (column {column})")
     steps = np.round(at if over == "step" else at / ours.dt).astype(np.int64) if over in ("step", "time") and ours.dt > 0 else None
     return Pair(at, over, u, v, a.unit, steps)
 
@@ -115,24 +148,38 @@ def _whole(check, x, y, way, first, last, names):
             raise Incomparable("short", f"the window ends at {check.over} {last:.9g}, but `{check.of}` of {who} ends at {values[-1]:.9g}")
         if first is not None and way * (values[0] - first) > slack:
             raise Incomparable("short", f"the window begins at {check.over} {first:.9g}, but `{check.of}` of {who} begins at {values[0]:.9g}")
-    # interpolated curves over a measured axis, such as strain, end where the shorter one ends, within a spacing
-    spread = max(np.max(np.abs(np.diff(v)), initial=0.0) for v in (x, y)) if check.meet == "interpolate" else slack
-    if last is None and abs(x[-1] - y[-1]) > spread:
+    # interpolated curves over a measured axis, such as strain, end where the shorter one ends, within the spacing there
+    gap = lambda v, k: abs(v[k + 1] - v[k]) if len(v) > 1 else 0.0
+    spread = lambda k: max(gap(x, k), gap(y, k)) if check.meet == "interpolate" else slack
+    if last is None and abs(x[-1] - y[-1]) > spread(-2):
         short = names[0] if way * (x[-1] - y[-1]) < 0 else names[1]
         raise Incomparable("short", f"`{check.of}` of {short} ends early: {check.over} {x[-1]:.9g} in {names[0]}, {y[-1]:.9g} in {names[1]}; "
                                     "a check of a part needs `to_step` or `to`")
-    if first is None and abs(x[0] - y[0]) > spread:
+    if first is None and abs(x[0] - y[0]) > spread(0):
         late = names[0] if way * (x[0] - y[0]) > 0 else names[1]
         raise Incomparable("short", f"`{check.of}` of {late} begins late: {check.over} {x[0]:.9g} in {names[0]}, {y[0]:.9g} in {names[1]}; "
                                     "a check of a part needs `from_step` or `from`")
 
 
-def _complete(check, x, planned, names):
-    """The series reaches the planned end of the run; the last sample may lie less than one interval before it."""
-    gap = np.max(np.abs(np.diff(x)), initial=0.0)
-    if planned - x[-1] >= gap * (1 - _SAME) and planned - x[-1] > _SAME * abs(planned):
-        raise Incomparable("short", f"`{check.of}` of {names[0]} and {names[1]} ends at {check.over} {x[-1]:.9g}, but the run at {planned:.9g}; "
-                                    "a check of a part needs `to_step` or `to`")
+def _no_hole(check, x, who):
+    """Curves are interpolated between neighbors only: what happens in a long gap would not be compared."""
+    gaps = np.abs(np.diff(x))
+    if check.meet == "interpolate" and check.over in ("step", "time") and len(gaps) > 2 and gaps.max() > _HOLE * np.median(gaps):
+        k = int(gaps.argmax())
+        raise Incomparable("short", f"`{check.of}` of {who} has no sample between {check.over} {x[k]:.9g} and {x[k + 1]:.9g}; write at equal intervals")
+
+
+def _finite(check, x, values, way, first, last, who):
+    """All values of the window are numbers, also those between the common points."""
+    inside = np.ones(len(x), bool)
+    if first is not None:
+        inside &= (x - first) * way >= 0
+    if last is not None:
+        inside &= (last - x) * way >= 0
+    bad = ~np.isfinite(values.reshape(len(x), -1)) & inside[:, None]
+    if bad.any():
+        k, column = np.argwhere(bad)[0]
+        raise Incomparable("nan", f"`{check.of}` of {who} is not a finite number at {check.over} {x[k]:.9g} (column {column})")
 
 
 def _common(check, x, a, y, b, names):

@@ -6,7 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import compare, difference, lint, norms, provenance, quirks, scenario
+from concordem_validate import compare, difference, lint, meeting, norms, provenance, quirks, scenario
 from concordem_validate.errors import HarnessError
 from concordem_validate.quantity import base, factor, si
 from concordem_validate.result import Result
@@ -90,7 +90,7 @@ def test_series_meet_in_time_within_the_window():
     assert compared(check(), result([0.0, 1.0, 2.0, 3.0, 4.0]), result([0.0, 2.0, 4.0], dt=2e-6))[:2] == ([0, 2, 4], [0.0, 0.0, 0.0])
     # a series that ends before the run
     with pytest.raises(HarnessError, match="but the run at"):
-        compare.series(check(), ours, theirs, planned=10)
+        compare.series(check(), ours, theirs, span=meeting.Span(10, 0, 1, 1e-6))
     # the last sample of an interval may lie before the end
     compare.series(check(), result([0.0, 1.0, 2.0], steps=[0, 3, 6]), result([0.0, 1.0, 2.0], steps=[0, 3, 6]), planned=8)
 
