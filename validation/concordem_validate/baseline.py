@@ -27,16 +27,24 @@ def bless(output, folder):
     bad = [v for v in record["verdicts"] if v["status"] == "fail"]
     if bad:
         raise HarnessError(f"{len(bad)} checks of the round failed, first {bad[0]['case']} · {bad[0]['check']}; mend them before you bless it")
+    broken = [o for o in record["outcomes"] if o["status"] not in ("done", "missing", "skipped")]
+    if broken:
+        raise HarnessError(f"{broken[0]['engine']} {broken[0]['status']} in the round, in {broken[0]['case']}; mend it before you bless it")
+    if any(v["status"] == "fail" for v in record["starts"]):
+        raise HarnessError("a start state of the round is wrong; mend it before you bless it")
+    if not any(v["status"] in ("pass", "known") for v in record["verdicts"]):
+        raise HarnessError("nothing was checked in the round, so nothing says that its results are right; add the engines that checks need")
     done = [o for o in record["outcomes"] if o["status"] == "done"]
     if not done:
         raise HarnessError(f"{output} has no finished result; make a round first")
+    stored = rounds.outcomes(output)
+    read = [stored[one["case"], one["variant"], one["engine"]].result().provenance for one in done]
     folder.mkdir(parents=True)
     rows = []
-    for one in done:
+    for one, about in zip(done, read):
         source = Path(output) / one["path"]
         name = f"{one['case']}.{one['variant']}.{one['engine']}.h5"
         shutil.copy(source, folder / name)
-        about = Result.read(source).provenance
         rows.append(dict(case=one["case"], variant=one["variant"], engine=one["engine"], file=name, sha256=_digest(folder / name),
                          **{k: about.get(k) for k in ("engine_version", "case_hash", "harness_hash", "start_hash", "host", "date")}))
     data = dict(format=FORMAT, date=datetime.now(timezone.utc).isoformat(timespec="seconds"), results=rows)

@@ -91,6 +91,7 @@ class Task:
     command: str = "run"
     about: str = ""
     check_threads: bool = False
+    place: Path = None  # file of the scenario
     plant: dict = field(default_factory=dict)
 
 
@@ -174,6 +175,10 @@ def load(name, root=ROOT):
     file = tables.File(path)
     data = file.data
     file.check(data, _CASE)
+    file.rows("engines", str, data.get("engines", []))
+    file.rows("check", dict, data.get("check", []))
+    if data.get("time_limit_s", 1) <= 0:
+        raise file.error("time_limit_s", f"`time_limit_s` is {data['time_limit_s']}; give seconds above zero")
     for key in ("title", "question", "source", "engines", "check"):
         if not data.get(key):
             raise HarnessError(f"{path}: `{key}` is missing; add it")
@@ -219,12 +224,15 @@ def _engines(file, wanted):
 def _variants(file, data, name, folder, module, engines):
     tasks, engines_of = [], {}
     for k, variant in enumerate(data.get("variant", [{"name": "main"}])):
-        if not isinstance(variant, dict) or not variant.get("name"):
+        if not isinstance(variant, dict) or not isinstance(variant.get("name", ""), str) or not variant.get("name"):
             raise file.error("variant", "a variant has no `name`; add it", k)
         file.check(variant, _VARIANT, "variant", k)
+        file.file_name("name", variant["name"], k, "variant")
+        file.rows("engines", str, variant.get("engines", []), k, "variant")
         if variant["name"] in engines_of:
             raise file.error("name", f"the variant `{variant['name']}` appears twice; rename one", k, "variant")
-        document = scenario.load(folder / variant.get("scenario", data.get("scenario", "scenario.toml")))
+        place = folder / variant.get("scenario", data.get("scenario", "scenario.toml"))
+        document = scenario.load(place)
         try:
             document = scenario.changed(document, variant.get("changes", {}))
         except HarnessError as error:
@@ -242,7 +250,7 @@ def _variants(file, data, name, folder, module, engines):
         if command == "operators" and len(peers) != 1:
             raise HarnessError(f"{file.path}: variant {variant['name']}: command `operators` needs exactly one peer")
         tasks.append(Task(
-            name, variant["name"], folder, document, module, command=command, check_threads=k == 0 and command == "run",
+            name, variant["name"], folder, document, module, place=place, command=command, check_threads=k == 0 and command == "run",
             peer_scenario=scenario.changed(document, variant["peer_changes"]) if "peer_changes" in variant else None,
             peer=peers[0] if command == "operators" else None, about=variant.get("about", "").strip()))
         engines_of[variant["name"]] = peers
@@ -261,6 +269,8 @@ def _checks(file, number, table, engines, reference, known):
     table = dict(table)
     error = lambda key, text: file.error(key, f"check `{table.get('name')}`: {text}", number, "check")
     file.check(table, _CHECK, "check", number)
+    file.rows("variants", str, table.get("variants", []), number, "check")
+    file.rows("peer", str, table["peer"] if isinstance(table.get("peer"), list) else [], number, "check")
     if table.get("kind") == "balance":
         table.setdefault("peer", ITSELF)
         if table.get("of") not in balance.KINDS:
@@ -276,7 +286,8 @@ def _checks(file, number, table, engines, reference, known):
     if not table.get("reason", "").strip():
         raise error("name", "`reason` is missing; give the reason of the tolerance")
     if table["kind"] == "bits":
-        table.setdefault("tolerance", 0.0)
+        if table.setdefault("tolerance", 0.0) or "known" in table or "band" in table:
+            raise error("tolerance", "`bits` are the same or not; leave `tolerance` out, or use `series`")
     if ("quirk" in table) != ("known" in table) or ("tolerance" in table) + ("known" in table) + ("band" in table) != 1:
         raise error("tolerance", "give either `tolerance`, or both `quirk` and `known = [least, most]`; of `speed` also `band = [least, most]`")
     if "quirk" in table:
@@ -303,9 +314,12 @@ def _checks(file, number, table, engines, reference, known):
 
 def _quantity(error, key, value):
     try:
-        return si(value)
+        size = si(value)
     except HarnessError as wrong:
         raise error(key, f"`{key}`: {wrong}") from None
+    if not math.isfinite(size):
+        raise error(key, f"`{key}` is {value}; give a finite number")
+    return size
 
 
 def _limits(error, table):
@@ -318,8 +332,8 @@ def _limits(error, table):
             raise error("known", f"`known` is {range_}; give [least, most]")
         if range_[0] == 0:
             raise error("known", f"`known` is {range_}: a difference that may be zero is not known; give a least one, or `tolerance`")
-    if "scale" in table and isinstance(table["scale"], str) and table["scale"] not in ("maximum", "displacement", "sum"):
-        _quantity(error, "scale", table["scale"])
+    if "scale" in table and table["scale"] not in ("maximum", "displacement", "sum") and not _quantity(error, "scale", table["scale"]) > 0:
+        raise error("scale", f"`scale` is {table['scale']}; give a size above zero")
     for key in ("band", "repeats"):
         if key in table and table["kind"] != "speed":
             raise error(key, f"`{key}` is for `kind = \"speed\"`")

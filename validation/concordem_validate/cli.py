@@ -1,15 +1,39 @@
 """Command line of the harness."""
 import argparse
+import math
 import sys
 from pathlib import Path
 
-from . import baseline, compare, difference, history, lint, mutate, outputs, project, quirks, registry, report, rounds, runner, starter
+from . import baseline, compare, difference, history, lint, merging, mutate, outputs, project, quirks, registry, report, rounds, runner, starter
 from . import case as cases
 from .errors import HarnessError, NotInstalled
 from .result import Result
 
 _CODES = ("Exit codes: 0: all checks are within tolerance; 1: a check failed or could not be made; 2: wrong arguments or an unreadable case; "
-          "3: a required engine is missing (those of `require` in validate.toml; all with --strict, or with CI and without validate.toml); 5: nothing was checked.")
+          "3: a required engine is missing or computed nothing (those of `require` in validate.toml; all with --strict, or with CI and without "
+          "validate.toml); 5: nothing was checked, or a merged round lacks cases.")
+
+
+def _number(text, least, kind=float):
+    try:
+        value = kind(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= least):
+        raise argparse.ArgumentTypeError(f"{text!r} is no {'whole ' if kind is int else 'finite '}number from {least:g}")
+    return value
+
+
+def _tolerance(text):
+    return _number(text, 0.0)
+
+
+def _factor(text):
+    return _number(text, 1e-3)
+
+
+def _count(text):
+    return _number(text, 1, int)
 
 
 def _parser():
@@ -33,7 +57,7 @@ def _parser():
             one.add_argument("--json", type=Path, metavar="FILE", help="also write the record of the round as JSON")
             one.add_argument("--badge", type=Path, metavar="FILE", help="also write a badge as SVG")
             one.add_argument("--against", metavar="NAME", help="also compare every result with this baseline")
-            one.add_argument("--tolerance", type=float, default=0.0, help="largest relative difference from the baseline (default: 0, the same bits)")
+            one.add_argument("--tolerance", type=_tolerance, default=0.0, help="largest relative difference from the baseline (default: 0, the same bits)")
             one.add_argument("--store", type=Path, default=Path("baselines"), help="folder of baselines (default: %(default)s)")
         return one
 
@@ -41,8 +65,8 @@ def _parser():
     one.add_argument("--checks", action="store_true", help="also list every check with its tolerance and reason")
     one = command("run", "run cases, compare the results, and write the report", round_=True, pick=True)
     one.add_argument("--fresh", action="store_true", help="repeat runs that are finished already")
-    one.add_argument("--jobs", type=int, help="number of engines at a time; default: one per processor")
-    one.add_argument("--time-factor", type=float, default=1.0, help="multiplies all time limits, for slow machines")
+    one.add_argument("--jobs", type=_count, help="number of engines at a time; default: one per processor")
+    one.add_argument("--time-factor", type=_factor, default=1.0, help="multiplies all time limits, for slow machines")
     one.add_argument("--engines", help="only these engines beside the reference, separated by commas")
     one.add_argument("--reference", help="compare this engine with all others, in place of the case's reference")
     one.add_argument("--pairs", action="store_true", help="compare all engines of a check with each other")
@@ -64,7 +88,7 @@ def _parser():
     one = command("compare", "compare the series of two result files (HDF5 or CSV), or all results of two rounds bit by bit (two folders)")
     one.add_argument("a", type=Path)
     one.add_argument("b", type=Path)
-    one.add_argument("--tolerance", type=float, default=0.0, help="largest allowed relative difference (default: %(default)g)")
+    one.add_argument("--tolerance", type=_tolerance, default=0.0, help="largest allowed relative difference (default: %(default)g)")
     one.add_argument("--over", default="time", help="axis: time, step, or a series (default: %(default)s)")
     one.add_argument("--interpolate", action="store_true", help="interpolate the finer curve at the points of the coarser one")
     command("lint", "find checks that cannot fail, and cases without effect; uses the results of the last round, if there are any",
@@ -72,7 +96,7 @@ def _parser():
     one = command("mutate", "plant mistakes in what an engine gets, and list those that no check sees", pick=True)
     one.add_argument("--engine", required=True, help="the engine that gets them")
     one.add_argument("--output", type=Path, help="folder of results")
-    one = command("init", "write a case, an engine, and workflow files for GitHub and GitLab")
+    one = command("init", "write a case, an engine, and workflow files for GitHub and GitLab; in a project, only the workflow files that are missing")
     one.add_argument("folder", type=Path)
     return parser
 
@@ -84,6 +108,9 @@ def main(arguments=None):
     except HarnessError as error:
         print(f"concordem-validate: {error}", file=sys.stderr)
         return rounds.WRONG_INPUT
+    except OSError as error:
+        print(f"concordem-validate: {error}; mend the path, or its rights", file=sys.stderr)
+        return rounds.WRONG_INPUT
     except KeyboardInterrupt:
         print("interrupted; finished runs are kept, repeat the command to continue", file=sys.stderr)
         return 130
@@ -93,6 +120,12 @@ def _project(options):
     made = project.load(options.config, options.folders)
     if getattr(options, "output", None):
         made.output = options.output
+    if made.output.exists() and not made.output.is_dir():
+        raise HarnessError(f"{made.output} is no folder; give another `output`")
+    for name in ("junit", "json", "badge"):
+        if getattr(options, name, None):
+            for engine in registry.ENGINES.values():
+                getattr(engine, "written", set()).add(getattr(options, name).absolute())
     return made
 
 
@@ -134,11 +167,12 @@ def _named(names):
 
 
 def _chosen(options, made):
-    """The cases of a round, with its reference and engines, and the engines that cases do not name."""
+    """The cases of a round, with its reference and engines, the engines that cases do not name, and the names of the cases of all parts."""
     loaded = _load(options, made)
     if options.failed:
         bad = {v["case"] for v in rounds.record(made.output)["verdicts"] if v["status"] == "fail"}
         loaded = [c for c in loaded if c.name in bad]
+    wanted = [c.name for c in loaded]
     if options.shard:
         part, _, count = options.shard.partition("/")
         if not (part.isdigit() and count.isdigit() and 1 <= int(part) <= int(count)):
@@ -158,15 +192,31 @@ def _chosen(options, made):
     for case in loaded:
         for text in lint.same_programs(case):
             raise HarnessError(f"case {case.name}: {text}; compare two codes")
-    return loaded, added
+    return loaded, added, wanted
 
 
 def _run(options):
     made = _project(options)
-    loaded, added = _chosen(options, made)
+    loaded, added, wanted = _chosen(options, made)
     strict = _strict(options, made)
     one = runner.Runner(made.output, options.jobs, options.fresh, time_factor=options.time_factor)
-    return _finish(options, made, loaded, one.run(loaded, added=added), strict)
+    round_ = one.run(loaded, added=added)
+    round_.shard, round_.wanted = options.shard, wanted
+    part = options.shard or options.cases or options.failed or options.engines
+    round_.lacking = [name for name in made.require if name not in _computed(round_) and not (part and _installed(name))]
+    return _finish(options, made, loaded, round_, strict)
+
+
+def _computed(round_):
+    return {o.engine for o in round_.outcomes.values() if o.status == "done"}
+
+
+def _installed(name):
+    try:
+        registry.ENGINES[name].version()
+    except HarnessError:
+        return False
+    return True
 
 
 def _finish(options, made, loaded, round_, strict):
@@ -183,9 +233,13 @@ def _finish(options, made, loaded, round_, strict):
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_text(text)
     if code == rounds.NOTHING_CHECKED:
-        print("NOTHING WAS CHECKED: no check had both of its engines")
+        absent = round_.absent()
+        print(f"CASES ARE MISSING: {', '.join(absent)}; merge all parts" if absent else "NOTHING WAS CHECKED: no check had both of its engines")
     if code == rounds.ENGINE_MISSING:
-        print("A REQUIRED ENGINE IS MISSING: install it, or run without --strict and CI")
+        print(f"A REQUIRED ENGINE COMPUTED NOTHING: {', '.join(round_.lacking)}; install it, let a case use it, or mend `require`" if round_.lacking
+              else "A REQUIRED ENGINE IS MISSING: install it, or run without --strict and CI")
+    if round_.shard and not round_.outcomes:
+        print(f"part {round_.shard} has no case")
     print(f"report: {path}")
     return code
 
@@ -210,12 +264,13 @@ def _again(options, made, round_, starts):
 
 def _report(options):
     made = _project(options)
-    return _again(options, made, rounds.Round(rounds.outcomes(made.output), times=rounds.times(made.output)), rounds.record(made.output)["starts"])
+    return _again(options, made, rounds.again(made.output), rounds.record(made.output)["starts"])
 
 
 def _merge(options):
     made = _project(options)
-    round_, starts = rounds.merge(options.rounds, made.output)
+    round_, starts = merging.merge(options.rounds, made.output)
+    round_.lacking = [name for name in made.require if name not in _computed(round_)]
     return _again(options, made, round_, starts)
 
 

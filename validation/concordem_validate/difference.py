@@ -128,7 +128,7 @@ def _field(lines, name, ours, theirs, tolerance):
 
 def files(a, b, tolerance, *, over="time", meet="common", names=("the first", "the second")):
     """Lines about all series of two results, and whether both have all series, whole, and within the tolerance."""
-    lines, good = [], bool(a.series.keys() & b.series.keys())
+    lines, good, moving = [], bool(a.series.keys() & b.series.keys()), False
     if not good:
         lines.append("no common series")
     for name in sorted(a.fields.keys() & b.fields.keys()):
@@ -151,9 +151,12 @@ def files(a, b, tolerance, *, over="time", meet="common", names=("the first", "t
         relative = off / size if size > 0 else off
         within = relative <= tolerance
         good &= within
+        moving |= size > 0 or off > 0
         # results may have different intervals; report how many points are common
         counts = len(a.series[name].steps), len(b.series[name].steps)
         part = "" if len(pair.x) == counts[0] == counts[1] else f", at {len(pair.x)} common points of {counts[0]} and {counts[1]}"
         lines.append(f"{name:24} {off:.3e} {pair.unit} of {size:.3e} {pair.unit}: {relative:.2e}{part}"
                      f"{'' if within else '  beyond ' + format(tolerance, 'g')}")
-    return lines, good
+    if good and not moving:
+        lines.append("all series are zero in both, as in runs that do nothing, so nothing is compared")
+    return lines, good and moving

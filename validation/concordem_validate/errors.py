@@ -9,6 +9,10 @@ class Unsupported(HarnessError):
     """A scenario contains something that the translation to an engine does not support. It is never ignored silently."""
 
 
+class Refused(Unsupported):
+    """An engine of the user says itself that it cannot compute a scenario. It is skipped by name."""
+
+
 class NotInstalled(HarnessError):
     """The peer is not installed; the message gives the command to install it."""
 

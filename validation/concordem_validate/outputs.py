@@ -4,6 +4,7 @@ import xml.etree.ElementTree as xml
 
 from . import compare, rounds
 from .case import Check
+from .process import plain
 
 _COLORS = {rounds.AGREES: "#3c9a4e", rounds.FAILED: "#c0392b", rounds.ENGINE_MISSING: "#b58900", rounds.NOTHING_CHECKED: "#7f8c8d"}
 
@@ -35,6 +36,10 @@ def junit(round_):
             xml.SubElement(test, "error", type=o.status, message=o.message.splitlines()[0] if o.message else o.status).text = o.message
             for key in ("errors", "tests"):
                 suite.set(key, str(int(suite.get(key)) + 1))
+    for one in top.iter():
+        # XML has no place for control characters, which engines and names may have
+        one.attrib = {key: plain(value) for key, value in one.attrib.items()}
+        one.text = plain(one.text) if one.text else one.text
     xml.indent(top)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + xml.tostring(top, encoding="unicode") + "\n"
 

@@ -1,17 +1,27 @@
 """Runs an engine in a separate process, which is stopped with all its children at the time limit."""
 import os
+import re
 import signal
 import subprocess
 import time
 
-from .errors import Crashed, TimedOut, Unsupported
+from .errors import Crashed, Refused, TimedOut
 
 # One thread per peer: sums must not depend on threads (YADE), and peers must not compete for cores.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+_TAIL = 1 << 16
+# colors and other commands to a terminal, and what XML and JSON readers refuse
+_ESCAPES = re.compile("\x1b(?:\\[[0-?]*[ -/]*[@-~]|\\][^\x07\x1b]*(?:\x07|\x1b\\\\)?|.)?")
+_CONTROLS = re.compile("[^\t\n\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def plain(text):
+    """A text without control characters, which colored output has."""
+    return _CONTROLS.sub("", _ESCAPES.sub("", str(text)))
 
 
 def run(command, folder, limit, environment=None, refusal=None):
-    """Output and wall time (s) of a command; raises TimedOut or Crashed, or Unsupported if it ends with the code `refusal`."""
+    """Output and wall time (s) of a command; raises TimedOut or Crashed, or Refused if it ends with the code `refusal`."""
     log = folder / "log.txt"
     start = time.perf_counter()
     with open(log, "w") as file:
@@ -28,8 +38,8 @@ def run(command, folder, limit, environment=None, refusal=None):
                 raise TimedOut(f"stopped after the time limit of {limit:g} s. {tail(log)}") from None
             raise
     if code == refusal and code is not None:
-        said = log.read_text(errors="replace").strip().splitlines()
-        raise Unsupported(said[-1] if said else "it cannot compute this scenario")
+        said = _last(log)
+        raise Refused(said[-1] if said else "it cannot compute this scenario")
     if code:
         raise Crashed(f"exited with code {code}. {tail(log)}")
     return log.read_text(errors="replace"), time.perf_counter() - start
@@ -37,4 +47,11 @@ def run(command, folder, limit, environment=None, refusal=None):
 
 def tail(log, lines=6):
     """The last lines that a command wrote, for messages."""
-    return "Last output: " + " | ".join(log.read_text(errors="replace").strip().splitlines()[-lines:])
+    return "Last output: " + " | ".join(_last(log)[-lines:])
+
+
+def _last(log):
+    """Lines at the end of a log, which may be large."""
+    with open(log, "rb") as file:
+        file.seek(max(0, os.fstat(file.fileno()).st_size - _TAIL))
+        return plain(file.read().decode(errors="replace")).strip().splitlines()

@@ -54,6 +54,9 @@ def _read(path):
         if not isinstance(table, dict):
             raise HarnessError(f"{path}: `engine.{name}` is no table; write [engine.{name}]")
         header = f"engine.{name}"
+        file.file_name("", name, name=header)
+        if "@" in name:
+            raise file.error("", f"the name `{name}` has an @, which marks self-checks; choose another name", table=header)
         file.check(table, _ENGINE, header)
         if "command" not in table:
             raise file.error("", f"engine `{name}` has no `command`; add it", table=header)
@@ -66,6 +69,8 @@ def _read(path):
         registry.ENGINES.pop(name, None) if name not in registry.OURS else None
         registry.add(name, engine, f"{path}:{file.line('', table=header)}")
     roots = []
+    for key in ("cases", "require"):
+        file.rows(key, str, file.data.get(key, []))
     for folder in file.data.get("cases", ["cases"]):
         root = cases.ROOT if folder == "package" else home / folder
         if not root.is_dir():

@@ -19,6 +19,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 from . import compare  # noqa: E402
 from .errors import HarnessError  # noqa: E402
+from .process import plain  # noqa: E402
 
 STUDIES = Path(__file__).parents[1] / "results"
 _WORDS = {"pass": "agrees", "known": "known difference", "fail": "FAILS", "missing": "not installed", "skipped": "skipped", "none": ""}
@@ -246,7 +247,7 @@ def write(path, cases, round_, quirks):
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters["code"] = _code
     template = environment.from_string(Path(__file__).with_name("report.html.j2").read_text())
-    counts = {word: sum(v.status == word for v in round_.verdicts) for word in _WORDS if word != "none"}
+    counts = round_.counts()
     titles = {case.name: case.title for case in cases}
     told = [dict(case=v.case, title=titles[v.case], variant=v.variant, check=v.check.name, peer=v.peer, status=v.status, quirk=v.check.quirk,
                  word=_WORDS[v.status], difference=_number(v.difference), limit=_limit(v.check))
@@ -259,17 +260,19 @@ def write(path, cases, round_, quirks):
         host=platform.platform(), cores=os.cpu_count(), date=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
         seeds=", ".join(str(s) for s in sorted({t.scenario.get("packing", {}).get("seed") for c in cases for t in c.tasks} - {None})))
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(html)
+    path.write_text(plain(html))
     return path
 
 
 def text(cases, round_, strict, verbose=False):
     """Text for the terminal: everything that does not simply pass, and the counts."""
     lines = []
+    usual = {case.name: case.reference for case in cases}
+    peers = lambda v: v.peer if v.reference == usual.get(v.case, v.reference) else f"{v.reference} and {v.peer}"
     for verdict in [*(v for v in round_.starts if v.status == "fail"), *round_.verdicts, *round_.changes]:
         if verbose or verdict.status != "pass":
             lines.append(f"{_WORDS[verdict.status]:17} {verdict.case} · {verdict.variant} · {verdict.check.name} · "
-                         f"{verdict.peer}: {_number(verdict.difference)} ({_limit(verdict.check)}) "
+                         f"{peers(verdict)}: {_number(verdict.difference)} ({_limit(verdict.check)}) "
                          f"{verdict.message}".rstrip())
     for outcome in round_.outcomes.values():
         if outcome.status == "missing":
@@ -289,4 +292,4 @@ def text(cases, round_, strict, verbose=False):
     if round_.changes:
         lines.append(f"against the baseline: {sum(v.status == 'pass' for v in round_.changes)} the same, "
                      f"{sum(v.status == 'fail' for v in round_.changes)} changed")
-    return "\n".join(lines)
+    return plain("\n".join(lines))

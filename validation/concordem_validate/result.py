@@ -13,6 +13,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -86,6 +87,9 @@ class Result:
     def read(cls, path, dt=None):
         """The result in a file; `dt` is the time step of a CSV file that has a column `step` and no `time`."""
         path = Path(path)
+        if path.exists() and not path.is_file():
+            # a pipe would wait for ever
+            raise Incomparable("error", f"{path} is no plain file; write a file")
         if path.suffix.lower() == ".csv":
             return _read_csv(cls, path, dt)
         check_seal(path)
@@ -104,8 +108,8 @@ class Result:
 _SEAL = b"sha256:"
 
 
-def check_seal(path):
-    """Refuse a file of ours that is not what was written. Files of other programs have no seal."""
+def check_seal(path, needed=False):
+    """Hash of a file of ours; refuses one that is not what was written. Files of other programs have no seal, those of a round need one."""
     size = len(_SEAL) + 64
     try:
         with open(path, "rb") as file:
@@ -114,7 +118,9 @@ def check_seal(path):
             file.seek(max(body, 0))
             tail = file.read(size)
             if body < 0 or not tail.startswith(_SEAL):
-                return
+                if needed:
+                    raise Incomparable("error", f"{path} has no hash at its end: it is damaged, or was changed by another program; make it again")
+                return None
             file.seek(0)
             one = hashlib.sha256()
             while body:
@@ -122,13 +128,32 @@ def check_seal(path):
                 one.update(part)
                 body -= len(part)
     except OSError:
-        return  # the reader says it better
+        return None  # the reader says it better
     if one.hexdigest().encode() != tail[len(_SEAL):]:
         raise Incomparable("error", f"{path} is not what was written: it is damaged, or was changed; make it again")
+    return tail[len(_SEAL):].decode()
+
+
+def _own(path, file):
+    """Refuse data of other files, which may be of another run."""
+    def walk(group):
+        for name in group:
+            link = group.get(name, getlink=True)
+            if isinstance(link, h5py.ExternalLink):
+                raise Incomparable("error", f"{path}: `{group.name}/{name}` is a link to another file; write the values themselves")
+            one = group.get(name)
+            if isinstance(one, h5py.Dataset) and (one.external or one.is_virtual):
+                raise Incomparable("error", f"{path}: the values of `{one.name}` are in another file; write them into this one")
+            if isinstance(one, h5py.Group) and not isinstance(link, h5py.SoftLink):
+                walk(one)
+    walk(file)
 
 
 def _read_hdf5(cls, path):
     with h5py.File(path, "r", locking=False) as file:
+        if file.attrs["format"] != FORMAT:
+            raise Incomparable("error", f"{path} has the format {str(file.attrs['format'])!r}, this version reads {FORMAT!r}; write that")
+        _own(path, file)
         result = cls(str(file.attrs["engine"]), float(file.attrs["time_step_s"]))
         for name, group in file.get("series", {}).items():
             values, steps = group["values"], group["step"][()]
@@ -156,8 +181,13 @@ def _read_hdf5(cls, path):
 
 def _read_csv(cls, path, dt):
     """Columns by a row of names and a row of units: `time` or `step`; `force`; `force.x`; `position.0.x` of particle 0."""
-    with open(path, newline="") as file:
-        rows = [(number, row) for number, row in enumerate(csv.reader(file), 1) if row and not row[0].lstrip().startswith("#")]
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            rows = [(number, row) for number, row in enumerate(csv.reader(file), 1) if row and not row[0].lstrip().startswith("#")]
+    except UnicodeDecodeError as error:
+        raise Incomparable("error", f"{path} is not UTF-8 ({error.reason} at byte {error.start}); write text in UTF-8") from None
+    except csv.Error as error:
+        raise Incomparable("error", f"{path} is no table of numbers: {error}; separate columns by commas, and rows by ends of lines") from None
     if len(rows) < 3:
         raise Incomparable("empty", f"{path} has no numbers; it needs a row of names, a row of units, and rows of numbers")
     (_, names), (line, units), *body = rows
@@ -171,7 +201,8 @@ def _read_csv(cls, path, dt):
             raise Incomparable("error", f"{path}:{line}: {len(row)} values for {len(names)} columns; the file is cut off, or a comma is missing")
         for c, word in enumerate(row):
             try:
-                table[k, c] = float(word)
+                # other programs than Python read no other digits, and no 1_000
+                table[k, c] = float(word if word.isascii() and "_" not in word else "no number")
             except ValueError:
                 raise Incomparable("error", f"{path}:{line}: `{word}` in column `{names[c]}` is not a number") from None
     columns = {}
@@ -199,6 +230,19 @@ def _is_number(word):
         return False
 
 
+def _in_step(path, time, step, dt):
+    """Refuse steps and times that contradict each other; codes with a step of their own leave the column `step` out."""
+    if dt is None or not dt > 0 or not np.isfinite(time).all():
+        return
+    wanted = step * dt
+    # times may be printed with six digits
+    off = np.abs(time - wanted) - 0.01 * dt - 2e-6 * np.abs(wanted).max()
+    if off.max() > 0:
+        k = int(off.argmax())
+        raise Incomparable("error", f"{path}: step {step[k]:.0f} has the time {time[k]:.9g} s, but {wanted[k]:.9g} s by the time step {dt:.9g} s; "
+                                    "mend one, or leave `step` out")
+
+
 def _assembled(cls, path, columns, dt):
     """Series from columns: parts such as `.0.x` become axes of an array."""
     (time, unit), (step, _) = columns.pop("time", (None, "s")), columns.pop("step", (None, "1"))
@@ -208,8 +252,10 @@ def _assembled(cls, path, columns, dt):
         raise Incomparable("error", f"{path} has neither a column `time` nor `step`; add one")
     if step is None:
         step = np.arange(len(time))
-    if (step != np.round(step)).any():
+    if not np.isfinite(step).all() or (step != np.round(step)).any():
         raise Incomparable("error", f"{path}: column `step` has values that are not whole numbers")
+    if time is not None:
+        _in_step(path, time, step, dt)
     result = cls(path.stem, math.nan if dt is None else dt)
     if time is None and dt is None:
         result.dt = 1.0
@@ -217,8 +263,10 @@ def _assembled(cls, path, columns, dt):
     groups = {}
     for name, (values, unit) in columns.items():
         series, *parts = name.split(".")
-        axis = parts.pop() if parts and parts[-1] in _AXES else None
-        if parts and not (len(parts) == 1 and parts[0].isdigit()):
+        axis = parts.pop() if parts and parts[-1] in tuple(_AXES) else None
+        if len(parts) == 1 and parts[0].isnumeric() and not re.fullmatch("0|[1-9][0-9]*", parts[0], re.ASCII):
+            raise Incomparable("error", f"{path}: `{parts[0]}` in column `{name}` is no id of a particle; write 0, 1, 2, …")
+        if parts and not (len(parts) == 1 and parts[0].isnumeric()):
             series, parts = ".".join([series, *parts]), []
         groups.setdefault(series, {})[int(parts[0]) if parts else None, axis] = (values, unit)
     for series, members in groups.items():

@@ -4,7 +4,6 @@ import json
 import math
 import os
 import platform
-import shutil
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import h5py
 
 from .errors import HarnessError, Incomparable
+from .process import plain
 from .result import Result, check_seal
 
 RECORD = "round.json"
@@ -30,17 +30,24 @@ class Outcome:
     message: str = ""
     path: Path = None
     kept: bool = False
+    sha256: str = None  # of the stored result, as its file ends
 
     def result(self):
-        """The stored result; refuses one of another case or engine."""
+        """The stored result; refuses one of another case or engine, and one that is not what the round has written."""
+        self._check()
         result = Result.read(self.path)
         _of_this(self, result.provenance, self.path)
         return result
 
+    def _check(self):
+        found = check_seal(self.path, needed=True)
+        if self.sha256 not in (None, found):
+            raise Incomparable("error", f"{self.path} is not the file of this round: its hash is not that in {RECORD}; make the round again")
+
     def provenance(self):
         """Provenance of the stored result, without its arrays; empty if it cannot be read, or is another's."""
         try:
-            check_seal(self.path)
+            self._check()
             with h5py.File(self.path, "r", locking=False) as file:
                 provenance = {k: str(v) for k, v in file["provenance"].attrs.items()}
             _of_this(self, provenance, self.path)
@@ -71,24 +78,40 @@ class Round:
     starts: list = field(default_factory=list)
     changes: list = field(default_factory=list)  # against a baseline
     times: dict = field(default_factory=dict)  # pairs of seconds by case, variant, reference, and peer
+    shard: str = None  # K/N where the round is one of N parts
+    wanted: list = field(default_factory=list)  # names of the cases of all parts
+    lacking: list = field(default_factory=list)  # required engines that computed nothing
 
     def failed(self, strict):
         """Whether the round is not good; with `strict` a missing engine counts."""
         return self.exit_code(strict) not in (AGREES,)
 
     def exit_code(self, strict, require=()):
-        bad = [o for o in self.outcomes.values() if o.status not in ("done", "missing", "skipped")]
         missing = {o.engine for o in self.outcomes.values() if o.status == "missing"}
-        if bad or any(v.status == "fail" for v in [*self.verdicts, *self.starts, *self.changes]):
+        if self.counts()["fail"]:
             return FAILED
-        if missing and strict or missing & set(require):
+        if missing and strict or missing & set(require) or self.lacking:
             return ENGINE_MISSING
-        checked = [v for v in [*self.verdicts, *self.changes] if v.status in ("pass", "known")]
-        return AGREES if checked else NOTHING_CHECKED
+        if self.absent() or not self._checked():
+            return NOTHING_CHECKED
+        return AGREES
+
+    def _checked(self):
+        # there may be more parts than cases
+        return self.shard and not self.outcomes or any(v.status in ("pass", "known") for v in [*self.verdicts, *self.changes])
+
+    def absent(self):
+        """Cases of other parts that a whole round lacks. A part by itself is good without them."""
+        return [] if self.shard else [name for name in self.wanted if name not in {o.case for o in self.outcomes.values()}]
 
     def counts(self):
+        """How many checks have each outcome. Start states, changes, and runs that failed without a check of theirs are failures, too."""
         words = ("pass", "known", "fail", "missing", "skipped")
-        return {word: sum(v.status == word for v in self.verdicts) for word in words}
+        found = {word: sum(v.status == word for v in self.verdicts) for word in words}
+        told = {(v.case, v.variant, name) for v in self.verdicts if v.status == "fail" for name in (v.reference, v.peer)}
+        found["fail"] += sum(v.status == "fail" for v in [*self.starts, *self.changes])
+        found["fail"] += sum((o.case, o.variant, o.engine) not in told for o in self.outcomes.values() if o.status not in ("done", "missing", "skipped"))
+        return found
 
 
 def _plain(value):
@@ -101,7 +124,7 @@ def describe(verdict):
     limit = dict(known=check.known, quirk=check.quirk) if check.known else dict(band=check.band) if check.band else dict(tolerance=check.tolerance)
     return dict(case=verdict.case, variant=verdict.variant, check=check.name, kind=check.kind, of=check.of, reference=verdict.reference,
                 peer=verdict.peer, status=verdict.status, cause=verdict.cause, difference=_plain(verdict.difference), **limit, norm=check.norm,
-                reason=check.reason.strip(), message=verdict.message)
+                reason=check.reason.strip(), message=plain(verdict.message))
 
 
 def write(folder, round_, code):
@@ -109,9 +132,9 @@ def write(folder, round_, code):
     path = Path(folder) / RECORD
     data = dict(
         format=FORMAT, date=datetime.now(timezone.utc).isoformat(timespec="seconds"), host=platform.platform(), cores=os.cpu_count(), exit_code=code,
-        counts=round_.counts(),
+        counts=round_.counts(), shard=round_.shard, wanted=round_.wanted, lacking=round_.lacking,
         outcomes=[dict(case=o.case, variant=o.variant, engine=o.engine, status=o.status, message=o.message,
-                       path=os.path.relpath(o.path, folder) if o.path else None, kept=o.kept) for o in round_.outcomes.values()],
+                       path=os.path.relpath(o.path, folder) if o.path else None, kept=o.kept, sha256=o.sha256 or _hash(o)) for o in round_.outcomes.values()],
         verdicts=[describe(v) for v in round_.verdicts], starts=[describe(v) for v in round_.starts],
         changes=[describe(v) for v in round_.changes],
         times=[dict(case=c, variant=v, reference=a, peer=b, seconds=s) for (c, v, a, b), s in round_.times.items()])
@@ -120,6 +143,13 @@ def write(folder, round_, code):
     partial.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
     partial.replace(path)
     return path
+
+
+def _hash(outcome):
+    try:
+        return check_seal(outcome.path, needed=True) if outcome.path else None
+    except HarnessError:
+        return None  # its verdict says so
 
 
 def _seal(data):
@@ -146,7 +176,9 @@ def record(folder):
 def outcomes(folder):
     """The outcomes of a recorded round; no engine is asked."""
     return {(o["case"], o["variant"], o["engine"]): Outcome(
-        o["case"], o["variant"], o["engine"], o["status"], o["message"], Path(folder) / o["path"] if o["path"] else None, True)
+        o["case"], o["variant"], o["engine"], o["status"], o["message"], Path(folder) / o["path"] if o["path"] else None, True,
+        # one without a hash is none of ours
+        o.get("sha256") or "none")
         for o in record(folder)["outcomes"]}
 
 
@@ -155,27 +187,7 @@ def times(folder):
     return {(t["case"], t["variant"], t["reference"], t["peer"]): t["seconds"] for t in record(folder).get("times", [])}
 
 
-def merge(folders, target):
-    """One round of several that other machines made. A finished run counts more than a missing engine."""
-    target = Path(target)
-    (target / "runs").mkdir(parents=True, exist_ok=True)
-    merged, starts = Round(), {}
-    for folder in folders:
-        for key, outcome in outcomes(folder).items():
-            if outcome.path and not outcome.path.exists():
-                raise HarnessError(f"{outcome.path} is missing; copy the whole folder {folder}")
-            before = merged.outcomes.get(key)
-            if before and before.status != "missing" and outcome.status in ("missing", "skipped"):
-                continue
-            if outcome.path:
-                place = target / "runs" / outcome.path.name
-                if place.resolve() != outcome.path.resolve():
-                    shutil.copy(outcome.path, place)
-                outcome.path = place
-            merged.outcomes[key] = outcome
-        merged.times |= times(folder)
-        for start in record(folder)["starts"]:
-            # a start state that was wrong on one machine stays wrong: peers had it
-            if starts.get((start["case"], start["variant"]), {}).get("status") != "fail":
-                starts[start["case"], start["variant"]] = start
-    return merged, list(starts.values())
+def again(folder):
+    """A recorded round without its verdicts, which are made again."""
+    data = record(folder)
+    return Round(outcomes(folder), times=times(folder), shard=data.get("shard"), wanted=data.get("wanted", []), lacking=data.get("lacking", []))

@@ -5,6 +5,7 @@ import json
 import os
 import platform
 import shutil
+import stat
 import sys
 import tempfile
 import threading
@@ -16,12 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
-from . import compare, programs, provenance, registry, timing
+from . import compare, programs, provenance, registry, scenario, timing
 from . import start as starts
 from .case import Check
 from .engines import concordem
-from .errors import Crashed, HarnessError, Incomparable, NotInstalled, TimedOut, Unsupported
+from .errors import Crashed, HarnessError, Incomparable, NotInstalled, Refused, TimedOut, Unsupported
 from .plants import fingerprint
+from .process import plain
+from .result import Result
 from .rounds import Outcome, Round
 
 _PACKAGE = Path(__file__).parent
@@ -96,6 +99,8 @@ class Runner:
     def __init__(self, folder, jobs=None, fresh=False, quiet=False, time_factor=1.0):
         self.folder, self.fresh, self.quiet, self.time_factor = Path(folder), fresh, quiet, time_factor
         (self.folder / "runs").mkdir(parents=True, exist_ok=True)
+        # what lies here is no input of engines in the folder above
+        (self.folder / "runs" / ".round").touch()
         self.jobs = jobs or _jobs()
         self.lock = threading.Lock()
         self.locks, self.made = {}, set()
@@ -206,11 +211,14 @@ class Runner:
             with self._lock(key):
                 self._run(out, key, task, limit)
         except HarnessError as error:
-            kinds = {NotInstalled: "missing", TimedOut: "timeout", Unsupported: "skipped" if added else "unsupported", Crashed: "crashed"}
+            kinds = {NotInstalled: "missing", TimedOut: "timeout", Unsupported: "skipped" if added else "unsupported", Refused: "skipped",
+                     Crashed: "crashed"}
             out.status = error.cause if isinstance(error, Incomparable) else kinds.get(type(error), "error")
-            out.message, out.path = str(error), None
+            out.message, out.path = plain(error), None
+            if type(error) is Unsupported and task.place:
+                out.message += scenario.line_of(task.place, out.message)
         except Exception:
-            out.status, out.message, out.path = "error", "internal error of the engine or the harness: " + traceback.format_exc(), None
+            out.status, out.message, out.path = "error", "internal error of the engine or the harness: " + plain(traceback.format_exc()), None
         return out if quiet else self._say(out, task)
 
     def _run(self, out, key, task, limit):
@@ -231,15 +239,16 @@ class Runner:
         scratch = Path(tempfile.mkdtemp(prefix=f"concordem-{engine}-"))
         try:
             result = registry.ENGINES[engine].run(task, scratch, limit * self.time_factor)
-        except BaseException:
+            if not isinstance(result, Result):
+                place = f"{task.folder / 'case.py'}: `analytic`" if engine == "analytic" else f"the function `run` of {engine}"
+                raise HarnessError(f"{place} returned {type(result).__name__}; return a Result")
+        except BaseException as error:
             # its output helps to find the cause
             keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
-            shutil.rmtree(keep, ignore_errors=True)
-            try:
-                # MPI removes its own files meanwhile
-                shutil.copytree(scratch, keep, dirs_exist_ok=True, ignore=shutil.ignore_patterns("ompi.*"))
-            except shutil.Error as incomplete:
-                print(f"not all files of the failed run were kept: {incomplete}"[:300], file=sys.stderr)
+            _keep(scratch, keep)
+            if isinstance(error, HarnessError):
+                # the message names what is still there
+                error.args = (str(error).replace(str(scratch), str(keep)), *error.args[1:])
             raise
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
@@ -314,6 +323,43 @@ class Runner:
                     return compare.fail(verdict, error)
         verdict.message += "".join(f"; {text}" for text in said)
         return verdict
+
+
+# of a failed run; a program may write until the disk is full
+_MOST_KEPT = 100 << 20
+
+
+def _keep(scratch, keep):
+    """Copy the plain files of a failed run, the small ones first. Links may lead to anything, pipes wait for ever."""
+    shutil.rmtree(keep, ignore_errors=True)
+    keep.mkdir(parents=True, exist_ok=True)
+    files, left = [], []
+    for top, folders, names in os.walk(scratch):
+        # MPI removes its own files meanwhile
+        folders[:] = [name for name in folders if not name.startswith("ompi.")]
+        for path in (Path(top, name) for name in [*names, *folders]):
+            try:
+                about = path.lstat()
+            except OSError:
+                continue
+            if stat.S_ISREG(about.st_mode):
+                files.append((about.st_size, path))
+            elif not stat.S_ISDIR(about.st_mode):
+                left.append(f"{path.relative_to(scratch)}: no plain file")
+    room = _MOST_KEPT
+    for size, path in sorted(files):
+        place = keep / path.relative_to(scratch)
+        try:
+            if size > room:
+                left.append(f"{path.relative_to(scratch)}: {size} bytes, more than is kept")
+                continue
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, place, follow_symlinks=False)
+            room -= size
+        except OSError as error:
+            left.append(f"{path.relative_to(scratch)}: {error.strerror}")
+    if left:
+        (keep / "left-out.txt").write_text("\n".join(left) + "\n", errors="replace")
 
 
 def _jobs():

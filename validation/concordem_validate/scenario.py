@@ -3,6 +3,7 @@ import copy
 import difflib
 import json
 import math
+import re
 
 from . import tables
 from .errors import HarnessError
@@ -20,6 +21,8 @@ _TABLES = {
     "contacts": {"law": str, "exclude": list},
     "bonds": {"law": str, "interaction_ratio": _QUANTITY, "coordination": float, "at_start": _SWITCH},
 }
+# The dimension of a quantity, which a text with a unit must have.
+_OF = {"time": "s", "time_step": "s", "density": "kg/m^3"}
 _ROWS = {"material", "set", "initial", "prescribe", "force", "wall", "sample", "stage", "interface", "history", "cut"}
 
 _NAMES = {*_TABLES, *_ROWS, "version", "title", "packing", "loading", "kinematics", "dimension", "heat", "deformable"}
@@ -41,7 +44,8 @@ def load(path):
             raise file.error(name, f"`{name}` is no list of tables; write [[{name}]]")
     if file.data.get("version", 1) != 1:
         raise file.error("version", f"`version` is {file.data['version']!r}; this harness reads 1")
-    _spheres(file)
+    count = _spheres(file)
+    _sets(file, count)
     for number, row in enumerate(file.data.get("material", [])):
         for key in ("name", "density"):
             if key not in row:
@@ -66,26 +70,57 @@ def _numbers(file, name, table):
 
 def _quantity(file, key, value, number=None, table=None):
     try:
-        size = si(value)
+        size = si(value, _OF.get(key))
     except HarnessError as error:
         raise file.error(key, f"`{key}`: {error}", number, table) from None
     if not math.isfinite(size):
         raise file.error(key, f"`{key}` is {value}; give a finite number", number, table)
+    return size
 
 
 def _spheres(file):
-    """Spheres that the scenario gives itself."""
+    """How many spheres the scenario gives itself, if it does."""
     packing = file.data.get("packing", {})
     if not isinstance(packing, dict) or "packing" in file.data and not isinstance(packing.get("kind"), str):
         raise file.error("kind", "the packing has no `kind`; give one, such as kind = \"spheres\"", table="packing")
     if packing.get("kind") != "spheres":
-        return
+        return None
     rows = packing.get("spheres")
     if not isinstance(rows, list) or any(not isinstance(row, list) or len(row) != 4 for row in rows):
         raise file.error("spheres", "`spheres` must be a list of [x, y, z, radius]", table="packing")
     for row in rows:
-        for value in row:
-            _quantity(file, "spheres", value, table="packing")
+        sizes = [_quantity(file, "spheres", value, table="packing") for value in row]
+        if not sizes[3] > 0:
+            raise file.error("spheres", f"`spheres` has the radius {row[3]}; give one above zero", table="packing")
+    return len(rows)
+
+
+def _sets(file, count):
+    """Sets that do not exist, and ids of particles that do not."""
+    names = set()
+    for number, row in enumerate(file.data.get("set", [])):
+        names.add(row.get("name"))
+        selection = row.get("selection", {})
+        ids = selection.get("ids", []) if isinstance(selection, dict) and selection.get("kind") == "ids" else []
+        wrong = [i for i in ids if type(i) is not int or not 0 <= i < (count or math.inf)] if isinstance(ids, list) else [ids]
+        if wrong:
+            raise file.error("selection", f"the set `{row.get('name')}` has the id {wrong[0]!r}; "
+                                          + (f"give ids from 0 to {count - 1}" if count else "give whole numbers from 0"), number, "set")
+    for table in ("initial", "prescribe", "force"):
+        for number, row in enumerate(file.data.get(table, [])):
+            if isinstance(row.get("set"), str) and row["set"] not in names:
+                raise file.error("set", f"there is no set `{row['set']}`; the sets are {', '.join(sorted(map(str, names))) or 'none'}", number, table)
+
+
+def line_of(place, message):
+    """` (FILE:LINE)` of the only key of a scenario that a message names; what an engine does not know may be misspelled."""
+    try:
+        lines = place.read_text().splitlines()
+    except (OSError, UnicodeDecodeError):
+        return ""
+    words = set(re.findall(r"[a-z][a-z_]{3,}", message))
+    found = {k for k, text in enumerate(lines, 1) for key in re.findall(r"([A-Za-z_][\w-]*)\s*=", text.partition("#")[0]) if key in words}
+    return f" ({place}:{found.pop()})" if len(found) == 1 else ""
 
 
 def changed(document, changes):

@@ -17,14 +17,17 @@ def version():
 
 
 def write(folder):
-    """Write a case, an engine, and workflow files; returns lines about them. Nothing that exists is overwritten."""
+    """Write a case, an engine, and workflow files; a project gets the workflow files that it lacks. Nothing that exists is overwritten."""
     folder = Path(folder)
+    project = (folder / "validate.toml").exists()
     files = {path: folder / _PLACES.get(name := str(path.relative_to(_TEMPLATE)), name)
-             for path in sorted(_TEMPLATE.rglob("*")) if path.is_file() and "__pycache__" not in path.parts}
+             for path in sorted(_TEMPLATE.rglob("*")) if path.is_file() and "__pycache__" not in path.parts and (path.name in _PLACES or not project)}
     there = [place for place in files.values() if place.exists()]
-    if there:
+    if project:
+        files = {source: place for source, place in files.items() if place not in there}
+    elif there:
         raise HarnessError(f"{there[0]} exists already; choose another folder")
     for source, place in files.items():
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(source, place)
-    return [*(f"wrote {place}" for place in files.values()), f"next: cd {folder} && concordem-validate run --verbose"]
+    return [*(f"kept {place}" for place in there), *(f"wrote {place}" for place in files.values()), f"next: cd {folder} && concordem-validate run --verbose"]

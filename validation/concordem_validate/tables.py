@@ -1,5 +1,6 @@
 """TOML files whose mistakes are told with file, line, and key."""
 import datetime
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -48,3 +49,17 @@ class File:
                        for kind in kinds)
             if not fits:
                 raise self.error(key, f"`{key}` is {value!r}; give {' or '.join(_WORDS[k] for k in kinds)}", number, name)
+            if any(isinstance(v, float) and not math.isfinite(v) for v in (value if isinstance(value, list) else [value])):
+                raise self.error(key, f"`{key}` is {value}; give a finite number", number, name)
+
+    def rows(self, key, kind, values, number=None, name=None):
+        """Refuse a list with something else than texts or tables."""
+        wrong = [v for v in values if not isinstance(v, kind)]
+        if wrong:
+            raise self.error(key, f"`{key}` has {wrong[0]!r}; give {_WORDS[kind]}", number, name)
+        return values
+
+    def file_name(self, key, value, number=None, name=None):
+        """Refuse a name that cannot be part of the name of a file."""
+        if not re.fullmatch(r"[^/\\\x00-\x1f\x7f]{1,100}", value) or value.startswith("."):
+            raise self.error(key, f"the name {value!r} is part of names of files; give up to 100 characters without a slash, and no dot in front", number, name)

@@ -1,7 +1,7 @@
 """Wrong codes that a check could still call equal: each must be found, and with its cause."""
 import numpy as np
 import pytest
-from concordem_validate import baseline, cli, compare, norms, rounds, runner, start
+from concordem_validate import baseline, cli, compare, merging, norms, rounds, runner, start
 from concordem_validate import case as cases
 from concordem_validate.errors import HarnessError, Incomparable
 from conftest import CASE, SCENARIO, judged, sound
@@ -203,7 +203,7 @@ def test_a_wrong_start_state_of_one_machine_stays_wrong(folder, engines):
         (folder / name).mkdir()
         rounds.write(folder / name, rounds.Round(round_.outcomes, round_.verdicts, [one]), 0)
     for order in (["left", "right"], ["right", "left"]):
-        _, starts = rounds.merge([folder / name for name in order], folder / "both")
+        _, starts = merging.merge([folder / name for name in order], folder / "both")
         assert [s["status"] for s in starts] == ["fail"]
 
 

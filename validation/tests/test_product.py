@@ -38,13 +38,19 @@ def test_init_gives_a_round_that_agrees_without_our_program(mine, capsys):
     assert "1 agrees" in out and "1 not installed" in out and "ConcorDEM is not installed" in out
     assert cli.main(["lint"]) == rounds.AGREES
     assert (mine / ".github/workflows/validate.yml").exists() and (mine / ".gitlab-ci.yml").exists()
+    # a project gets the workflow files that it lacks, and keeps the rest
+    (mine / ".gitlab-ci.yml").unlink()
+    (mine / "mine.py").write_text("# mine")
+    assert {line.split()[0] for line in starter.write(mine)} == {"kept", "wrote", "next:"}
+    assert (mine / ".gitlab-ci.yml").exists() and (mine / "mine.py").read_text() == "# mine"
+    (mine / "validate.toml").unlink()
     with pytest.raises(HarnessError, match="exists already"):
         starter.write(mine)
 
 
 @pytest.mark.parametrize("old, new, cause", [
     ("k * overlap", "1.01 * k * overlap", None), ("steps + 1", "steps // 2", "short"), ("repr(c)", "'nan'", "nan"), ("sys.exit(77)", "sys.exit(77)", ""),
-    ('out.writerow(["1", "s"]', 'out.writerow(["1", "ms"]', "short"), ("import csv", "import csv, nothing", "crashed"),
+    ('out.writerow(["1", "s"]', 'out.writerow(["1", "ms"]', "error"), ("import csv", "import csv, nothing", "crashed"),
     ("    for step in range", "    sys.exit(0)\n    for step in range", "empty"), ("import csv", "import time; time.sleep(60)\nimport csv", "timeout"),
 ])
 def test_mistakes_of_a_users_engine_are_verdicts(mine, old, new, cause):
@@ -71,7 +77,8 @@ def test_an_engine_may_refuse_a_scenario(mine):
     scenario.write_text(scenario.read_text().replace('law = "frictional"', 'law = "frictional"\n\n[bonds]\nlaw = "linear_bond"\ninteraction_ratio = 1.0'))
     round_ = runner.Runner(made.output, quiet=True).run([cases.load("collision", mine / "cases").only(["main"], ["analytic"])])
     outcome = round_.outcomes["collision", "main", "mine"]
-    assert outcome.status == "unsupported" and "only linear springs" in outcome.message
+    assert outcome.status == "skipped" and "only linear springs" in outcome.message
+    assert [v.status for v in round_.verdicts] == ["skipped"] and round_.counts()["fail"] == 0 and round_.exit_code(False) == rounds.NOTHING_CHECKED
 
 
 def test_what_an_engine_depends_on_is_hashed(mine):
@@ -561,7 +568,7 @@ def test_a_report_knows_the_run_times_of_its_round(folder, engines, no_page, cap
 
 
 @pytest.mark.parametrize("old, new, said", [
-    ("[0.5, 1.25]", "[1.25, 0.5]", "give `band"), ("[0.5, 1.25]", "[0.5]", "give `band"), ("[0.5, 1.25]", "[0.5, inf]", "give `band"),
+    ("[0.5, 1.25]", "[1.25, 0.5]", "give `band"), ("[0.5, 1.25]", "[0.5]", "give `band"), ("[0.5, 1.25]", "[0.5, inf]", "give a finite number"),
     ("band = [0.5, 1.25]\n", "", "give either `tolerance`"), ("repeats = 3", "repeats = 0", "give a number from 1"),
     ('kind = "speed"', 'kind = "series"\nof = "force"', "`band` is for"), ('peer = "two"', 'peer = "two"\nreference = "two"', "compared with itself"),
     ('peer = "two"', 'peer = "two"\nreference = "four"', "`four` is not one")])

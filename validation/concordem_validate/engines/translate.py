@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from ..errors import Unsupported
+from ..errors import HarnessError, Unsupported
 from ..quantity import si, vector
 
 # Keys of the scenario that do not affect a peer's results.
@@ -81,6 +81,8 @@ def members(document, start, only=None):
                 chosen = np.arange(len(start.radius))
             case "ids":
                 chosen = np.array(selection["ids"])
+                if len(chosen) and not (chosen.min() >= 0 and chosen.max() < len(start.radius)):
+                    raise HarnessError(f"the set `{one['name']}` has ids of particles that do not exist; there are {len(start.radius)}")
             case "box":
                 a, b = vector(selection["minimum"]), vector(selection["maximum"])
                 chosen = np.flatnonzero(((start.position >= a) & (start.position <= b)).all(axis=1))
