@@ -210,6 +210,29 @@ fn brittle_bonds_remember_the_load() {
     refused(["events", file, "--csv=load", "--load", "length"], "length");
 }
 
+/// The report shows the numbers of the commands: 40 bonds broken in tension, 40 emissions, too few for a b-value, 80 single particles.
+#[test]
+fn the_report_counts_cracks_emissions_and_fragments() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = write(folder.path(), "pairs.toml", &pairs());
+    done(["run", "-q", text(&scenario)]);
+    done(["report", text(&folder.path().join("pairs.h5"))]);
+    let page = std::fs::read_to_string(folder.path().join("pairs.html")).expect("a page");
+    for (name, value) in [
+        ("bonds broken in tension and bending", "40"),
+        ("bonds broken in shear and twist", "0"),
+        ("acoustic emissions", "40"),
+        ("fragments", "80, 80 of them single particles"),
+        ("mass of single particles", "100.0 %"),
+    ] {
+        let row = format!("<tr><td>{name}</td><td class=\"number\">{value}</td></tr>");
+        assert!(page.contains(&row), "{row}");
+    }
+    for chart in ["emissions-0", "magnitudes-0", "sieve-0"] {
+        assert!(page.contains(&format!("id=\"{chart}-title\"")), "{chart}");
+    }
+}
+
 /// Pairs have a longest axis of 2√6 r and the others of 2r, and fall apart into single spheres, of which the right ones move on.
 #[test]
 fn fragments_are_measured_at_any_time() {

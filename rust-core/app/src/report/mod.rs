@@ -1,7 +1,7 @@
 //! The report: one HTML page about one or more finished runs, or about a sweep.
 //!
-//! A page shows stress-strain curves, the properties of the specimen and published ones, the materials in a section, the damaged bonds, the energy
-//! balance, and the provenance of the numbers. It needs no other file and no network.
+//! A page shows stress-strain curves, the properties of the specimen and published ones, the materials in a section, the damaged bonds, emissions and
+//! fragments, the energy balance, and the provenance of the numbers. It needs no other file and no network.
 
 mod chart;
 mod coverage;
@@ -19,6 +19,7 @@ mod provenance;
 mod recipe;
 mod rose;
 mod samples;
+mod signals;
 mod size_effect;
 mod slices;
 pub mod structure;
@@ -117,6 +118,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         phases::section(&runs)?,
         slices::section(&runs)?,
         cracks::section(&runs)?,
+        signals::section(&runs)?,
         energy::section(&runs)?,
         provenance::section(&runs)?,
     ]
