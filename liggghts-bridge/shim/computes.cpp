@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <cmath>
+
 #include "atom.h"
 #include "error.h"
 #include "memory.h"
@@ -60,7 +62,7 @@ double ComputeOfBonds::number(const char *key, const char *word)
 {
   char *end;
   const double value = strtod(word, &end);
-  if (end == word || *end) fail(std::string("`") + key + " " + word + "` is not a number");
+  if (end == word || *end || !std::isfinite(value)) fail(std::string("`") + key + " " + word + "` is not a finite number");
   return value;
 }
 

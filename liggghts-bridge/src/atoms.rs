@@ -91,6 +91,31 @@ pub struct Atoms<'a> {
     pub step: i64,
 }
 
+/// An atom that is a point, or has no mass.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "atom {tag} has the {what} {value}, but bonds and contacts are between spheres with a mass: give it a positive one (`set`), or leave it \
+     out of the group of this fix (`fix ID GROUP concordem/bond` instead of bond and pair styles, which act on all atoms)"
+)]
+pub struct NoSphere {
+    tag: Tag,
+    what: &'static str,
+    /// m or kg.
+    value: f64,
+}
+
+impl Atoms<'_> {
+    /// Whether atom `i` is a sphere with a mass.
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn check_sphere(&self, i: usize) -> Result<(), NoSphere> {
+        let sizes = [("radius", self.radius[i]), ("mass", self.effective_mass[i])];
+        let wrong = sizes.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite()));
+        wrong.map_or(Ok(()), |(what, value)| Err(NoSphere { tag: self.tag.get(i), what, value }))
+    }
+}
+
 /// Vector `i` of a slice.
 #[inline(always)]
 pub fn vector(reals: &[f64], i: usize) -> Vec3 {

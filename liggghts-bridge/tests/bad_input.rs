@@ -112,6 +112,10 @@ fn invalid_input_stops_all_processors_with_a_remedy() {
         (with("thermo 1\n", "compute s all concordem/stress/atom bonds volume cube\n"), "give sphere, or packing FRACTION"),
         (with("thermo 1\n", "compute c all concordem/couple bonds volume 0 centroid 0 0 0\n"), "`volume` must be positive"),
         (
+            with("thermo 1\n", "compute c all concordem/couple bonds volume 1 centroid nan 0 0\n"),
+            "`centroid nan` is not a finite number",
+        ),
+        (
             with("boundary f f f", "boundary p p p").replace(
                 "thermo 1\n",
                 "compute c all concordem/couple bonds volume 1 centroid 0 0 0\nthermo_style custom step c_c[1]\nthermo 1\n",

@@ -5,7 +5,7 @@ use concordem_solver::SolverError;
 use concordem_solver::laws::LawError;
 use concordem_solver::neighbor::NeighborError;
 
-use crate::atoms::Tag;
+use crate::atoms::{NoSphere, Tag};
 
 /// An error of the network. The message gives the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -124,6 +124,9 @@ pub enum NetworkError {
         /// Atom.
         b: Tag,
     },
+    /// A point, or an atom without mass.
+    #[error("{0}")]
+    NoSphere(#[from] NoSphere),
     /// A force is not finite.
     #[error(
         "at step {step} the force on atom {tag} is not finite; reduce the time step, and check that no two atoms coincide"

@@ -214,7 +214,7 @@ impl Network {
     /// Read radii and masses, which a host may change at any step.
     ///
     /// # Errors
-    /// The type of an atom has changed since the last rebuild. Ghosts get types at rebuilds only.
+    /// The type of an atom has changed since the last rebuild, because ghosts get types at rebuilds only; or it is no sphere any more.
     fn read_sizes(&mut self, atoms: &Atoms<'_>) -> Result<(), NetworkError> {
         let particles = &mut self.state.particles;
         let mut growth = 0.0f64;
@@ -223,6 +223,7 @@ impl Network {
             let i = i as usize;
             let (radius, mass) = (atoms.radius[i], atoms.effective_mass[i]);
             if radius != particles.radius[p] || mass != particles.mass[p] {
+                atoms.check_sphere(i)?;
                 let change = radius - particles.radius[p];
                 growth = growth.max(change);
                 if change != 0.0 {

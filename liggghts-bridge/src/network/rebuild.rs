@@ -362,6 +362,7 @@ impl Network {
         particles.reserve(self.atom.len());
         for &i in &self.atom {
             let i = i as usize;
+            atoms.check_sphere(i)?;
             let (radius, mass) = (atoms.radius[i], atoms.effective_mass[i]);
             let sphere = Sphere { position: vector(atoms.position, i), radius };
             particles.push(sphere, (atoms.kind[i] - 1) as u16, mass, inertia(mass, radius));
