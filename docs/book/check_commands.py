@@ -19,6 +19,7 @@ COMPUTES = {
     "concordem/stress/atom": "liggghts/compute-stress-atom.md",
     "concordem/couple": "liggghts/compute-couple.md",
 }
+FIXES = {"concordem/bond/vtk": "liggghts/fix-bond-vtk.md"}
 STATEFUL = ["liggghts/fix-bond.md", "liggghts/heat.md", "liggghts/gran-models.md", "lammps/bond-style.md", "lammps/pair-style.md", "lammps/fix-bond.md"]
 
 
@@ -47,7 +48,7 @@ def section(text, title):
 
 
 def missing():
-    for name in [*COMPUTES.values(), *STATEFUL]:
+    for name in [*COMPUTES.values(), *FIXES.values(), *STATEFUL]:
         titles = re.findall(r"^## (.+)$", page(name), re.M)
         wanted = [*SECTIONS[:3], *([STATE] if name in STATEFUL else ["Output info"]), *SECTIONS[3:]]
         if titles != wanted:
@@ -77,6 +78,12 @@ def missing():
     for name in registered:
         if name not in COMPUTES or f"compute {name} command" not in page(COMPUTES[name]).splitlines()[0]:
             yield f"compute {name} has no page"
+    registered = found(r'"(concordem/[\w/]+)"\] = &new_fix', source("shim/register.cpp"), 2)
+    registered += found(r'\{"fix", "(concordem/[\w/]+)"', source("lammps/plugin.cpp"), 2)
+    for name in registered:
+        title = page(FIXES.get(name, "liggghts/fix-bond.md")).splitlines()[0]
+        if title != f"# fix {name} command":
+            yield f"fix {name} has no page"
     words = found(r'(?:key|word) [!=]= "([\w-]+)"', source("shim/computes.cpp"), 5)
     for word in words:
         if word not in section(page("liggghts/compute-stress-atom.md"), "Syntax"):

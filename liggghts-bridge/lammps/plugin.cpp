@@ -18,6 +18,7 @@
 #include "bond_style.h"
 #include "computes.h"
 #include "fix_bond.h"
+#include "fix_bond_vtk.h"
 #include "pair_style.h"
 
 using namespace LAMMPS_NS;
@@ -48,9 +49,9 @@ void lammpsplugin_init(void *, void *, void *);
 
 namespace {
 
-void *new_fix(void *lmp, int narg, char **arg)
+template <typename Style> void *new_fix(void *lmp, int narg, char **arg)
 {
-  return static_cast<Fix *>(new FixConcordemBond(static_cast<LAMMPS *>(lmp), narg, arg));
+  return static_cast<Fix *>(new Style(static_cast<LAMMPS *>(lmp), narg, arg));
 }
 
 template <typename Style> void *new_compute(void *lmp, int narg, char **arg)
@@ -89,7 +90,8 @@ struct Entry {
 };
 
 const Entry STYLES[] = {
-    {"fix", "concordem/bond", "bonds and contacts with ConcorDEM laws", &new_fix},
+    {"fix", "concordem/bond", "bonds and contacts with ConcorDEM laws", &new_fix<FixConcordemBond>},
+    {"fix", "concordem/bond/vtk", "files for ParaView with the bonds and contacts of fix concordem/bond", &new_fix<FixConcordemBondVtk>},
     {"compute", "concordem/bond/local", "rows of bonds and contacts of fix concordem/bond",
      &new_compute<ComputeConcordemBondLocal>},
     {"compute", "concordem/broken/local", "rows of the bonds of fix concordem/bond that broke since the last output",

@@ -25,6 +25,9 @@ constexpr static const size_t CONCORDEM_BREAK = 12;
 /// Number of reals per row of [`concordem_network_rows`].
 constexpr static const size_t CONCORDEM_ROW = 16;
 
+/// Number of reals per line of [`concordem_network_lines`].
+constexpr static const size_t CONCORDEM_LINE = 19;
+
 /// Property: Young's modulus and Poisson's ratio.
 constexpr static const uint32_t CONCORDEM_ELASTIC = 1;
 
@@ -42,6 +45,9 @@ constexpr static const uint32_t CONCORDEM_VELOCITY = 16;
 
 /// Reals per row of [`Self::rows`].
 constexpr static const size_t ConcordemNetwork_ROW = 16;
+
+/// Reals per line of [`Self::lines`].
+constexpr static const size_t ConcordemNetwork_LINE = 19;
 
 /// Bonds and contacts of the atoms of one processor.
 struct ConcordemNetwork;
@@ -644,6 +650,14 @@ void concordem_network_resume(ConcordemNetwork *network,
 /// Rows of the recorded contacts, [`ROW`] reals each. Free them with [`concordem_rows_delete`].
 double *concordem_network_rows(const ConcordemNetwork *network, int64_t *count);
 
+/// Lines of the recorded contacts between atoms whose `mask`, one per atom of the host (`atoms`), has a bit of `group`; [`LINE`] reals each. Free
+/// them with [`concordem_records_delete`].
+double *concordem_network_lines(const ConcordemNetwork *network,
+                                const int32_t *mask,
+                                int64_t atoms,
+                                int32_t group,
+                                int64_t *count);
+
 /// Keep rows for [`concordem_network_take_breaks`] from now on.
 void concordem_network_keep_breaks(ConcordemNetwork *network);
 
@@ -863,4 +877,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x807f9fcdd0e938b9)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xba8c7a670679672d)

@@ -320,7 +320,7 @@ void FixBondBase::find_forces(bool setup, bool energies, bool virial_wanted)
   const bool output_is_due = setup || update->ntimestep == output->next;
   const bool sample = output_is_due || energies || facts_.sample_every_step;
   // Recorded forces take almost as much memory as the bonds. At output, computes may ask for them only afterwards.
-  const bool record = virial_wanted || (output_is_due && concordem_forces_are_read(modify)) || concordem_compute_is_due(modify, update);
+  const bool record = virial_wanted || (output_is_due && concordem_forces_are_read(modify)) || concordem_output_is_due(modify, update);
   if (concordem_network_forces(network_, &atoms, setup, sample, record, &message_) < 0) fail_on_this_processor();
   if (sample) sampled_at_ = update->ntimestep;
 }

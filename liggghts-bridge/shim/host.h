@@ -15,6 +15,7 @@
 #include "atom.h"
 #include "compute.h"
 #include "domain.h"
+#include "fix.h"
 #include "modify.h"
 #include "update.h"
 
@@ -110,9 +111,11 @@ inline void concordem_unpack_ghosts(int count, int first_atom, const double *buf
   }
 }
 
-// Whether one of our computes is evaluated at this step.
-inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
+// Whether one of our computes is evaluated at this step, or a file of bonds written.
+inline bool concordem_output_is_due(const Modify *modify, const Update *update)
 {
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->style, "concordem/bond/vtk") == 0 && update->ntimestep % modify->fix[k]->nevery == 0) return true;
   for (int k = 0; k < modify->ncompute; k++) {
     Compute *compute = modify->compute[k];
     if (compute->timeflag && strncmp(compute->style, "concordem/", 10) == 0 && compute->matchstep(update->ntimestep)) return true;

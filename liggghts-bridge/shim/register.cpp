@@ -18,6 +18,7 @@
 
 #include "computes.h"
 #include "fix_bond.h"
+#include "fix_bond_vtk.h"
 
 using namespace LAMMPS_NS;
 
@@ -73,6 +74,7 @@ void Modify::add_fix(int narg, char **arg, char *suffix)
   if (!fix_map->count("concordem/bond")) {
     check_version(lmp);
     (*fix_map)["concordem/bond"] = &new_fix<FixConcordemBond>;
+    (*fix_map)["concordem/bond/vtk"] = &new_fix<FixConcordemBondVtk>;
   }
   static void (*const next)(Modify *, int, char **, char *) =
       original<void (*)(Modify *, int, char **, char *)>("_ZN9LAMMPS_NS6Modify7add_fixEiPPcS1_");

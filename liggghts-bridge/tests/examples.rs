@@ -47,6 +47,7 @@ fn the_script_for_lammps_runs() {
     let bonds = std::fs::read_to_string(folder.path().join("bonds.0.txt")).unwrap();
     let rows = bonds.lines().skip_while(|line| !line.starts_with("ITEM: ENTRIES")).skip(1).count();
     assert_eq!(rows, first[3] as usize, "rows of dump local");
+    assert!(folder.path().join("bonds.1000.vtp").exists());
 }
 
 #[test]
@@ -66,6 +67,7 @@ fn the_script_of_the_documentation_runs() {
         5 + first[1] as usize,
         "rows of dump local"
     );
+    assert!(folder.path().join("bonds.1000.vtp").exists());
 }
 
 #[test]

@@ -168,7 +168,7 @@ fn the_check_tells_the_bounds_that_it_means() {
     let part = format!("{:.3} of the stability bound with damping", 0.8 * 1.3_f64.sqrt());
     assert!(line.contains(&part) && line.contains("(0.800 of that without damping"), "{line}");
     let undamped =
-        crate::PRISM.replace("STEPS", "300").replace("{ kind = \"local\", coefficient = 0.3 }", "{ kind = \"none\" }");
+        PRISM.replace("STEPS", "300").replace("{ kind = \"local\", coefficient = 0.3 }", "{ kind = \"none\" }");
     let shown = concordem(["check", "-q", text(&write(folder.path(), "undamped.toml", &undamped))]).out;
     let line = shown.lines().find(|line| line.trim_start().starts_with("time step ")).expect("the step");
     assert!(line.contains("0.800 of the stability bound, ") && !line.contains("damping"), "{line}");

@@ -51,6 +51,7 @@ fn c_header_is_current() {
             ("TOTALS", "CONCORDEM_TOTALS"),
             ("FROZEN_MASS", "CONCORDEM_FROZEN_MASS"),
             ("ROW", "CONCORDEM_ROW"),
+            ("LINE", "CONCORDEM_LINE"),
             ("BREAK", "CONCORDEM_BREAK"),
         ],
         layouts: &[

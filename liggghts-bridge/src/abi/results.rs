@@ -19,9 +19,12 @@ pub const TOTALS: usize = 12;
 pub const BREAK: usize = 12;
 /// Number of reals per row of [`concordem_network_rows`].
 pub const ROW: usize = 16;
+/// Number of reals per line of [`concordem_network_lines`].
+pub const LINE: usize = 19;
 
 // cbindgen needs literal numbers.
-const _: () = assert!(TOTALS == network::TOTALS && ROW == Network::ROW && BREAK == network::BREAK);
+const _: () =
+    assert!(TOTALS == network::TOTALS && ROW == Network::ROW && LINE == Network::LINE && BREAK == network::BREAK);
 
 /// Add the virial (J; xx, yy, zz, xy, xz, yz) to `total`, and the share of each of `count` atoms to `per_atom` unless it is null.
 #[unsafe(no_mangle)]
@@ -166,6 +169,24 @@ pub unsafe extern "C" fn concordem_network_rows(network: *const Network, count: 
         let rows = (*network).rows().into_boxed_slice();
         *count = (rows.len() / ROW) as i64;
         Box::into_raw(rows).cast()
+    }
+}
+
+/// Lines of the recorded contacts between atoms whose `mask`, one per atom of the host (`atoms`), has a bit of `group`; [`LINE`] reals each. Free
+/// them with [`concordem_records_delete`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_lines(
+    network: *const Network,
+    mask: *const i32,
+    atoms: i64,
+    group: i32,
+    count: *mut i64,
+) -> *mut f64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe {
+        let lines = (*network).lines(slice(mask, length_of(atoms)), group).into_boxed_slice();
+        *count = (lines.len() / LINE) as i64;
+        Box::into_raw(lines).cast()
     }
 }
 

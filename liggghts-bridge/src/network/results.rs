@@ -62,6 +62,20 @@ pub(super) fn row_of_break([a, b]: [Tag; 2], step: i64, event: &BondEvent) -> [f
     ]
 }
 
+/// A recorded contact that a processor counts.
+struct Counted {
+    /// Its place among the recorded ones.
+    row: usize,
+    /// The lower id, and the other one.
+    tags: [Tag; 2],
+    /// −1 if the recorded force acts on the atom with the higher id.
+    sign: f64,
+    area: f64,
+    damage: f64,
+    /// 1 for a bond, 0 for a contact.
+    bonded: f64,
+}
+
 /// Number of reals in [`Network::totals`].
 pub const TOTALS: usize = 12;
 
@@ -310,18 +324,65 @@ impl Network {
     pub fn rows(&self) -> Vec<f64> {
         let mut rows = Vec::new();
         let r = &self.recorded;
+        self.for_each_counted(|one| {
+            rows.extend(one.tags.map(|tag| tag as f64));
+            rows.extend((r.force[one.row] * one.sign).iter());
+            rows.extend((r.moment[one.row] * one.sign).iter());
+            rows.extend(r.point[one.row].iter());
+            rows.extend([r.branch[one.row].norm(), one.area, one.damage, one.bonded, 0.0]);
+        });
+        rows
+    }
+
+    /// Reals per line of [`Self::lines`].
+    pub const LINE: usize = 19;
+
+    /// Lines for a viewer: the recorded contacts that this processor counts, between atoms whose `mask`, by the host's numbers of atoms, has a bit
+    /// of `group`. A line begins with the centers of the atom with the lower id and of the other one, which may lie in another periodic image (m).
+    /// Then: both ids, whether it is a bond, damage, normal force (positive in tension) and shear force (N), force on the first atom (N), moment
+    /// on it about the contact point (N·m), area (m²).
+    pub fn lines(&self, mask: &[i32], group: i32) -> Vec<f64> {
+        let mut lines = Vec::new();
+        let r = &self.recorded;
+        let is_member = |p: usize| mask.get(self.atom[p] as usize).is_some_and(|mask| mask & group != 0);
+        self.for_each_counted(|one| {
+            let [a, b] = r.pair[one.row].map(|p| p as usize);
+            if !is_member(a) || !is_member(b) {
+                return;
+            }
+            let (branch, force) = (r.branch[one.row], r.force[one.row]);
+            let mut ends = [self.state.particles.position[a], self.state.particles.position[a] + branch];
+            if one.sign < 0.0 {
+                ends.reverse();
+            }
+            let normal = branch.normalize();
+            let tension = force.dot(&normal);
+            lines.extend(ends.iter().flat_map(|end| end.iter()));
+            lines.extend(one.tags.map(|tag| tag as f64));
+            lines.extend([one.bonded, one.damage, tension, (force - normal * tension).norm()]);
+            lines.extend((force * one.sign).iter());
+            lines.extend((r.moment[one.row] * one.sign).iter());
+            lines.push(one.area);
+        });
+        lines
+    }
+
+    /// The recorded contacts that this processor counts, in their order.
+    fn for_each_counted(&self, mut visit: impl FnMut(Counted)) {
+        let r = &self.recorded;
         let mut row = 0;
         for ((_, block), &end) in blocks(&self.state).zip(&r.block_end) {
             while row < end {
                 let [a, b] = r.pair[row];
                 let pair = Pair { a, b };
-                // A contact may be gone because its bond broke; its index then belongs to another contact.
-                let k = r.place[row] as usize;
-                let exists = k < block.len() && block.view(k).pair == pair;
+                // A bond that has broken at this step is gone, and those behind it have moved up.
+                let pairs = block.pairs();
+                let k = Some(r.place[row] as usize).filter(|&k| pairs.get(k) == Some(&pair));
+                let k = k.or_else(|| pairs.binary_search(&pair).ok());
                 let [a, b] = [a as usize, b as usize];
                 if self.owned.get(a) == Some(&true) && b < self.tags.len() {
                     let [ta, tb] = self.tags_of(pair);
-                    let (area, damage, bonded) = if exists {
+                    let (area, damage, bonded) = if let Some(k) = k {
                         let view = block.view(k);
                         (
                             view.reference.area,
@@ -331,16 +392,11 @@ impl Network {
                     } else {
                         (0.0, 1.0, 0.0)
                     };
-                    let (first, sign) = if ta < tb { ([ta, tb], 1.0) } else { ([tb, ta], -1.0) };
-                    rows.extend(first.map(|tag| tag as f64));
-                    rows.extend((r.force[row] * sign).iter());
-                    rows.extend((r.moment[row] * sign).iter());
-                    rows.extend(r.point[row].iter());
-                    rows.extend([r.branch[row].norm(), area, damage, bonded, 0.0]);
+                    let (tags, sign) = if ta < tb { ([ta, tb], 1.0) } else { ([tb, ta], -1.0) };
+                    visit(Counted { row, tags, sign, area, damage, bonded });
                 }
                 row += 1;
             }
         }
-        rows
     }
 }
