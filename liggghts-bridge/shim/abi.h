@@ -64,7 +64,7 @@ struct ConcordemFacts {
   int32_t atom_width;
   /// How many of these reals ghosts need in every step; they come last. At rebuilds, ghosts also need the one before.
   int32_t communicated;
-  /// How bonds are created. 0: not at all, 1: by distance, 2: from a list.
+  /// How bonds are created. 0: not at all, 1: by distance, 2: from a list, 3: within inserted clumps.
   int32_t creation;
   /// Whether to sum stored energies at every step.
   int32_t sample_every_step;
@@ -439,6 +439,13 @@ int64_t concordem_network_broken_now(const ConcordemNetwork *network,
 /// Queue bonds by distance (`bond distance FACTOR`), or with `limit` the pairs among which to choose. Returns 0, or −1 and a message.
 int64_t concordem_network_make_near(ConcordemNetwork *network,
                                     const ConcordemMessage *message);
+
+/// With `bond clumps FACTOR`: queue bonds within clumps; `clump`: a number per atom of the host (`count`), equal within a clump, 0 outside. Returns
+/// the number of bonds, or −1 and a message.
+int64_t concordem_network_make_clumps(ConcordemNetwork *network,
+                                      const double *clump,
+                                      int64_t count,
+                                      const ConcordemMessage *message);
 
 /// With `limit`: set the ids that owned atoms name as partners, 0 for none, one real per atom and ghost. Returns the number of undecided pairs.
 int64_t concordem_network_name_partners(const ConcordemNetwork *network,
@@ -877,4 +884,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xba8c7a670679672d)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x964096cd0cea998e)

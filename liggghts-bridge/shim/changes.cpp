@@ -44,7 +44,7 @@ void FixBondBase::prepare_exchange()
   exchange_size_ = static_cast<int>(all[0]);
   if (all[1] == 0.0) return;
   double longest = contacts_ ? 2.0 * all[1] : 0.0;
-  if (!made_ && facts_.creation == 1) longest = std::max(longest, facts_.factor * 2.0 * all[1]);
+  if ((!made_ && facts_.creation == 1) || facts_.creation == 3) longest = std::max(longest, facts_.factor * 2.0 * all[1]);
   reach_ = std::max(reach_, 1.05 * longest + neighbor->skin + 2.0 * room_);
   smallest_ = smallest_ > 0.0 ? std::min(smallest_, -all[2]) : -all[2];
   const double cutoff = ghost_cutoff();
@@ -96,9 +96,7 @@ void FixBondBase::follow_changes()
       if (body[i] >= 0) body_mass_[i] = total[body[i]];
   }
   if (!body_mass_.empty()) {
-    sent_ = &body_mass_;
-    communicate_ghosts();
-    sent_ = nullptr;
+    send_to_ghosts(&body_mass_);
   }
   find_exclusions();
 }

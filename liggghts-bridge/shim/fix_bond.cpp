@@ -131,6 +131,8 @@ void FixConcordemBond::setup_pre_force(int vflag)
   give_heat_network();
   measure_heated_groups();
   rebuild();
+  check_clumps();
+  bond_clumps();
   check_heat_step();
   if (creation_is_due()) make_bonds();
   check_resumed();
@@ -154,6 +156,7 @@ void FixConcordemBond::pre_force(int vflag)
     give_heat_network();
     measure_heated_groups();
     rebuild();
+    bond_clumps();
     check_pair_style();
   }
   check_step(neighbor->ago == 0 && room_ > 0.0 ? SINCE_CHANGE : SINCE_LAST_CHECK);
@@ -161,6 +164,52 @@ void FixConcordemBond::pre_force(int vflag)
   follow_growth();
   // New bonds start unstrained at the end of the step; the next step evaluates them.
   if (creation_is_due()) make_bonds();
+}
+
+namespace {
+
+// The numbers that LIGGGHTS gives to the spheres of each clump of a template with `bonded yes`; NULL: there is no such template.
+double *numbers_of_clumps(const Modify *modify)
+{
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->id, "bond_random_id") == 0) return modify->fix[k]->vector_atom;
+  return NULL;
+}
+
+}
+
+void FixConcordemBond::check_clumps()
+{
+  const bool bonds = facts_.creation == 3;
+  if (bonds && !numbers_of_clumps(modify))
+    fail("`bond clumps` bonds clumps of `fix particletemplate/multiplespheres ... bonded yes`, but there is no such template; define one, or use "
+         "`bond distance`");
+  if (bonds || !numbers_of_clumps(modify)) return;
+  for (int k = 0; k < modify->nfix; k++) {
+    const FixConcordemBond *other = dynamic_cast<const FixConcordemBond *>(modify->fix[k]);
+    if (other && other->facts_.creation == 3) return;
+  }
+  fail("a template has `bonded yes`, but no fix concordem/bond bonds its clumps; use `bond clumps FACTOR`, or remove `bonded yes`");
+}
+
+// An inserted clump keeps its number until it is bonded.
+void FixConcordemBond::bond_clumps()
+{
+  if (facts_.creation != 3) return;
+  double *const number = numbers_of_clumps(modify);
+  std::vector<double> clump(atom->nlocal + atom->nghost);
+  int mine = 0, any;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit) || number[i] == 0.0) continue;
+    clump[i] = number[i];
+    number[i] = 0.0;
+    mine = 1;
+  }
+  MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (!any) return;
+  send_to_ghosts(&clump);
+  if (concordem_network_make_clumps(network_, clump.data(), clump.size(), &message_) < 0) fail_on_this_processor();
+  make_queued();
 }
 
 int FixConcordemBond::pack_comm(int n, int *list, double *buf, int, int *)

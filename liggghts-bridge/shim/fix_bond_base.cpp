@@ -70,6 +70,9 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   law_ = arg[3];
   contacts_ = strcmp(facts_.contacts, "none") != 0;
   if (facts_.creation == 2) read_bond_list();
+#ifdef CONCORDEM_LAMMPS
+  if (facts_.creation == 3) fail("`bond clumps` is for templates of LIGGGHTS; use a bond style, and molecules with bonds in `fix deposit` or `fix pour`");
+#endif
   vector_atom = NULL;
   begin_heat();
 
@@ -247,11 +250,25 @@ void FixBondBase::choose_bonds()
     int64_t all;
     MPI_Allreduce(&mine, &all, 1, MPI_INT64_T, MPI_SUM, world);
     if (all == 0) return;
-    sent_ = &named;
-    communicate_ghosts();
-    sent_ = nullptr;
+    send_to_ghosts(&named);
     concordem_network_bond_named(network_, named.data(), count);
   }
+}
+
+void FixBondBase::send_to_ghosts(std::vector<double> *numbers)
+{
+  sent_ = numbers;
+  communicate_ghosts();
+  sent_ = nullptr;
+}
+
+void FixBondBase::make_queued()
+{
+  if (mean_radius_ == 0.0) find_mean_radius();
+  ask_heat_network(OF_NEW_BONDS);
+  rebuild();
+  check_heat_network();
+  check_heat_step();
 }
 
 void FixBondBase::make_bonds()
@@ -270,13 +287,7 @@ void FixBondBase::make_bonds()
     const ConcordemBondLists lists = lists_of_atoms();
     concordem_network_make_of_lists(network_, &atoms, &lists);
   }
-  find_mean_radius();
-  if (creates) {
-    ask_heat_network(OF_NEW_BONDS);
-    rebuild();
-    check_heat_network();
-    check_heat_step();
-  }
+  if (creates) make_queued();
   made_ = true;
   drop_heat_bonds();
   check_step(SINCE_CHANGE);
@@ -284,13 +295,13 @@ void FixBondBase::make_bonds()
   if (!concordem_count(network_, world, &total))
     fail("a bond is longer than the ghost cutoff; add `reach LENGTH` with a larger length");
   if (comm->me != 0) return;
-  if (creates) {
+  if (creates && facts_.creation != 3) {
     char bonds[32];
     snprintf(bonds, sizeof(bonds), "%.0f", total);
     print(std::string(bonds) + " bonds of law " + law_);
   }
   if (lost) warn("creates new bonds; those of fix " + lost_ + " in the restart file are lost. To keep them, give this fix the same id");
-  if (total == 0.0 && law_ != "none")
+  if (total == 0.0 && law_ != "none" && facts_.creation != 3)
     warn(lists_ ? EMPTY_LISTS :
          creates ? "created no bonds; check the distance factor and the group" :
                    "has no bonds: `bond none` creates none, and there are none from a restart file");
@@ -303,7 +314,7 @@ void FixBondBase::check_resumed()
   double mine[CONCORDEM_SUMS], all[2];
   concordem_network_sums(network_, mine);
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);   // bonds, and those that broke
-  if (comm->me == 0 && all[0] + all[1] == 0.0 && law_ != "none")
+  if (comm->me == 0 && all[0] + all[1] == 0.0 && law_ != "none" && facts_.creation != 3)
     warn(lists_ ? EMPTY_LISTS : "has no bonds: " + resumed_ + " has none, and bonds are created only once");
   resumed_.clear();
 }

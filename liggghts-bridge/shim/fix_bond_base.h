@@ -109,6 +109,8 @@ class FixBondBase : public Fix {
   void rebuild();
   void make_bonds();
   void choose_bonds();       // of `limit N`; collective
+  void make_queued();        // create the bonds that are queued; collective
+  void send_to_ghosts(std::vector<double> *);   // one number per atom and ghost; collective
   void check_resumed();      // warn if a continued run has no bonds; collective
   void find_mean_radius();   // of the atoms with a queued bond; collective
   void find_forces(bool setup, bool energies, bool virial);

@@ -222,7 +222,7 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   MPI_Allreduce(bounds, all, 4, MPI_DOUBLE, MPI_MAX, world);
   *smallest = all[1] > none ? -all[1] : 0.0;
   double longest = std::max(all[2], strcmp(facts.contacts, "none") != 0 ? 2.0 * all[0] : 0.0);
-  if (!made && facts.creation == 1) longest = std::max(longest, facts.factor * 2.0 * all[0]);
+  if ((!made && facts.creation == 1) || facts.creation == 3) longest = std::max(longest, facts.factor * 2.0 * all[0]);
   if (!made) longest = std::max(longest, all[3]);
   return longest;
 }

@@ -26,6 +26,8 @@ pub enum Creation {
     None,
     /// Between all atoms of the group closer than this factor times the sum of their radii.
     Distance(f64),
+    /// Within each clump that the host inserts, by the same rule.
+    Clumps(f64),
     /// Between the atoms that this file lists.
     List(String),
 }
@@ -164,21 +166,24 @@ impl<'a> OptionWords<'a, '_> {
         if given { Err(OptionError::Twice { key: self.key.to_owned() }) } else { Ok(()) }
     }
 
-    /// `none`, `distance FACTOR`, or `list FILE`.
+    /// `none`, `distance FACTOR`, `clumps FACTOR`, or `list FILE`.
     fn creation(&mut self) -> Result<Creation, OptionError> {
-        const KINDS: &str = "distance FACTOR, list FILE, or none";
+        const KINDS: &str = "distance FACTOR, clumps FACTOR, list FILE, or none";
         match self.value(KINDS)? {
             "none" => Ok(Creation::None),
-            "distance" => {
-                let mut factor = None;
-                let wanted = "a factor on the sum of the radii, from 0.1 to 10 (1.5 is usual for concrete)";
-                let in_range = |word: &str| word.parse().ok().filter(|f| (0.1..=10.0).contains(f));
-                self.fill(&mut factor, wanted, in_range)?;
-                Ok(Creation::Distance(factor.unwrap_or_default()))
-            }
+            "distance" => self.factor().map(Creation::Distance),
+            "clumps" => self.factor().map(Creation::Clumps),
             "list" => Ok(Creation::List(self.value("a file with two atom ids per line")?.to_owned())),
             other => Err(self.refuse(other, KINDS)),
         }
+    }
+
+    fn factor(&mut self) -> Result<f64, OptionError> {
+        let mut factor = None;
+        let wanted = "a factor on the sum of the radii, from 0.1 to 10 (1.5 is usual for concrete)";
+        let in_range = |word: &str| word.parse().ok().filter(|f| (0.1..=10.0).contains(f));
+        self.fill(&mut factor, wanted, in_range)?;
+        Ok(factor.unwrap_or_default())
     }
 }
 
@@ -210,6 +215,9 @@ impl Arguments {
                 _ if limit.len() != types => return Err(OptionError::LimitTypes { given: limit.len(), types }),
                 _ => {}
             }
+        }
+        if arguments.at.is_some() && matches!(arguments.creation, Some(Creation::Clumps(_))) {
+            return Err(OptionError::ClumpsAt);
         }
         if let Some([a, b]) = arguments.between.iter().flatten().find(|[_, b]| usize::from(*b) >= types) {
             return Err(OptionError::NoSuchType { a: a + 1, b: b + 1, types });

@@ -27,6 +27,10 @@ fn errors_name_the_remedy() {
             ),
             "repeat the style and its coefficients after read_restart",
         ),
+        (
+            format!("{head}fix b all concordem/bond {BEAM} bond clumps 1.1\n"),
+            "`bond clumps` is for templates of LIGGGHTS; use a bond style, and molecules",
+        ),
         (format!("{head}fix b all concordem/bond glue bond none\n"), "choose one of cpm, linear_bond, cohesive_beam"),
         (
             format!("{}bond_style concordem/cohesive_beam\n{coeff}run 0\n", with("newton off", "newton on")),

@@ -24,7 +24,7 @@ pub struct Facts {
     atom_width: i32,
     /// How many of these reals ghosts need in every step; they come last. At rebuilds, ghosts also need the one before.
     communicated: i32,
-    /// How bonds are created. 0: not at all, 1: by distance, 2: from a list.
+    /// How bonds are created. 0: not at all, 1: by distance, 2: from a list, 3: within inserted clumps.
     creation: i32,
     /// Whether to sum stored energies at every step.
     sample_every_step: i32,
@@ -81,6 +81,7 @@ pub unsafe extern "C" fn concordem_network_new(
                 Creation::None => (0, 0.0),
                 Creation::Distance(factor) => (1, *factor),
                 Creation::List(_) => (2, 0.0),
+                Creation::Clumps(factor) => (3, *factor),
             };
             *facts = Facts {
                 atom_width: network.atom_width() as i32,
@@ -414,6 +415,19 @@ pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, p
 pub unsafe extern "C" fn concordem_network_make_near(network: *mut Network, message: *const Message) -> i64 {
     // SAFETY: valid pointers from the shim.
     unsafe { guarded(message, || (*network).make_near().map(|()| 0)) }
+}
+
+/// With `bond clumps FACTOR`: queue bonds within clumps; `clump`: a number per atom of the host (`count`), equal within a clump, 0 outside. Returns
+/// the number of bonds, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_clumps(
+    network: *mut Network,
+    clump: *const f64,
+    count: i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: valid pointers from the shim.
+    unsafe { guarded(message, || (*network).make_clumps(slice(clump, count)).map(|bonds| bonds as i64)) }
 }
 
 /// With `limit`: set the ids that owned atoms name as partners, 0 for none, one real per atom and ghost. Returns the number of undecided pairs.

@@ -139,6 +139,34 @@ impl Network {
         Ok(())
     }
 
+    /// Queue bonds between atoms of the same clump that are closer than the user's factor times the sum of their radii. `clump`: a number per atom of
+    /// the host, equal within a clump, 0 outside. Returns the number of bonds. Call [`Self::rebuild`] afterwards.
+    ///
+    /// # Errors
+    /// The neighbor search fails.
+    pub fn make_clumps(&mut self, clump: &[f64]) -> Result<usize, NetworkError> {
+        let Creation::Clumps(factor) = self.options.creation else { return Ok(0) };
+        let particles = &self.state.particles;
+        let number = |p: usize| clump[self.atom[p] as usize];
+        let members: Vec<usize> = (0..self.atom.len()).filter(|&p| number(p) != 0.0).collect();
+        let position: Vec<Vec3> = members.iter().map(|&p| particles.position[p]).collect();
+        // As in `make_near`.
+        let reach: Vec<f64> = members.iter().map(|&p| particles.radius[p] * factor * (1.0 + 1e-9)).collect();
+        let before = self.fresh.len();
+        for pair in candidate_pairs(&position, &reach, self.state.cell.as_ref())? {
+            let [a, b] = [members[pair.a as usize], members[pair.b as usize]];
+            let [one, other] = [a, b].map(|p| particles.material[p]);
+            let shift = self.state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
+            let distance = initial_geometry(&particles.position[a], &particles.position[b], &shift).length;
+            let joins = number(a) == number(b) && distance < factor * (particles.radius[a] + particles.radius[b]);
+            let known = self.bond_coefficients.get(one, other).is_some();
+            if joins && known && (self.owned[a] || self.owned[b]) {
+                self.fresh.push(Fresh { tags: ascending([self.tags[a], self.tags[b]]), length: 0.0, row: 0 });
+            }
+        }
+        Ok(self.fresh.len() - before)
+    }
+
     /// Take the queued bonds, without duplicates, sorted by ids. `arriving`: records of this rebuild.
     ///
     /// # Errors

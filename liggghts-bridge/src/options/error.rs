@@ -51,7 +51,9 @@ pub enum OptionError {
         message: String,
     },
     /// Option `bond` is missing.
-    #[error("option `bond` is missing; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
+    #[error(
+        "option `bond` is missing; add `bond distance FACTOR`, `bond clumps FACTOR`, `bond list FILE`, or `bond none`"
+    )]
     NoBonds,
     /// Pairs of types without `bond distance`.
     #[error("`between` chooses pairs of `bond distance FACTOR`; add that, or remove `between`")]
@@ -66,6 +68,9 @@ pub enum OptionError {
         /// Number of types.
         types: usize,
     },
+    /// A step for bonds that come with inserted clumps.
+    #[error("`bond clumps` bonds each clump when it is inserted; remove `at`, or use `bond distance`")]
+    ClumpsAt,
     /// A limit without `bond distance`.
     #[error("`limit` counts the bonds of `bond distance FACTOR`; add that, or remove `limit`")]
     LimitOfWhat,
