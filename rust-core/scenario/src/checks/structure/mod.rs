@@ -167,10 +167,9 @@ impl Checker<'_> {
         path: &str,
     ) -> (Option<&'s str>, String) {
         let about_key = |key: &str| about(key, properties[key]["description"].as_str().unwrap_or(""));
-        if let Some((yade, ours)) = YADE_NAMES.iter().find(|(yade, _)| *yade == name)
-            && let Some((key, _)) = properties.get_key_value(*ours)
-        {
-            return (Some(key), format!("YADE's `{yade}` is called `{ours}` here. {}", about_key(ours)));
+        let mut of_yade = YADE_NAMES.iter().filter(|(yade, _)| *yade == name);
+        if let Some((key, _)) = of_yade.find_map(|(_, ours)| properties.get_key_value(*ours)) {
+            return (Some(key), format!("YADE's `{name}` is called `{key}` here. {}", about_key(key)));
         }
         if let Some((c, what, plain)) = on_keyboard(name) {
             let help = format!("`{c}` (U+{:04X}) is {what}: write `{plain}`", u32::from(c));

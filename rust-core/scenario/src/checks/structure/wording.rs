@@ -47,7 +47,8 @@ pub(super) fn nearest_of<'a>(word: &str, candidates: impl IntoIterator<Item = &'
     best.map(|(_, candidate)| candidate)
 }
 
-/// Parameter names of YADE's concrete model, with the corresponding keys of a scenario.
+/// Parameter names of YADE's concrete and jointed models, with the corresponding keys of a scenario. A name may have several: a table has
+/// one of them.
 pub(super) const YADE_NAMES: &[(&str, &str)] = &[
     ("sigmaT", "cohesion"),
     ("epsCrackOnset", "crack_onset_strain"),
@@ -61,7 +62,10 @@ pub(super) const YADE_NAMES: &[(&str, &str)] = &[
     ("plRateExp", "plasticity_rate_exponent"),
     ("isoPrestress", "isotropic_prestress"),
     ("frictionAngle", "friction_angle"),
+    ("tensileStrength", "tensile_strength"),
+    ("residualFrictionAngle", "residual_friction_angle"),
     ("poisson", "shear_ratio"),
+    ("poisson", "stiffness_ratio"),
     ("yieldSurfType", "yield_surface"),
     ("yieldLogSpeed", "yield_log_speed"),
     ("omegaThreshold", "omega_threshold"),
