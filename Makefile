@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz fuzz-readers asan miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -18,7 +18,7 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, msrv, test-bigbig, ptx, fuzz, fuzz-readers, asan, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, msrv, test-bigbig, ptx, fuzz, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make new-operator   a new operator, in a copy of the sources: scenario, result, report, book, Python (minutes)"
 	@echo "make new-wall       a new kind of wall, in a copy of the sources: scenario, servo, restart, report, book, Python (minutes)"
@@ -27,11 +27,10 @@ help:
 	@echo "make test-bigbig    the tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, with ids of 64 bits (minutes); as root"
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
-	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
-	@echo "make fuzz-readers   1,000,000 mutated inputs for each reader of packings and surfaces (hours)"
+	@echo "make fuzz           1,000,000 inputs for each reader of files, found by the code that they reach, under AddressSanitizer (hours; resumable); INPUTS=N, SEED=N"
 	@echo "make host-decks     500 random scripts and 500 of random commands in LIGGGHTS and LAMMPS, public decks, and bodies that migrate on up to 16 processes (hours); DECKS=N, SEED=N"
 	@echo "make faults         each call of the system that writes fails once, in every command (hours; resumable; EVERY=N tries each N-th)"
-	@echo "make asan           the fuzz tests of all readers under AddressSanitizer (an hour). make miri: laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
+	@echo "make miri           laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
 	@echo "make servos         servos of cells and walls over many rates, stiffnesses, targets, and sizes (hours; resumable)"
 	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
@@ -171,36 +170,25 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates msrv test-bigbig ptx fuzz fuzz-readers asan combinations servos faults host-decks mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates msrv test-bigbig ptx fuzz combinations servos faults host-decks mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
 	cd rust-core/python/tests && CONCORDEM_TEST_FULL=1 ../../../.venv/bin/python -m pytest -q -p no:cacheprovider --rootdir . test_memory.py
 	docs/build --hosts --slow
 
-# Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
+# A million inputs for each reader, found by libFuzzer by the code that they reach, with every access to memory checked, those of the HDF5 library
+# excepted. It goes on where it was interrupted; tests/fuzz/run.py --record writes tests/fuzz/result.json. The tests run 2,000 inputs of the same changes.
 SEED ?= 1
+INPUTS ?= 1000000
 fuzz:
-	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
-
-# A million inputs for each reader of packings and surfaces (half an hour each); counts in tests/fuzz/result.json.
-fuzz-readers:
-	CONCORDEM_FUZZ_READER="table text data dump surface binary-surface" CONCORDEM_FUZZ_RECORD=tests/fuzz/result.json \
-	  CONCORDEM_FUZZ_INPUTS=6000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
+	tests/fuzz/run.py --inputs $(INPUTS) --seed $(SEED)
 
 # Each call that writes fails once: thousands of short runs. The tests try a few. It goes on where it was interrupted; the record is
 # tests/faults/result.json.
 EVERY ?= 1
 faults:
 	CONCORDEM_ALL_CALLS=$(EVERY) $(CARGO) test $(TESTED) --test faults calls -- --nocapture
-
-# Mutated inputs for the readers, with every access to memory checked, those of the HDF5 library excepted. RUSTC_BOOTSTRAP lets the stable
-# compiler do it. Leaks are no errors: a worker that stops leaves what it holds.
-ASAN_INPUTS ?= 20000
-asan:
-	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=address" ASAN_OPTIONS=detect_leaks=0 \
-	  CONCORDEM_FUZZ_INPUTS=$(ASAN_INPUTS) CONCORDEM_FUZZ_SEED=$(SEED) \
-	  $(CARGO) test --profile develop --target x86_64-unknown-linux-gnu --target-dir target/asan -p concordem-tests --test fuzz -- --nocapture
 
 # The unsafe code that needs neither HDF5 nor C++, under the rules of the language. Needs a nightly compiler with Miri:
 # `rustup toolchain install nightly --component miri,rust-src`; without one, this says so. Pointers of devices are numbers, hence permissive provenance.

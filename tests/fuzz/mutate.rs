@@ -1,5 +1,7 @@
 //! Random mutations of bytes.
 
+use std::borrow::Cow;
+
 use concordem_tests::random::Random;
 
 /// Numbers at the limits of types and sizes.
@@ -26,8 +28,8 @@ const WORDS: [&str; 16] = [
     "true",
 ];
 
-/// Changes the structure of a text in one to four places: its lines, the fields of a line, their separators, and its keywords.
-pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, keywords: &[&str]) {
+/// Changes the structure of a text in one to four places: its lines, the fields of a line, their separators; `known` are lines that it may have.
+pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, known: &[Cow<'_, str>]) {
     let text = String::from_utf8_lossy(bytes).into_owned();
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for _ in 0..=random.below(4) {
@@ -39,8 +41,8 @@ pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, keywords: &[&str]) 
             0 => lines.swap(at, other),
             1 => lines.insert(other, lines[at].clone()),
             2 => drop(lines.remove(at)),
-            3 => keywords[random.below(keywords.len())].clone_into(&mut lines[at]),
-            4 => lines.insert(at, keywords[random.below(keywords.len())].to_owned()),
+            3 => known[random.below(known.len())].as_ref().clone_into(&mut lines[at]),
+            4 => lines.insert(at, known[random.below(known.len())].to_string()),
             5 => lines.truncate(at),
             kind => {
                 let separator = [' ', ',', ';', '\t'].into_iter().find(|c| lines[at].contains(*c)).unwrap_or(' ');

@@ -1,5 +1,6 @@
 //! The readers under test, and good inputs for them.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,7 @@ use concordem_tests::commands::concordem;
 
 use concordem_tests::random::Random;
 
+use crate::forge::forge;
 use crate::mutate::{mutate, restructure};
 
 /// A reader of one kind of input.
@@ -27,8 +29,8 @@ pub struct Reader {
     /// Name.
     pub name: &'static str,
     /// Whether inputs are text.
-    text: bool,
-    /// Keywords of a text of lines, whose structure is changed, too.
+    pub text: bool,
+    /// Lines beside those of the good inputs that a text may have.
     keywords: &'static [&'static str],
     /// Whether inputs end with a seal, which must be recomputed.
     sealed: bool,
@@ -125,6 +127,9 @@ pub const READERS: [Reader; 16] = [
     reader("state", false, false, state),
     reader("motion", false, false, motion),
 ];
+
+/// Mark with which the seal of a file begins, and length of the seal.
+const SEAL: (&[u8], usize) = (b"ConcorDEM-seal-1", 56);
 
 /// A small scenario with samples.
 const SCENARIO: &str = r#"
@@ -298,41 +303,62 @@ impl Samples {
             ("header", vec![bytes(&parts.join("header.h5"))]),
             ("segment", vec![bytes(&parts.join("segment-0000.h5"))]),
             ("journal", vec![bytes(&file("journal"))]),
-            ("state", vec![vec![0; 16]]),
+            ("state", (0..8).map(|seed: u8| vec![seed; 8]).collect()),
             ("motion", vec![array(3), array(12)]),
         ]);
         Self { folder: folder.to_owned(), inputs, columns, scenario }
     }
 
+    /// The good inputs of a reader.
+    pub fn good(&self, reader: &Reader) -> &[Vec<u8>] {
+        &self.inputs[reader.name]
+    }
+
     /// A good input with mutations.
     pub fn input(&self, reader: &Reader, seed: u64, input: u64) -> Vec<u8> {
         let mut random = Random::new(seed, input);
-        let good = &self.inputs[reader.name];
+        let good = self.good(reader);
         let mut bytes = good[random.below(good.len())].clone();
-        if !reader.sealed {
-            if reader.name == "state" {
-                return [random.number().to_le_bytes(), random.number().to_le_bytes()].concat();
-            }
-            // Bytes, structure, or both.
-            let kind = if reader.keywords.is_empty() { 0 } else { random.below(3) };
-            if kind > 0 {
-                restructure(&mut bytes, &mut random, reader.keywords);
-            }
-            if kind < 2 {
-                mutate(&mut bytes, &mut random, reader.text);
-            }
-            return bytes;
-        }
-        bytes.truncate(bytes.len() - 56);
-        mutate(&mut bytes, &mut random, false);
-        let mut mark = b"ConcorDEM-seal-1".to_vec();
-        mark.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
-        mark.extend_from_slice(blake3::hash(&bytes).as_bytes());
-        // Packs without a seal are read, too.
-        if reader.name != "pack" || random.below(2) == 0 {
-            bytes.extend(mark);
-        }
+        self.change(reader, &mut bytes, &mut random, &mut |bytes, random| mutate(bytes, random, reader.text));
         bytes
+    }
+
+    /// Changes an input: its structure, its bytes by `bytewise`, or both. A seal, and the marks of the lines of a journal, fit again afterwards.
+    pub fn change(
+        &self,
+        reader: &Reader,
+        bytes: &mut Vec<u8>,
+        random: &mut Random,
+        bytewise: &mut dyn FnMut(&mut Vec<u8>, &mut Random),
+    ) {
+        let (mark, length) = SEAL;
+        let content = bytes.len().saturating_sub(length);
+        if reader.sealed && bytes[content..].starts_with(mark) {
+            bytes.truncate(content);
+        }
+        let kind = random.below(3);
+        if kind > 0 && reader.text {
+            let lines = self.good(reader).iter().flat_map(|good| good.split(|byte| *byte == b'\n'));
+            let lines = lines.map(String::from_utf8_lossy).chain(reader.keywords.iter().map(|word| Cow::from(*word)));
+            restructure(bytes, random, &lines.collect::<Vec<_>>());
+        }
+        if kind > 0 && reader.sealed {
+            let path = self.file("forged.h5", bytes);
+            forge(&path, random);
+            *bytes = std::fs::read(path).expect("a file");
+        }
+        if kind < 2 || !(reader.text || reader.sealed) {
+            bytewise(bytes, random);
+        }
+        if reader.name == "journal" && random.below(2) == 0 {
+            mark_lines(bytes);
+        }
+        // Packs without a seal are read, too.
+        if reader.sealed && (reader.name != "pack" || random.below(2) == 0) {
+            let hash = blake3::hash(bytes);
+            let size = (bytes.len() as u64).to_le_bytes();
+            bytes.extend([mark, &size, hash.as_bytes()].concat());
+        }
     }
 
     fn file(&self, name: &str, bytes: &[u8]) -> PathBuf {
@@ -340,6 +366,18 @@ impl Samples {
         std::fs::write(&path, bytes).expect("a file");
         path
     }
+}
+
+/// Gives each line of a journal the mark that fits to it.
+fn mark_lines(bytes: &mut Vec<u8>) {
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    let marked = |line: &str| match line.rsplit_once(' ') {
+        Some((content, _)) if !content.starts_with("concordem") => {
+            format!("{content} {}", &blake3::hash(content.as_bytes()).to_hex()[..16])
+        }
+        _ => line.to_owned(),
+    };
+    *bytes = text.split('\n').map(marked).collect::<Vec<_>>().join("\n").into_bytes();
 }
 
 fn run_header() -> RunHeader {
@@ -423,7 +461,9 @@ fn motion(samples: &Samples, bytes: &[u8]) {
 
 /// Restores a state with one changed column, as in a forged checkpoint; if it is accepted, the run takes two steps.
 fn state(samples: &Samples, bytes: &[u8]) {
-    let mut random = Random::new(u64::from_le_bytes(bytes[..8].try_into().expect("eight bytes")), 1);
+    let mut seed = [0; 8];
+    seed.iter_mut().zip(bytes).for_each(|(seed, byte)| *seed = *byte);
+    let mut random = Random::new(u64::from_le_bytes(seed), 1);
     let paths: Vec<&str> = samples.columns.iter().map(|(path, _)| path).collect();
     let changed = paths[random.below(paths.len())].to_owned();
     let mut columns = ColumnStore::default();

@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""Give each reader inputs that libFuzzer finds by the code that they reach, with every access to memory checked (AddressSanitizer).
+
+Needs a C++ compiler. RUSTC_BOOTSTRAP lets the stable compiler add the instruments; HDF5 itself has none. Failing inputs are kept in
+target/fuzz, and what libFuzzer learned in target/fuzz/corpus. Goes on where it was interrupted: target/fuzz/result.json tells which readers
+have had their inputs, now or at an earlier commit; those that failed or were interrupted there begin anew.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import platform
+import re
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+KEPT = ROOT / "target" / "fuzz"
+STATE = KEPT / "result.json"
+RECORD = ROOT / "tests" / "fuzz" / "result.json"
+TRIPLE = f"{platform.machine()}-unknown-linux-gnu"
+COVERAGE = ["level=4", "inline-8bit-counters", "pc-table", "trace-compares"]
+FLAGS = ["-Zsanitizer=address", "-Cpasses=sancov-module", *(f"-Cllvm-args=-sanitizer-coverage-{what}" for what in COVERAGE)]
+# Longest time for an input, s, also on a busy machine; most memory of an allocation and of the process, MiB, of which the sanitizer takes a part.
+LIMITS = ["-timeout=60", "-malloc_limit_mb=1024", "-rss_limit_mb=3072"]
+# Inputs between two notes of the state.
+PART = 100_000
+MOST_FINDINGS = 20
+
+
+def build():
+    """Compile the program with its instruments; return its path."""
+    target = ROOT / "target" / "guided"
+    command = "cargo build --profile fuzz -p concordem-tests --example fuzz_guided --features libfuzzer --target".split()
+    environment = {**os.environ, "RUSTC_BOOTSTRAP": "1", "RUSTFLAGS": " ".join(FLAGS)}
+    subprocess.run([*command, TRIPLE, "--target-dir", target], cwd=ROOT, env=environment, check=True)
+    return target / TRIPLE / "fuzz" / "examples" / "fuzz_guided"
+
+
+def read_some(program, reader, inputs, seed):
+    """Let a reader read this many inputs, or fewer if one fails. Return how many, the edges of the code that they reached, and the reason."""
+    corpus = KEPT / "corpus" / reader
+    corpus.mkdir(parents=True, exist_ok=True)
+    options = [f"-runs={inputs}", f"-seed={seed}", f"-artifact_prefix={KEPT}/{reader}-", "-print_final_stats=1", *LIMITS]
+    # Leaks are no errors: what ends early leaves what it holds.
+    chosen = {"CONCORDEM_FUZZ_READER": reader, "CONCORDEM_FUZZ_CORPUS": str(corpus), "ASAN_OPTIONS": "detect_leaks=0"}
+    command = [program, corpus, *options, "-detect_leaks=0"]
+    ended = subprocess.run(command, env={**os.environ, **chosen}, capture_output=True, text=True, errors="replace")
+    last = lambda pattern: int((re.findall(pattern, ended.stderr, re.MULTILINE) or [0])[-1])
+    read, reached = last(r"^(?:#|stat::number_of_executed_units:\s*)(\d+)"), last(r"\bcov: (\d+)")
+    if ended.returncode == 0:
+        return read, reached, None
+    reasons = re.findall(r"^.*(?:panicked at|ERROR: ).*(?:\n[^\n=]+)?", ended.stderr, re.MULTILINE)
+    kept = re.findall(r"Test unit written to (\S+)", ended.stderr)
+    return read, reached, f"{(reasons or [ended.stderr[-400:]])[0]}\n  {' '.join(kept)}"
+
+
+def fuzz(program, reader, inputs, seed, entry, write):
+    """Give a reader what lacks of its inputs; write the state after each part."""
+    while entry["inputs"] < inputs and entry["findings"] < MOST_FINDINGS:
+        begun, part = time.monotonic(), min(PART, inputs - entry["inputs"])
+        # Each part has random numbers of its own. Those of 0 would be those of the clock.
+        read, reached, finding = read_some(program, reader, part, (seed * 1_000_003 + entry["inputs"]) % 2**31 + 1)
+        # libFuzzer reads what it learned before first, and counts it.
+        entry["inputs"] += part if finding is None else max(min(read, part), 1)
+        entry["edges"] = max(entry["edges"], reached)
+        entry["seconds"] += round(time.monotonic() - begun)
+        if finding:
+            entry["findings"] += 1
+            print(f"{reader}: {finding}", flush=True)
+        write()
+    print(f"{reader}: {entry['inputs']} inputs, {entry['edges']} edges, {entry['findings']} findings, {entry['seconds']} s", flush=True)
+
+
+def machine():
+    """The processor, and how many cores it has."""
+    names = re.findall(r"model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text())
+    return f"{names[0] if names else platform.machine()}, {os.cpu_count()} cores"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--inputs", type=int, default=1_000_000, help="inputs of each reader")
+    parser.add_argument("--seed", type=int, default=1, help="of the random numbers")
+    parser.add_argument("--record", action="store_true", help=f"write {RECORD}")
+    parser.add_argument("readers", nargs="*", help="by default all")
+    arguments = parser.parse_args()
+    KEPT.mkdir(parents=True, exist_ok=True)
+    program = build()
+    known = subprocess.run([program], env={**os.environ, "CONCORDEM_FUZZ_READER": ""}, capture_output=True, text=True).stdout.split()
+    if unknown := set(arguments.readers) - set(known):
+        sys.exit(f"no reader {', '.join(sorted(unknown))}; choose from: {', '.join(known)}")
+    git = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True)
+    at = {"commit": git.stdout.strip(), "machine": machine(), "seed": arguments.seed}
+    readers = json.loads(STATE.read_text())["readers"] if STATE.exists() else {}
+    wanted = arguments.readers or known
+    for reader in wanted:
+        entry = readers.get(reader, {"inputs": 0, "findings": 0})
+        if {key: entry.get(key) for key in at} != at and (entry["findings"] or entry["inputs"] < arguments.inputs):
+            readers[reader] = {**at, "inputs": 0, "edges": 0, "findings": 0, "seconds": 0}
+
+        def write():
+            entries = {name: readers[name] for name in known if name in readers}
+            for path in [STATE, *([RECORD] if arguments.record else [])]:
+                path.write_text(json.dumps({"readers": entries}, indent=2) + "\n")
+
+        fuzz(program, reader, arguments.inputs, arguments.seed, readers[reader], write)
+    bad = [reader for reader in wanted if readers[reader]["findings"]]
+    sys.exit(f"findings in: {', '.join(bad)}; see above" if bad else 0)
+
+
+if __name__ == "__main__":
+    main()
