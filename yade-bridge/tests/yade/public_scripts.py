@@ -452,5 +452,7 @@ for k in range(20):
     found.append([stress[i, j] for i in range(3) for j in range(3)] + [shape[0, 1], sum(i.geom.penetrationDepth for i in O.interactions)])
 """,
         native="InteractionLoop has no Ip2_CpmMat_CpmMat_CpmPhys",
+        # Contacts break, which amplifies rounding: 1e-10 in 2023.02a, 8e-10 in 2025.2.0.
+        tolerance=1e-8,
     ),
 }
