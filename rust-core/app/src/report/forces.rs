@@ -68,7 +68,7 @@ fn curves(run: &Run, k: usize) -> Result<Vec<Curve>, OutputError> {
 
 /// Force over the elongation of a gauge, such as the opening of the mouth of a notch; `None` if the result lacks it.
 fn over_gauge(run: &Run, k: usize, gauge: &str, force: f64) -> Result<Option<Curve>, OutputError> {
-    if !run.file.has_series("step") {
+    if !run.file.has_series("step") || !run.file.operators()?.iter().any(|operator| operator == gauge) {
         return Ok(None);
     }
     let table = run.file.rows(&format!("samples/{gauge}"))?;

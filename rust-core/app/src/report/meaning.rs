@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(meaning("concrete-splitting", none).slope(), None);
         // Without the cut of the template the formulas of an elastic beam hold.
         let beam = template("concrete-bending").unwrap().text;
-        let from = beam.find("[[cut]]").unwrap();
+        let from = beam.find("\n[[cut]]").unwrap();
         let whole = format!("{}{}", &beam[..from], &beam[from + beam[from..].find("[integration]").unwrap()..]);
         let of =
             |text: &str| Meaning::of(&Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}")));
