@@ -16,7 +16,7 @@ use std::collections::HashMap;
 
 use concordem_contact::math::Vec3;
 
-use super::error::OperatorError;
+use super::error::{OperatorError, check_not_negative, check_positive};
 
 /// A break of a bond.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,13 +75,12 @@ pub fn magnitude(energy: f64) -> f64 {
 /// ```
 ///
 /// # Errors
-/// Distance or duration not positive, breaks that are not finite.
+/// Distance or duration not positive, breaks that are not finite, negative energies.
 pub fn emissions(breaks: &[Break], distance: f64, duration: f64) -> Result<Vec<Emission>, OperatorError> {
     for (name, value) in [("distance", distance), ("duration", duration)] {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(OperatorError::Constant { name, value, demand: "it must be positive" });
-        }
+        check_positive(name, value)?;
     }
+    check_not_negative("energy", breaks.iter().map(|one| one.energy))?;
     for one in breaks {
         let value = one.time + one.energy + one.shear_share + one.position.sum();
         if !value.is_finite() {
@@ -203,20 +202,27 @@ const FEWEST: usize = 10;
 ///
 /// // Quantiles of b = 1 above magnitude 2.
 /// let magnitudes: Vec<f64> = (0..1000).map(|k| 2.0 - ((k as f64 + 0.5) / 1000.0).log10()).collect();
-/// let found = b_value(&magnitudes, Some(2.0)).unwrap();
+/// let found = b_value(&magnitudes, Some(2.0)).unwrap().unwrap();
 /// assert!((found.b - 1.0).abs() < 0.01 && found.count == 1000);
 /// ```
-pub fn b_value(magnitudes: &[f64], completeness: Option<f64>) -> Option<BValue> {
+///
+/// # Errors
+/// A completeness that is not finite.
+pub fn b_value(magnitudes: &[f64], completeness: Option<f64>) -> Result<Option<BValue>, OperatorError> {
+    if let Some(value) = completeness.filter(|magnitude| !magnitude.is_finite()) {
+        return Err(OperatorError::Constant { name: "completeness", value, demand: "it must be finite" });
+    }
     let finite = || magnitudes.iter().copied().filter(|magnitude| magnitude.is_finite());
-    let completeness = completeness.or_else(|| most_frequent(finite()).map(|class| class + CORRECTION))?;
+    let completeness = completeness.or_else(|| most_frequent(finite()).map(|class| class + CORRECTION));
+    let Some(completeness) = completeness else { return Ok(None) };
     let counting: Vec<f64> = finite().filter(|magnitude| *magnitude >= completeness).collect();
     let count = counting.len();
     let excess = counting.iter().map(|magnitude| magnitude - completeness).sum::<f64>() / count as f64;
     if count < FEWEST || excess <= 0.0 {
-        return None;
+        return Ok(None);
     }
     let b = std::f64::consts::LOG10_E / excess;
-    Some(BValue { b, error: b / (count as f64).sqrt(), completeness, count })
+    Ok(Some(BValue { b, error: b / (count as f64).sqrt(), completeness, count }))
 }
 
 /// Lower bound of the class with most magnitudes; the smallest one of several.
@@ -251,20 +257,23 @@ mod tests {
         for b in [0.6, 1.0, 1.7] {
             let complete = -6.0;
             let mut magnitudes: Vec<f64> = (0..5000).map(|_| complete - numbers.next().log10() / b).collect();
-            let given = b_value(&magnitudes, Some(complete)).unwrap();
+            let given = b_value(&magnitudes, Some(complete)).unwrap().unwrap();
             println!("b = {b}: {given:?}");
             assert!((given.b - b).abs() < 3.0 * given.error, "{b} {given:?}");
             assert_eq!(given.count, 5000);
             assert!((given.error - given.b / 5000_f64.sqrt()).abs() < 1e-15);
             // The small events: a tenth of what the law demands in each class below.
             magnitudes.extend((0..200).map(|_| complete - 0.5 * numbers.next()));
-            let found = b_value(&magnitudes, None).unwrap();
+            let found = b_value(&magnitudes, None).unwrap().unwrap();
             println!("found: {found:?}");
             assert!(found.completeness >= complete, "{found:?}");
             assert!((found.b - b).abs() < 3.0 * found.error, "{b} {found:?}");
         }
-        assert_eq!(b_value(&[1.0; 9], Some(0.0)), None);
-        assert_eq!(b_value(&[f64::NEG_INFINITY; 90], None), None);
+        assert_eq!(b_value(&[1.0; 9], Some(0.0)), Ok(None));
+        assert_eq!(b_value(&[f64::NEG_INFINITY; 90], None), Ok(None));
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(b_value(&[1.0; 90], Some(bad)).is_err(), "{bad}");
+        }
     }
 
     /// Synthetic sources, farther apart than the rule connects: each is found again, with its energy, place, and share of shear, in

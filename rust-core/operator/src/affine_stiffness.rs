@@ -1,6 +1,6 @@
 //! Elastic stiffness of a set of links whose particles move affinely (operator O22).
 
-use super::error::{OperatorError, check_length, check_volume};
+use super::error::{OperatorError, check_length, check_not_negative, check_positive, check_volume};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
 use nalgebra::{Matrix6, Vector6};
@@ -38,6 +38,8 @@ pub fn affine_stiffness(links: &[AffineLink], volume: f64) -> Result<Matrix6<f64
     if links.is_empty() {
         return Err(OperatorError::EmptyRegion { what: "link" });
     }
+    check_not_negative("volume of a link", links.iter().map(|link| link.volume))?;
+    check_not_negative("normal modulus", links.iter().map(|link| link.normal_modulus))?;
     sums!(Total { stiffness: Matrix6<f64> });
     let total: Total = sum_tiles(links.len(), |range| {
         let mut sum = Total::default();
@@ -70,11 +72,9 @@ pub fn isotropic_moduli(
     normal_modulus: f64,
     shear_modulus: f64,
 ) -> Result<(f64, f64), OperatorError> {
-    let s = link_volume / (3.0 * check_volume("the body", volume)?);
-    let (e, g) = (normal_modulus, shear_modulus);
-    if !(e > 0.0 && g >= 0.0) {
-        return Err(OperatorError::Constant { name: "normal modulus", value: e, demand: "it must be positive" });
-    }
+    let s = check_positive("volume of the links", link_volume)? / (3.0 * check_volume("the body", volume)?);
+    let (e, g) = (check_positive("normal modulus", normal_modulus)?, shear_modulus);
+    check_not_negative("shear modulus", [g])?;
     Ok((s * e * (2.0 * e + 3.0 * g) / (4.0 * e + g), (e - g) / (4.0 * e + g)))
 }
 
@@ -88,7 +88,8 @@ pub fn voigt_plane(
     tangential: f64,
 ) -> Result<(f64, f64), OperatorError> {
     let area = check_volume("the assembly", area)?;
-    let c = contacts * (radius * radius) / area;
+    let radius = check_positive("radius", radius)?;
+    let c = check_positive("number of contacts", contacts)? * (radius * radius) / area;
     Ok((c * normal, 0.5 * c * (normal + tangential)))
 }
 

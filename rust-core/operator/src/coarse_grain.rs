@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::contact_set::ContactSet;
-use super::error::{OperatorError, check_finite, check_length};
+use super::error::{OperatorError, check_finite, check_length, check_not_negative};
 use super::interruption::Watch;
 use super::region::Period;
 use super::strain::Dimension;
@@ -105,7 +105,7 @@ pub fn coarse_grain(
     let position = contacts.position();
     check_length("mass", mass.len(), position.len(), "particle")?;
     check_length("velocity", velocity.len(), position.len(), "particle")?;
-    check_finite("mass", mass)?;
+    check_not_negative("mass", mass.iter().copied())?;
     check_finite("velocity", velocity)?;
     check_finite("points", points)?;
     super::Region::Sphere { center: Vec3::zeros(), radius: kernel.support }.check_period(period)?;

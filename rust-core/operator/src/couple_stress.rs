@@ -1,7 +1,7 @@
 //! Couple stress: from contacts, from external loads, and of a sampled region.
 
 use super::contact_set::{ContactSet, LoadSet};
-use super::error::{OperatorError, check_length, check_volume};
+use super::error::{OperatorError, check_finite, check_length, check_volume};
 use super::region::{Period, Region, Truncation};
 use super::stress::{axial, particle_sums, region_stress};
 use super::sum::{sum_tiles, sums};
@@ -189,6 +189,8 @@ pub fn from_resultants(
     reference: &Vec3,
 ) -> Result<Mat3, OperatorError> {
     check_length("resultants", resultants.len(), position.len(), "particle")?;
+    // The forces do not enter, but a particle with an infinite one is no measurement.
+    check_finite("force", &resultants.iter().map(|net| net.force).collect::<Vec<_>>())?;
     let volume = check_volume("the body", volume)?;
     let sum: Mat3 = sum_tiles(position.len(), |range| {
         range.map(|p| (position[p] - reference) * resultants[p].moment.transpose()).sum()

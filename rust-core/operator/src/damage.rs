@@ -1,6 +1,6 @@
 //! Damage of contacts as damage of the material: scalar conversion and damage tensor (operator O23).
 
-use super::error::{OperatorError, check_length};
+use super::error::{OperatorError, check_length, check_not_negative, check_positive, check_share};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3, exp};
 use nalgebra::{Matrix6, Vector6};
@@ -17,7 +17,8 @@ use nalgebra::{Matrix6, Vector6};
 /// assert!((strength_damage(0.8, 2e-4, 1e-4).unwrap() - 0.6).abs() < 1e-12);
 /// ```
 pub fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain: f64) -> Result<f64, OperatorError> {
-    check_onset(onset_strain)?;
+    check_share("damage of the stiffness", stiffness_damage)?;
+    check_strains(largest_strain, onset_strain)?;
     if largest_strain <= onset_strain {
         return Ok(0.0);
     }
@@ -30,11 +31,8 @@ pub fn strength_damage_exponential(
     onset_strain: f64,
     softening_strain: f64,
 ) -> Result<f64, OperatorError> {
-    check_onset(onset_strain)?;
-    if !(softening_strain > 0.0 && softening_strain.is_finite()) {
-        let name = "softening strain";
-        return Err(OperatorError::Constant { name, value: softening_strain, demand: "it must be positive" });
-    }
+    check_strains(largest_strain, onset_strain)?;
+    check_positive("softening strain", softening_strain)?;
     Ok(if largest_strain <= onset_strain {
         0.0
     } else {
@@ -42,12 +40,9 @@ pub fn strength_damage_exponential(
     })
 }
 
-fn check_onset(onset: f64) -> Result<(), OperatorError> {
-    if onset > 0.0 && onset.is_finite() {
-        Ok(())
-    } else {
-        Err(OperatorError::Constant { name: "crack onset strain", value: onset, demand: "it must be positive" })
-    }
+fn check_strains(largest: f64, onset: f64) -> Result<(), OperatorError> {
+    check_positive("crack onset strain", onset)?;
+    check_not_negative("largest strain", [largest])
 }
 
 /// Damage tensor from the damages `ω̂` of links with directions `n`, by least squares for uniformly distributed

@@ -189,6 +189,28 @@ pub(super) fn check_volume(of: &'static str, volume: f64) -> Result<f64, Operato
     if volume > 0.0 && volume.is_finite() { Ok(volume) } else { Err(OperatorError::Volume { of, volume }) }
 }
 
+/// The constant, or an error if it is not positive and finite.
+pub(super) fn check_positive(name: &'static str, value: f64) -> Result<f64, OperatorError> {
+    let demand = "it must be positive";
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(OperatorError::Constant { name, value, demand }) }
+}
+
+/// An error if a number is negative or not finite.
+pub(super) fn check_not_negative(
+    name: &'static str,
+    values: impl IntoIterator<Item = f64>,
+) -> Result<(), OperatorError> {
+    let demand = "it must be finite and not negative";
+    let bad = values.into_iter().find(|value| !(*value >= 0.0 && value.is_finite()));
+    bad.map_or(Ok(()), |value| Err(OperatorError::Constant { name, value, demand }))
+}
+
+/// An error if a number is not between 0 and 1.
+pub(super) fn check_share(name: &'static str, value: f64) -> Result<(), OperatorError> {
+    let demand = "it must be between 0 and 1";
+    if (0.0..=1.0).contains(&value) { Ok(()) } else { Err(OperatorError::Constant { name, value, demand }) }
+}
+
 /// An error if a number is not finite. `values`: rows of reals, or single ones.
 pub(super) fn check_finite<T: bytemuck::NoUninit>(name: &'static str, values: &[T]) -> Result<(), OperatorError> {
     let reals: &[f64] = bytemuck::cast_slice(values);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::contact_set::{ContactSet, LoadSet};
-use super::error::{OperatorError, check_length, check_volume};
+use super::error::{OperatorError, check_length, check_not_negative, check_volume};
 use super::region::{self, Period, Region, Truncation};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
@@ -393,6 +393,7 @@ pub fn kinetic_stress(
 ) -> Result<Mat3, OperatorError> {
     check_length("mass", mass.len(), position.len(), "particle")?;
     check_length("velocity", velocity.len(), position.len(), "particle")?;
+    check_not_negative("mass", mass.iter().copied())?;
     let volume = region::check(region, Truncation::InternalOnly, position, period)?;
     sums!(Momentum { mass: f64, momentum: Vec3 });
     let carried = |image: &Vec3| period.map_or_else(Vec3::zeros, |period| period.change * image);
@@ -441,6 +442,7 @@ pub fn solid_fraction(
     period: Option<&Period>,
 ) -> Result<f64, OperatorError> {
     check_length("volumes", volumes.len(), position.len(), "particle")?;
+    check_not_negative("volume of a particle", volumes.iter().copied())?;
     let volume = region::check(region, Truncation::InternalOnly, position, period)?;
     let images = region.images(period);
     let solid: f64 = sum_tiles(position.len(), |range| {

@@ -230,7 +230,8 @@ fn add_emissions(facts: &mut Facts, found: &[Emission], Rule { distance, duratio
     if least <= greatest {
         facts.add("  magnitudes", format!("{least:.2} to {greatest:.2}"));
     }
-    match b_value(&magnitudes, completeness) {
+    // The option takes finite numbers only.
+    match b_value(&magnitudes, completeness).ok().flatten() {
         Some(BValue { b, error, completeness, count: number }) => {
             let counting = format!("{} emissions from magnitude {completeness:.2} on", count(number));
             facts.add("b-value", format!("{b:.3} ± {error:.3}, {counting}"));

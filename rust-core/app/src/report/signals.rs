@@ -88,7 +88,7 @@ fn emissions(
     let found = rule.emissions(events).map_err(unreadable)?;
     rows.push(("acoustic emissions".to_owned(), found.len().to_string()));
     let magnitudes: Vec<f64> = found.iter().map(Emission::magnitude).filter(|m| m.is_finite()).collect();
-    let law = b_value(&magnitudes, None);
+    let law = b_value(&magnitudes, None).ok().flatten();
     let value = law.map_or_else(
         || "too few emissions".to_owned(),
         |law| format!("{:.2} ± {:.2} ({} emissions)", law.b, law.error, law.count),

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::{check_points, spacing, wrapped};
-use crate::error::{OperatorError, check_length, check_volume};
+use crate::error::{OperatorError, check_finite, check_length, check_volume};
 use crate::interruption::Watch;
 use crate::region::HalfSpace;
 use crate::strain::Dimension;
@@ -31,6 +31,18 @@ pub enum Domain {
 }
 
 impl Domain {
+    /// An error if the sides of the domain are not finite.
+    fn check(&self) -> Result<(), OperatorError> {
+        match self {
+            Self::Box { low, high } => check_finite("sides of the domain", &[*low, *high]),
+            Self::HalfSpaces(planes) => {
+                let sides: Vec<Vec3> = planes.iter().flat_map(|plane| [plane.point, plane.normal]).collect();
+                check_finite("sides of the domain", &sides)
+            }
+            Self::Periodic(edges) => check_finite("edges of the cell", edges.as_slice()),
+        }
+    }
+
     fn half_spaces(&self, plane: bool) -> Vec<HalfSpace> {
         match self {
             Self::Box { low, high } => (0..if plane { 2 } else { 3 })
@@ -122,6 +134,7 @@ pub fn power_diagram(
 ) -> Result<PowerDiagram, OperatorError> {
     check_length("radius", radius.len(), position.len(), "particle")?;
     check_points(position, dimension == Dimension::Two)?;
+    domain.check()?;
     if position.is_empty() {
         return Err(OperatorError::EmptyRegion { what: "particle" });
     }
@@ -185,6 +198,7 @@ pub fn power_polygons(
 ) -> Result<Vec<Polygon>, OperatorError> {
     check_length("radius", radius.len(), position.len(), "particle")?;
     check_points(position, dimension == Dimension::Two)?;
+    domain.check()?;
     let mut pairs: Vec<[u32; 2]> = wanted.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
     pairs.sort_unstable();
     pairs.dedup();

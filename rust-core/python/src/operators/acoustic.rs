@@ -16,8 +16,8 @@ use crate::work::answering;
 ///
 /// An emission has the sum of the energies, the magnitude `⅔ log₁₀ E − 3.2` with E in J, and the mean place. Args: `time` (n,), s;
 /// `position` (n, 3), m; `energy` (n,), J; `shear_share` (n,), share of shear and twist in the energy; `distance`, m; `duration`, s.
-/// Returns Emissions in the order of time. Raises OperatorError for different lengths, numbers that are not finite, and a distance or
-/// duration that is not positive. Source: after Hazzard and Young (2000).
+/// Returns Emissions in the order of time. Raises OperatorError for different lengths, numbers that are not finite, negative energies, and
+/// a distance or duration that is not positive. Source: after Hazzard and Young (2000).
 ///
 /// >>> events = result.events                                       # doctest: +SKIP
 /// >>> shear = events["mode_shares"][:, 1] + events["mode_shares"][:, 3]   # doctest: +SKIP
@@ -68,8 +68,8 @@ fn acoustic_emissions<'py>(
 /// b-value of events with these magnitudes, by maximum likelihood: `b = log₁₀ e/(mean(M) − M_c)` with the error `b/√n` (Aki 1965).
 ///
 /// Args: `magnitudes` (n,); `completeness` M_c, from which on events count; by default the most frequent class of 0.1 and 0.2 more.
-/// Magnitudes that are not finite do not count. Returns BValue, or None if fewer than ten events count. Raises OperatorError for a completeness
-/// that is not finite.
+/// Magnitudes that are not finite do not count. Returns BValue, or None if fewer than ten events count. Raises OperatorError for a
+/// completeness that is not finite.
 ///
 /// >>> import concordem, numpy
 /// >>> magnitudes = 2 - numpy.log10((numpy.arange(1000) + 0.5) / 1000)
@@ -78,10 +78,7 @@ fn acoustic_emissions<'py>(
 #[pyfunction]
 #[pyo3(signature = (magnitudes, completeness=None))]
 fn b_value<'py>(py: Python<'py>, magnitudes: Scalars<'py>, completeness: Option<f64>) -> Any<'py> {
-    if let Some(value) = completeness.filter(|value| !value.is_finite()) {
-        return Err(OperatorError::Constant { name: "completeness", value, demand: "it must be finite" }).or_raise();
-    }
-    let Some(found) = acoustic::b_value(magnitudes.get()?, completeness) else {
+    let Some(found) = acoustic::b_value(magnitudes.get()?, completeness).or_raise()? else {
         return Ok(py.None().into_bound(py));
     };
     result(py, "BValue", (found.b, found.error, found.completeness, found.count))

@@ -55,7 +55,7 @@ fn damage_tensor<'py>(py: Python<'py>, normal: Vectors<'py>, damage: Scalars<'py
 
 /// Damage of the strength `1 − (1−ω)κ/ε₀` from that of the stiffness ω, the largest strain κ, and the onset strain ε₀; 0 for κ < ε₀.
 ///
-/// Raises OperatorError for an onset strain that is not positive.
+/// Raises OperatorError for a damage that is not between 0 and 1, a negative strain, and an onset strain that is not positive.
 #[pyfunction]
 fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain: f64) -> PyResult<f64> {
     damage::strength_damage(stiffness_damage, largest_strain, onset_strain).or_raise()
@@ -63,7 +63,7 @@ fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain: f64
 
 /// Damage of the strength `1 − exp(−(κ−ε₀)/ε_f)` for exponential softening; 0 for κ < ε₀.
 ///
-/// Raises OperatorError for strains that are not positive.
+/// Raises OperatorError for a negative largest strain, and other strains that are not positive.
 #[pyfunction]
 fn strength_damage_exponential(largest_strain: f64, onset_strain: f64, softening_strain: f64) -> PyResult<f64> {
     damage::strength_damage_exponential(largest_strain, onset_strain, softening_strain).or_raise()
