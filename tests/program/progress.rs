@@ -30,10 +30,10 @@ fn shares(stop: &str) -> Vec<Option<(String, f64)>> {
 fn stages_are_estimated_by_what_ends_them() {
     let stages = "drop_to = 0.1\n[[stage]]\nname = \"first\"\nstop = { steps = 40 }\n[[stage]]\nname = \"second\"\nstop = { drop_to = 0.5, strain = 0.1 }";
     let shares = shares(stages);
-    // The record of step 1 is that of the state before it.
+    // The first look is after step 1, from which the steps count.
     let (name, share) = shares[19].clone().expect("an estimate");
     assert_eq!(name, "stage \"first\", 1 of 2");
-    assert!((share - 0.5).abs() <= 1.0 / 40.0, "{share}");
+    assert_eq!(share, 19.0 / 40.0);
     let second = &shares[50..];
     assert!(second.iter().flatten().all(|(name, _)| name == "stage \"second\", 2 of 2") && second.len() == 50);
     let share = |at: usize| shares[at].clone().expect("an estimate").1;
