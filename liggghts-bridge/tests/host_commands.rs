@@ -412,43 +412,40 @@ fn random_commands_together_do_what_they_do_with_stock() {
         std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
     };
     let (count, seed) = (number("CONCORDEM_HOST_DECKS", 12), number("CONCORDEM_HOST_DECKS_SEED", 1));
-    let mut ran = 0;
-    let mut wrong = String::new();
-    for k in seed..seed + count {
-        let mut dice = Dice(k);
-        let mut pick = |of: usize| (dice.roll() * of as f64) as usize;
-        let host = BOTH[(k % 2) as usize];
-        let table = table(host);
-        let folder = tempfile::tempdir().unwrap();
-        let folder = folder.path();
-        write_files(host, folder);
-        let name = table.decks.keys().nth(pick(table.decks.len())).unwrap();
-        let (deck, rows) = (&table.decks[name], combinable(&table, name));
-        assert!(rows.len() > 15, "{host:?} {name}: {}", rows.len());
-        let mut lines = String::new();
-        for n in 0..3 {
-            let line = rows[pick(rows.len())].lines.trim();
-            if lines.contains("fix integrate") && line.contains("fix integrate") {
-                continue;
-            }
-            writeln!(lines, "{}", line.replacen("fix x ", &format!("fix x{n} "), 1)).unwrap();
+    let [ran, drawn] = harness::record::random("commands", seed, count, compare_random);
+    assert!(2 * ran >= drawn, "stock takes {ran} of {drawn} scripts");
+}
+
+/// Whether stock takes the script of this seed. Panics if ours ends otherwise.
+fn compare_random(seed: u64) -> bool {
+    let mut dice = Dice(seed);
+    let mut pick = |of: usize| (dice.roll() * of as f64) as usize;
+    let host = BOTH[(seed % 2) as usize];
+    let table = table(host);
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_files(host, folder);
+    let name = table.decks.keys().nth(pick(table.decks.len())).unwrap();
+    let (deck, rows) = (&table.decks[name], combinable(&table, name));
+    assert!(rows.len() > 15, "{host:?} {name}: {}", rows.len());
+    let mut lines = String::new();
+    for n in 0..3 {
+        let line = rows[pick(rows.len())].lines.trim();
+        if lines.contains("fix integrate") && line.contains("fix integrate") {
+            continue;
         }
-        let processors = [1, 2, 4][pick(3)];
-        let style = deck.ours.keys().nth(pick(deck.ours.len())).unwrap();
-        let row: Row = toml::from_str(&format!("commands = []\nlines = '''\n{lines}'''\nbeside_pair = true")).unwrap();
-        let stock = script(host, deck, &deck.stock, &row, true, "stock");
-        let output = attempt_in(host, folder, &stock, processors);
-        if !output.status.success() || text(&output).contains("ERROR") {
-            continue; // The host alone does not take these together.
-        }
-        ran += 1;
-        run_all(host, folder, &[script(host, deck, &styles_of(deck, style, &row), &row, true, "ours")], processors);
-        let far = apart(&last(folder, "ours"), &last(folder, "stock"));
-        if far > TOLERANCE {
-            writeln!(wrong, "script {k}, {host:?} {name} {style} on {processors}: {far:.1e}\n{lines}").unwrap();
-        }
+        writeln!(lines, "{}", line.replacen("fix x ", &format!("fix x{n} "), 1)).unwrap();
     }
-    assert!(wrong.is_empty(), "{wrong}");
-    assert!(2 * ran >= count, "stock takes {ran} of {count} scripts");
-    harness::record::put(&["random", "commands"], serde_json::json!({ "drawn": count, "ran": ran, "first": seed }));
+    let processors = [1, 2, 4][pick(3)];
+    let style = deck.ours.keys().nth(pick(deck.ours.len())).unwrap();
+    let row: Row = toml::from_str(&format!("commands = []\nlines = '''\n{lines}'''\nbeside_pair = true")).unwrap();
+    let stock = script(host, deck, &deck.stock, &row, true, "stock");
+    let output = attempt_in(host, folder, &stock, processors);
+    if !output.status.success() || text(&output).contains("ERROR") {
+        return false; // The host alone does not take these together.
+    }
+    run_all(host, folder, &[script(host, deck, &styles_of(deck, style, &row), &row, true, "ours")], processors);
+    let far = apart(&last(folder, "ours"), &last(folder, "stock"));
+    assert!(far <= TOLERANCE, "script {seed}, {host:?} {name} {style} on {processors}: {far:.1e}\n{lines}");
+    true
 }

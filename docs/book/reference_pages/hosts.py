@@ -64,6 +64,12 @@ Scripts that others have published for LIGGGHTS and LAMMPS, rebuilt small, with 
 """
 
 
+RANDOM = {
+    "scripts": "Random scripts of bodies that collide and break: {drawn} have the same bits on 2, 4, or 8 processes and after a restart on another number.",
+    "commands": "Random sets of the rows of [Commands of the hosts](host-commands.md): {drawn} drawn, of which the host takes {ran}; all end as with the host's styles.",
+}
+
+
 def largest(runs, key):
     """The largest difference of a deck's runs."""
     numbers = [run[key] for run in runs if key in run]
@@ -88,6 +94,10 @@ def page_of_decks():
     lines = [DECKS]
     for host, decks in record["public"].items():
         lines += decks_of(host, decks)
+    for kind, what in RANDOM.items():
+        found = record.get("random", {}).get(kind)
+        if found:
+            lines += [f"- {what.format(**found)}"]
     return "\n".join(lines)
 
 
