@@ -165,6 +165,11 @@ pub fn vector<D: Dimension>(components: &[Quantity<D>; 3]) -> Vec3 {
     Vec3::new(components[0].si, components[1].si, components[2].si)
 }
 
+/// A noun with its article: an area, a length.
+pub fn with_article(noun: &str) -> String {
+    format!("{} {noun}", if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" })
+}
+
 /// Why a string is not a quantity of the expected dimension.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -188,7 +193,7 @@ pub enum QuantityError {
         text: String,
     },
     /// A number alone, as a string.
-    #[error("`{text}` has no unit, but a {dimension} is expected")]
+    #[error("`{text}` has no unit, but {} is expected", with_article(dimension))]
     NoUnit {
         /// The string.
         text: String,
@@ -202,7 +207,7 @@ pub enum QuantityError {
         unit: String,
     },
     /// A unit of another dimension.
-    #[error("`{unit}` is a unit of {found}, but a {dimension} is expected")]
+    #[error("`{unit}` is a unit of {found}, but {} is expected", with_article(dimension))]
     WrongDimension {
         /// The unit.
         unit: String,
@@ -417,7 +422,7 @@ impl<'de, D: Dimension> Deserialize<'de> for Quantity<D> {
         impl<D: Dimension> Visitor<'_> for QuantityVisitor<D> {
             type Value = Quantity<D>;
             fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(formatter, "a {} as a number in {} or a string with a unit", D::NAME, D::UNITS[0])
+                write!(formatter, "{} as a number in {} or a string with a unit", with_article(D::NAME), D::UNITS[0])
             }
             fn visit_f64<E: de::Error>(self, value: f64) -> Result<Self::Value, E> {
                 if value.is_finite() {

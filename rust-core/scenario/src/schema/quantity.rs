@@ -48,7 +48,9 @@ impl<'de, D: Dimension> Deserialize<'de> for Component<D> {
         match WordOr::<Quantity<D>>::deserialize(deserializer)? {
             WordOr::Quantity(value) => Ok(Self::Value(value)),
             WordOr::Word(word) if word == "free" => Ok(Self::Free),
-            WordOr::Word(word) => Err(de::Error::custom(format!("`{word}` is neither \"free\" nor a {}", D::NAME))),
+            WordOr::Word(word) => {
+                Err(de::Error::custom(format!("`{word}` is neither \"free\" nor {}", with_article(D::NAME))))
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ use super::json_schema::{items_are_tables, type_name};
 use super::wording::{last_key, listing};
 use super::{Checker, Key};
 use crate::schema::ProblemKind;
-use crate::schema::quantity::{QuantityError, parse_quantity};
+use crate::schema::quantity::{QuantityError, parse_quantity, with_article};
 use crate::schema::syntax::on_keyboard;
 use concordem_contact::ranges::violated;
 
@@ -111,7 +111,7 @@ impl Checker<'_> {
             DeValue::String(text) if words.contains(&text.as_ref()) => return,
             DeValue::String(text) => match parse_quantity(text, dimension, units) {
                 Err(QuantityError::NoNumber { .. }) if !words.is_empty() => {
-                    let message = format!("neither {} nor a {dimension}", listing(&quote(&words)));
+                    let message = format!("expected {}, or {}", listing(&quote(&words)), with_article(dimension));
                     return self.wrong(ProblemKind::WrongUnit, key, value, message, &help());
                 }
                 read => read.map_err(|error| (ProblemKind::WrongUnit, error)),
@@ -126,7 +126,7 @@ impl Checker<'_> {
                     QuantityError::Overflow { text: self.document.excerpt(&value.span()) },
                 )),
             },
-            _ => return self.wrong_type(key, value, &format!("a {dimension}"), &help()),
+            _ => return self.wrong_type(key, value, &with_article(dimension), &help()),
         };
         match read {
             Ok(number) => self.bounds(value, number, key, units[0]),
