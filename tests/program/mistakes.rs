@@ -768,13 +768,11 @@ fn doubtful_specimens_and_strengths_are_named() {
     let bar = bar.replace("law = \"cpm\"\ninteraction_ratio = 1.5", "law = \"cohesive_beam\"\ninteraction_ratio = 1.1");
     let bar = bar.replace("[contacts]\nlaw = \"cpm\"", "[contacts]\nlaw = \"none\"");
     let notched = concordem::scenario::template("concrete-bending").expect("a template").text;
-    // Nine spheres in a row along z.
-    let row = |more: &str| {
-        (0..9).map(|k| format!("0,0,{},1{}\n", 2 * k, if more.is_empty() { "" } else { ",5" })).collect::<String>()
-    };
-    write(folder.path(), "stray.csv", &format!("x [mm],y [mm],z [mm],r [mm]\n{}100,0,4,1\n", row("")));
-    write(folder.path(), "twice.csv", &format!("x [mm],y [mm],z [mm],r [mm]\n{}0,0,4,1\n", row("")));
-    write(folder.path(), "both.csv", &format!("x [mm],y [mm],z [mm],r [mm],d [mm]\n{}", row("d")));
+    // Nine spheres in a row along z, with the text `more` behind each.
+    let row = |more: &str| (0..9).map(|k| format!("0,0,{},1{more}", 2 * k)).collect::<Vec<_>>().join("\n");
+    write(folder.path(), "stray.csv", &format!("x [mm],y [mm],z [mm],r [mm]\n{}\n100,0,4,1\n", row("")));
+    write(folder.path(), "twice.csv", &format!("x [mm],y [mm],z [mm],r [mm]\n{}\n0,0,4,1\n", row("")));
+    write(folder.path(), "both.csv", &format!("x [mm],y [mm],z [mm],r [mm],d [mm]\n{}\n", row(",5")));
     let start = bar.find("[packing]").expect("a packing");
     let end = bar.find("[[material]]").expect("a material");
     let file = |name: &str| format!("{}[packing]\nkind = \"file\"\npath = \"{name}\"\n{}", &bar[..start], &bar[end..]);

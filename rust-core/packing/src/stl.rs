@@ -39,7 +39,9 @@ impl Surface {
     pub fn repeated(&self) -> Option<String> {
         let with_area = self.triangles.iter().filter(|[a, b, c]| a != b && b != c && c != a);
         let mut sorted: Vec<[u32; 3]> = with_area.copied().collect();
-        sorted.iter_mut().for_each(|triangle| triangle.sort_unstable());
+        for triangle in &mut sorted {
+            triangle.sort_unstable();
+        }
         sorted.sort_unstable();
         let count = sorted.windows(2).filter(|pair| pair[0] == pair[1]).count();
         let all = self.triangles.len();

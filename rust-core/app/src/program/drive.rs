@@ -234,7 +234,8 @@ impl Run {
                     } else {
                         String::new()
                     };
-                    let left = share.and_then(|share| remaining(start.elapsed() - ending.1, ending.2, share));
+                    let left =
+                        share.and_then(|share| remaining(start.elapsed().saturating_sub(ending.1), ending.2, share));
                     let of = if known.is_some_and(|known| known.stage.is_some()) { " of this stage" } else { "" };
                     let left = left.map_or_else(String::new, |left| format!(", at most {}{of} left", seconds(left)));
                     meter.stage_with(&name, share, || {

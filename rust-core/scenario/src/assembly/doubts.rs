@@ -240,7 +240,9 @@ pub(super) fn pieces(scenario: &Scenario, state: &State) -> Option<Problem> {
     }
     let fragments = fragments(state);
     let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
-    fragments.iter().for_each(|name| *sizes.entry(*name).or_default() += 1);
+    for name in &fragments {
+        *sizes.entry(*name).or_default() += 1;
+    }
     let mut largest: Vec<usize> = sizes.values().copied().collect();
     largest.sort_unstable_by(|a, b| b.cmp(a));
     let count = state.particles.len();
