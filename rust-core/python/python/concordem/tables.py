@@ -801,11 +801,35 @@ class Interface(TypedDict, total=False):
     """Parameters of the linear frictional contact."""
     hertz_mindlin: HertzMindlin | None
     """Parameters of the Hertz-Mindlin contact."""
+    jointed: Jointed | None
+    """Parameters of the jointed cohesive frictional model."""
     linear_bond: LinearBond | None
     """Parameters of the linear bond."""
     of: str | None
     """Material whose parameters the interface takes, times the `factors`, for the laws that have no table here; default: the mean of both
     materials. Example: `of = "mortar"`."""
+
+
+class Jointed(TypedDict, total=False):
+    """Brittle bond with tensile strength, cohesion, and friction, as in YADE's JCFpm."""
+
+    cohesion: Required[Quantity]
+    """Shear strength of a bond without normal force, Pa. Range: ≥ 0."""
+    friction_angle: Quantity | None
+    """Angle of friction of a bond, rad. In YADE: `frictionAngle`. Range: ≥ 0."""
+    friction_coefficient: Quantity | None
+    """Tangent of the angle of friction of a bond, whole or cracked in shear; or give `friction_angle`. Range: ≥ 0."""
+    residual_friction_angle: Quantity | None
+    """Angle of friction of contacts that were no bond, or whose bond is gone, rad. In YADE: `residualFrictionAngle`. Range: ≥ 0."""
+    residual_friction_coefficient: Quantity | None
+    """Tangent of the angle of friction of contacts that were no bond, or whose bond is gone; or give `residual_friction_angle`. Default: that of
+    bonds. Range: ≥ 0."""
+    stiffness_ratio: Required[Quantity]
+    """Shear stiffness divided by normal stiffness. In YADE: `poisson`. Range: ≥ 0."""
+    tensile_strength: Required[Quantity]
+    """Tensile strength of a bond, Pa; 0 for none of its own: then the friction cone ends it, at cohesion / friction coefficient. Range: ≥ 0."""
+    young: Required[Quantity]
+    """Modulus, Pa: the normal stiffness of two equal spheres is modulus × radius. In YADE: `young`. Range: > 0."""
 
 
 class LinearBond(TypedDict, total=False):
@@ -984,6 +1008,8 @@ class Material(TypedDict, total=False):
     """Parameters of the linear frictional contact."""
     hertz_mindlin: HertzMindlin | None
     """Parameters of the Hertz-Mindlin contact."""
+    jointed: Jointed | None
+    """Parameters of the jointed cohesive frictional model."""
     linear_bond: LinearBond | None
     """Parameters of the linear bond."""
     name: Required[str]
@@ -1943,7 +1969,7 @@ BendingTerm: TypeAlias = Literal["mid-section", "half-sum", "larger-end"]
 #: Relation between the strains and stresses of a particle.
 Condition: TypeAlias = Literal["solid", "plane-strain", "plane-stress"]
 #: Law of contacts without a bond.
-ContactLawName: TypeAlias = Literal["none", "cpm", "linear_bond", "frictional", "hertz_mindlin"]
+ContactLawName: TypeAlias = Literal["none", "cpm", "linear_bond", "jointed", "frictional", "hertz_mindlin"]
 #: What the axes with a strain rate follow in a stage.
 Control: TypeAlias = Literal["strain-rate", "stress"]
 #: How the network of links is kept or completed when softening opens contacts (section 2.3.1.3 of the source).
@@ -1979,7 +2005,7 @@ Lateral: TypeAlias = Literal["free", "fixed"]
 #: Type of lattice; nearest neighbors touch.
 Lattice: TypeAlias = Literal["sc", "bcc", "fcc", "hcp", "square", "triangular"]
 #: Laws of bonds, by the name of their parameter table.
-LawName: TypeAlias = Literal["cpm", "linear_bond", "cohesive_beam", "damped_beam"]
+LawName: TypeAlias = Literal["cpm", "linear_bond", "cohesive_beam", "damped_beam", "jointed"]
 #: Loading of the specimen.
 Loading: TypeAlias = LoadingNone | LoadingUniaxial | LoadingBending | LoadingTorsion | LoadingCellStrain | LoadingCellStress | LoadingPlatens | LoadingFlexure
 #: How relative motion is measured.
