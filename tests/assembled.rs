@@ -502,6 +502,22 @@ fn particles_inside_walls_are_refused() {
     }
 }
 
+/// Triangles of a wall that stand twice, in whatever order of their corners, would both push.
+#[test]
+fn repeated_triangles_of_a_wall_are_refused() {
+    let wall = |triangles: &str| {
+        bar(&format!(
+            "[[wall]]
+            material = \"stone\"
+            shape = {{ kind = \"mesh\", vertices = [[0, 0, -9], [1, 0, -9], [0, 1, -9], [1, 1, -9]], triangles = {triangles} }}"
+        ))
+        .replace("law = \"none\"", "law = \"linear_bond\"")
+    };
+    made(&wall("[[0, 1, 2], [1, 3, 2]]"));
+    let (key, message) = refused(&wall("[[0, 1, 2], [1, 3, 2], [2, 1, 0]]"));
+    assert!(key == "wall[0].shape" && message.contains("1 of its 3 triangles stand there before"), "{key} {message}");
+}
+
 /// If the number of bonds depends on rounding, there is a warning: touching spheres at the interaction ratio 1 are bonded
 /// with a warning. There is a warning, too, if there are no bonds.
 #[test]

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -99,6 +100,18 @@ void call_last(int *list, int count, int index)
 
 }
 
+namespace {
+
+// The numbers that LIGGGHTS gives to the spheres of each clump of a template with `bonded yes`; NULL: there is no such template.
+double *numbers_of_clumps(const Modify *modify)
+{
+  for (int k = 0; k < modify->nfix; k++)
+    if (strcmp(modify->fix[k]->id, "bond_random_id") == 0) return modify->fix[k]->vector_atom;
+  return NULL;
+}
+
+}
+
 // In steps, fixes that change radii come before us, as they do before pair styles. (The list of setup_pre_exchange is in use.)
 void FixConcordemBond::setup_pre_exchange()
 {
@@ -108,6 +121,7 @@ void FixConcordemBond::setup_pre_exchange()
 
 void FixConcordemBond::pre_exchange()
 {
+  number_clumps();
   reserve_exchange();
 }
 
@@ -166,18 +180,6 @@ void FixConcordemBond::pre_force(int vflag)
   if (creation_is_due()) make_bonds();
 }
 
-namespace {
-
-// The numbers that LIGGGHTS gives to the spheres of each clump of a template with `bonded yes`; NULL: there is no such template.
-double *numbers_of_clumps(const Modify *modify)
-{
-  for (int k = 0; k < modify->nfix; k++)
-    if (strcmp(modify->fix[k]->id, "bond_random_id") == 0) return modify->fix[k]->vector_atom;
-  return NULL;
-}
-
-}
-
 void FixConcordemBond::check_clumps()
 {
   const bool bonds = facts_.creation == 3;
@@ -192,7 +194,21 @@ void FixConcordemBond::check_clumps()
   fail("a template has `bonded yes`, but no fix concordem/bond bonds its clumps; use `bond clumps FACTOR`, or remove `bonded yes`");
 }
 
-// An inserted clump keeps its number until it is bonded.
+// LIGGGHTS draws the numbers of clumps per process, so that clumps of two processes may have the same. Before atoms change their processes, give
+// each new clump a number of its own, below -1.
+void FixConcordemBond::number_clumps()
+{
+  double *const number = facts_.creation == 3 ? numbers_of_clumps(modify) : NULL;
+  if (!number) return;
+  std::map<double, double> own;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (number[i] <= 0.0) continue;
+    const double next = -2.0 - comm->me - static_cast<double>(comm->nprocs) * own.size();
+    number[i] = own.insert(std::make_pair(number[i], next)).first->second;
+  }
+}
+
+// An inserted clump keeps its number until it is bonded; -1 is that of spheres outside clumps.
 void FixConcordemBond::bond_clumps()
 {
   if (facts_.creation != 3) return;
@@ -200,9 +216,9 @@ void FixConcordemBond::bond_clumps()
   std::vector<double> clump(atom->nlocal + atom->nghost);
   int mine = 0, any;
   for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit) || number[i] == 0.0) continue;
+    if (!(atom->mask[i] & groupbit) || (number[i] <= 0.0 && number[i] > -2.0)) continue;
     clump[i] = number[i];
-    number[i] = 0.0;
+    number[i] = -1.0;
     mine = 1;
   }
   MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);

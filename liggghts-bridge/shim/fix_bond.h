@@ -40,6 +40,7 @@ class FixConcordemBond : public FixBondBase {
   int64_t own_pairs(class NeighList *, unsigned char *marks, int64_t capacity, int64_t *first);
   void check_pair_style();
   void check_clumps();
+  void number_clumps();
   void bond_clumps();   // after rebuild(); collective
 };
 

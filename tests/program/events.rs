@@ -53,7 +53,7 @@ fn breaks_are_counted_by_mode_and_grouped() {
         let line = given.out.lines().find(|line| line.contains(name)).expect(name);
         assert_eq!(line.split_whitespace().last(), Some(value), "{line}");
     }
-    assert!(given.out.contains("emissions") && given.out.contains("40, of breaks within 2.000e-3 m and 3.2 µs"));
+    assert!(given.out.contains("emissions") && given.out.contains("40, of breaks within 2.000e-3 m and 3.162e-6 s"));
     let csv = concordem(["events", text(&path), "--csv"]).out;
     let energies = column(&csv, "energy [J]");
     assert_eq!((energies.len(), column(&csv, "breaks")), (PAIRS, vec![1.0; PAIRS]));
@@ -269,9 +269,10 @@ fn fragments_are_measured_at_any_time() {
     for (option, value) in [("--time", "nan"), ("--time", "1 mm"), ("--size", "shape"), ("--csv", "x")] {
         refused(["fragments", file, &format!("{option}={value}")], option);
     }
-    let loose = pairs()
-        .replace("[bonds]\n        law = \"cohesive_beam\"\n        interaction_ratio = 1.01", "")
-        .replace("strength_scatter = { weibull_modulus = 4, seed = 2 }", "");
+    let scenario = pairs().replace("strength_scatter = { weibull_modulus = 4, seed = 2 }", "");
+    let (before, bonds) = scenario.split_once("[bonds]").expect("bonds");
+    let (_, behind) = bonds.split_once("[contacts]").expect("contacts");
+    let loose = format!("{before}[contacts]{behind}");
     let scenario = write(folder.path(), "loose.toml", &loose);
     done(["run", "-q", text(&scenario)]);
     refused(["fragments", text(&folder.path().join("loose.h5"))], "no [bonds]");

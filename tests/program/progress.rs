@@ -25,10 +25,10 @@ fn shares(stop: &str) -> Vec<Option<(String, f64)>> {
         .collect()
 }
 
-/// A stage of 40 steps, then one whose stress has to drop or whose strain has to come: the share is that of the present stage.
+/// A stage of 40 steps, then one that ends at rest or at a strain: the share is that of the present stage.
 #[test]
 fn stages_are_estimated_by_what_ends_them() {
-    let stages = "drop_to = 0.1\n[[stage]]\nname = \"first\"\nstop = { steps = 40 }\n[[stage]]\nname = \"second\"\nstop = { drop_to = 0.5, strain = 0.1 }";
+    let stages = "drop_to = 0.1\n[[stage]]\nname = \"first\"\nstop = { steps = 40 }\n[[stage]]\nname = \"second\"\nstop = { unbalanced = 1e-12, strain = 0.1 }";
     let shares = shares(stages);
     // The first look is after step 1, from which the steps count.
     let (name, share) = shares[19].clone().expect("an estimate");

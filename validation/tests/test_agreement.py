@@ -169,7 +169,7 @@ def test_a_length_of_a_bond_that_is_no_number_is_refused():
 
 
 @pytest.mark.parametrize("text, said", [
-    ('quirk = "q"\nknown = [0, 0.5]\n', "may be zero is not known"), ("tolerance = 1e-3\ntwin = inf\n", "`twin` is for series"),
+    ('quirk = "q"\nknown = [0, 0.5]\n', "may be zero is not known"), ("tolerance = 1e-3\ntwin = inf\n", "`twin` is inf; give a finite number"),
 ])
 def test_limits_that_let_everything_pass_are_refused(folder, engines, text, said):
     (folder / "cases/quirks.toml").write_text(

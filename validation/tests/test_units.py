@@ -92,7 +92,7 @@ def test_series_meet_in_time_within_the_window():
     with pytest.raises(HarnessError, match="but the run at"):
         compare.series(check(), ours, theirs, span=meeting.Span(10, 0, 1, 1e-6))
     # the last sample of an interval may lie before the end
-    compare.series(check(), result([0.0, 1.0, 2.0], steps=[0, 3, 6]), result([0.0, 1.0, 2.0], steps=[0, 3, 6]), planned=8)
+    compare.series(check(), result([0.0, 1.0, 2.0], steps=[0, 3, 6]), result([0.0, 1.0, 2.0], steps=[0, 3, 6]), span=meeting.Span(8, 0, 3, 1e-6))
 
 
 def test_units_are_converted_or_refused():

@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, result, scalars, table};
-use crate::errors::{OrRaise, caught, detach, of_assembly};
+use crate::errors::{OrRaise, caught, check_file, detach, of_assembly};
 use crate::results::PyResultFile;
 use crate::scenario::Scenario;
 use crate::simulation::{by_quantity, scheduled, summary_of};
@@ -361,6 +361,7 @@ fn sweep<'py>(
     threads: Option<usize>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> Any<'py> {
+    check_file(&sweep)?;
     let threads = number(threads)?;
     let swept = call(py, progress.as_ref(), |console| {
         let swept = sweep_file(&sweep, output.as_deref(), csv, overwrite, threads, console)?;

@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use concordem::assembly::AssemblyError;
@@ -242,6 +243,11 @@ impl Raise for ReadError {
             other => exception("ResultError", &other.to_string(), &format!("{other:?}")),
         }
     }
+}
+
+/// Refuses a file that cannot be looked at, with the class that Python itself would raise, such as FileNotFoundError.
+pub fn check_file(path: &Path) -> PyResult<()> {
+    std::fs::metadata(path).map(drop).map_err(|error| ReadError::Io { path: path.to_owned(), error }.raise())
 }
 
 impl Raise for CharacteriseError {

@@ -15,7 +15,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Scalars, Tensor, Vectors, result, scalars, tensor, vectors};
-use crate::errors::{OrRaise, detach};
+use crate::errors::{OrRaise, check_file, detach};
 use crate::work::{answering, guarded};
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
@@ -111,6 +111,7 @@ fn lattice<'py>(py: Python<'py>, kind: &str, radius: f64, repeats: [u32; 3]) -> 
 #[pyfunction]
 #[pyo3(signature = (path, unit=None))]
 fn read_packing(py: Python<'_>, path: PathBuf, unit: Option<f64>) -> Any<'_> {
+    check_file(&path)?;
     let reader = BufReader::new(std::fs::File::open(&path)?);
     packing_of(py, &guarded(py, None, None, |_| concordem::packing::import(reader, unit))?.or_raise()?)
 }
@@ -169,6 +170,7 @@ fn characterise_file<'py>(
     threads: Option<usize>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<String> {
+    check_file(&file)?;
     let choice = Choice { interaction_ratio, coordination, shape: None, cell, ..Choice::default() };
     let found = guarded(py, threads, progress.as_ref(), |progress| {
         let body = Body::read(&file, &choice, &mut |stage, share| progress(stage, share))?;

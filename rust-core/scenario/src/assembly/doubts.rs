@@ -246,7 +246,7 @@ pub(super) fn pieces(scenario: &Scenario, state: &State) -> Option<Problem> {
     let mut largest: Vec<usize> = sizes.values().copied().collect();
     largest.sort_unstable_by(|a, b| b.cmp(a));
     let count = state.particles.len();
-    largest.retain(|size| *size as f64 >= PIECE * count as f64);
+    largest.retain(|size| *size > 1 && *size as f64 >= PIECE * count as f64);
     if let [first, second, ..] = largest[..] {
         let more = if largest.len() > 2 { format!(", and {} more", largest.len() - 2) } else { String::new() };
         let key = if scenario.cuts.is_empty() { "bonds.interaction_ratio" } else { "cut[0]" };

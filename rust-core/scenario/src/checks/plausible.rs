@@ -139,7 +139,9 @@ impl Checker<'_> {
             let Some(young) = self.stress(&format!("{path}.young")) else { continue };
             for key in ["tensile_strength", "cohesion", "hydrostatic_strength"] {
                 let key = format!("{path}.{key}");
-                let Some(strength) = self.plain_number(&key).filter(|strength| *strength < NO_STRENGTH * young) else {
+                let Some(strength) =
+                    self.plain_number(&key).filter(|given| *given > 0.0 && *given < NO_STRENGTH * young)
+                else {
                     continue;
                 };
                 let message = format!("{strength} Pa is reached at a strain of {:.0e}", strength / young);

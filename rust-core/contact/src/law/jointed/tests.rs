@@ -240,7 +240,7 @@ fn the_tip_of_the_cone_is_the_strength_without_tensile_strength() {
     let law = bond(0.0, 1e5, 0.5);
     let at = |force: f64| law.respond(&moved(0.0, force / NORMAL, 0.0, true), &JointedState::default(), 1e-3).status;
     assert_eq!(at(1.999_999e5), Status::Lives);
-    assert_eq!(at(2.000_001e5), Status::Broke);
+    assert_eq!(at(2.000_001e5), Status::BrokeInShear);
 }
 
 /// Springs and their force have the factor of the stiffness, the limits that of the strength.
