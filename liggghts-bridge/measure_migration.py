@@ -3,8 +3,8 @@
 
 A cubic lattice with a beam to each of six neighbors fills a periodic box. It drifts along the diagonal, as a rule by one sphere in 100 steps, so that
 lists are built every few steps and atoms migrate over faces, edges, and corners of the grid of processes. At each tenth of the run the resident memory
-of every process is read. A case passes if the number of bonds is that of the lattice, and the largest process grows by less than 5 % in the second
-half of the run. Finished cases stay in validation/results/host-migration.json and are not run again.
+of every process is read. A case passes if the number of bonds is that of the lattice, and the largest process is at most 5 % larger in the second
+half of the run than in the first. Finished cases stay in validation/results/host-migration.json and are not run again.
   liggghts-bridge/measure_migration.py --bonds 1e5 1e6           both hosts, 8 processes, 1,000 steps
   liggghts-bridge/measure_migration.py --bonds 1e7 --drift 3
 """
@@ -102,6 +102,13 @@ def resident(script):
     return sorted(sizes)
 
 
+def growth_of(memory):
+    """Growth of the peak from the first half of the run to the second: planes of the lattice that cross borders change the number of atoms of a process
+    by some percent all the time."""
+    half = len(memory) // 2
+    return max(memory[half:]) / max(memory[:half]) - 1
+
+
 def measure(host, bonds, drift, processes, steps):
     """Run one case; return its record."""
     edge = round((bonds / 3) ** (1 / 3))
@@ -125,7 +132,7 @@ def measure(host, bonds, drift, processes, steps):
     memory = memory[:-1]
     if code != 0 or len(rows) != 11 or min(memory) == 0.0:
         sys.exit(f"{host} ended with code {code} and {len(rows)} rows:\n{''.join(lines[-30:])}")
-    growth = memory[-1] / memory[5] - 1
+    growth = growth_of(memory)
     kept = all(row[1] == edge**3 and row[2] == 3 * edge**3 and row[3] == 0 for row in rows[1:])
     return {
         "host": host,
@@ -135,7 +142,7 @@ def measure(host, bonds, drift, processes, steps):
         "drift_per_1000_steps": drift,
         "seconds": round(seconds),
         "largest_resident_MB": [round(size, 1) for size in memory],
-        "growth_in_second_half": round(growth, 4),
+        "growth_of_second_half": round(growth, 4),
         "bonds_kept": kept,
         "passed": kept and growth < MOST_GROWTH,
         "processors": os.cpu_count(),
