@@ -62,8 +62,8 @@ fn counts(events: &[Event]) -> Vec<Row> {
     let sheared = broken().filter(|event| is_sheared(event)).count();
     let all = broken().count();
     let mut rows = vec![
-        ("bonds broken in tension and bending".to_owned(), (all - sheared).to_string()),
-        ("bonds broken in shear and twist".to_owned(), sheared.to_string()),
+        ("bonds broken in tension".to_owned(), (all - sheared).to_string()),
+        ("bonds broken in shear".to_owned(), sheared.to_string()),
     ];
     if all < events.len() {
         rows.push(("events of damage in bonds that did not break".to_owned(), (events.len() - all).to_string()));
