@@ -84,6 +84,7 @@ __all__ = [
     "memory_rows",
     "memory_scatter",
     "memory_scatter_i32",
+    "memory_scatter_u8",
     "memory_targets",
     "moment_tensor",
     "moments_about_contact_points",
