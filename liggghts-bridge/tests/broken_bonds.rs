@@ -21,7 +21,7 @@ fn each_bond_that_broke_is_listed_once() {
         };
         let atoms: Vec<Atom> = (0..6).map(atom).collect();
         data_file_for(host, &folder.join("row.data"), &atoms, &[], Vec3::repeat(-0.05), Vec3::repeat(0.05));
-        let columns = (1..=11).map(|k| format!("c_broken[{k}]")).collect::<Vec<_>>().join(" ");
+        let columns = (1..=12).map(|k| format!("c_broken[{k}]")).collect::<Vec<_>>().join(" ");
         let script = head_for(host, "row.data", "f f f", 2e-3, 1e-7)
             + &format!(
                 "fix bonds all concordem/bond cohesive_beam young 1e8 poisson 0.3 radius 0.004 tensile_strength 1e6 \
@@ -49,7 +49,34 @@ fn each_bond_that_broke_is_listed_once() {
                 // The energy at the strength: σ²/(2E) times the volume; the last step goes beyond it by up to v·dt = 2e-7 m of 1e-4 m.
                 let energy = 1e12 / 2e8 * std::f64::consts::PI * 0.004 * 0.004 * 0.01;
                 assert!((row[10] / energy - 1.0).abs() < 5e-3, "{energy}: {listed:?}");
+                assert_eq!(row[11], 0.0, "not in shear: {listed:?}");
             }
         }
+    }
+}
+
+/// A pair whose spheres slide past each other breaks by the cohesion of the beam, far below its tensile strength.
+#[test]
+fn a_bond_that_shear_broke_is_marked() {
+    for host in [Host::Liggghts, Host::Lammps] {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let atom = |side: f64| Atom { velocity: Vec3::y() * side, ..Atom::resting(Vec3::x() * (0.005 * side), 0.005) };
+        data_file_for(
+            host,
+            &folder.join("pair.data"),
+            &[atom(-1.0), atom(1.0)],
+            &[],
+            Vec3::repeat(-0.05),
+            Vec3::repeat(0.05),
+        );
+        let script = head_for(host, "pair.data", "f f f", 2e-3, 1e-7)
+            + "fix bonds all concordem/bond cohesive_beam young 1e8 poisson 0.3 radius 0.004 tensile_strength 1e9 cohesion 1e5 \
+               moment_share 0 bond distance 1.05 contact none\nfix integrate all nve/sphere\nfix steady all setforce 0 0 0\n\
+               compute broken all concordem/broken/local bonds\ndump broken all local 3000 broken.dump c_broken[1] c_broken[12]\n\
+               thermo_style custom step f_bonds f_bonds[2]\nthermo 3000\nrun 3000\n";
+        run_in(host, folder, &script, 1);
+        let listed: Vec<_> = tables(&folder.join("broken.dump")).into_iter().flat_map(|(_, table)| table).collect();
+        assert_eq!(listed, [[1.0, 1.0]], "{host:?}");
     }
 }

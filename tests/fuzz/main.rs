@@ -16,7 +16,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use readers::{READERS, Samples};
+use concordem_tests::random::Random;
+use mutate::mutate;
+use readers::{READERS, Reader, Samples};
 
 /// Most memory of the process that reads, KiB. Inputs have some KiB, and the program itself takes some 100 MiB.
 const MEMORY: u64 = 1 << 20;
@@ -44,13 +46,22 @@ fn worker() {
     std::panic::set_hook(Box::new(|panic| eprintln!("{panic}")));
     for input in first..end {
         std::fs::write(note, input.to_string()).expect("a file");
-        let bytes = samples.input(reader, seed, input);
+        let bytes = mutated(&samples, reader, seed, input);
         if let Some(kept) = std::env::var_os("CONCORDEM_FUZZ_KEEP") {
             std::fs::write(kept, &bytes).expect("a file");
         }
         (reader.read)(&samples, &bytes);
     }
     std::fs::write(note, "done").expect("a file");
+}
+
+/// A good input with mutations.
+fn mutated(samples: &Samples, reader: &Reader, seed: u64, input: u64) -> Vec<u8> {
+    let mut random = Random::new(seed, input);
+    let good = samples.good(reader);
+    let mut bytes = good[random.below(good.len())].clone();
+    samples.change(reader, &mut bytes, &mut random, &mut |bytes, random| mutate(bytes, random, reader.text));
+    bytes
 }
 
 fn spawn(reader: usize, seed: u64, first: u64, end: u64, note: &Path, kept: Option<&Path>) -> Child {

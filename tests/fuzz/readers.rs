@@ -22,7 +22,7 @@ use concordem_tests::commands::concordem;
 use concordem_tests::random::Random;
 
 use crate::forge::forge;
-use crate::mutate::{mutate, restructure};
+use crate::mutate::restructure;
 
 /// A reader of one kind of input.
 pub struct Reader {
@@ -312,15 +312,6 @@ impl Samples {
     /// The good inputs of a reader.
     pub fn good(&self, reader: &Reader) -> &[Vec<u8>] {
         &self.inputs[reader.name]
-    }
-
-    /// A good input with mutations.
-    pub fn input(&self, reader: &Reader, seed: u64, input: u64) -> Vec<u8> {
-        let mut random = Random::new(seed, input);
-        let good = self.good(reader);
-        let mut bytes = good[random.below(good.len())].clone();
-        self.change(reader, &mut bytes, &mut random, &mut |bytes, random| mutate(bytes, random, reader.text));
-        bytes
     }
 
     /// Changes an input: its structure, its bytes by `bytewise`, or both. A seal, and the marks of the lines of a journal, fit again afterwards.

@@ -97,6 +97,41 @@ fn breaks_are_counted_by_mode_and_grouped() {
     assert_eq!(concordem(["events", text(&scenario)]).code, exit::FILE);
 }
 
+/// Pairs that are pressed and sheared break by the shear criterion of their law, although a beam stores most of its energy in bending then.
+#[test]
+fn pressed_pairs_break_in_shear() {
+    let folder = TempDir::new().expect("a temporary folder");
+    for (law, keys) in [
+        ("cohesive_beam", "young = 1e9, radius_ratio = 1, tensile_strength = 1e6, cohesion = 1e6, moment_share = 0"),
+        (
+            "damped_beam",
+            "young = 1e9, radius_ratio = 1, tensile_strength = 1e6, cohesion = 1e6, moment_share = 0, damping_ratio = 0.1",
+        ),
+        ("linear_bond", "normal_stiffness = 1e6, shear_stiffness = 1e6, normal_strength = 3, shear_strength = 3"),
+        (
+            "jointed",
+            "young = 1e9, stiffness_ratio = 0.3, tensile_strength = 1e6, cohesion = 1e6, friction_coefficient = 0.2",
+        ),
+    ] {
+        let material = format!("{law} = {{ {keys} }}");
+        let scenario = PulledPairs { law, material: &material, ..BEAMS }.scenario();
+        // Without rotation, so that no sphere rolls on the other one.
+        let scenario = scenario
+            .replace("velocity = [0.001, 0, 0]", "velocity = [-1e-4, 5e-3, 0]")
+            .replace("[[prescribe]]", "[[prescribe]]\nangular_velocity = [0, 0, 0]");
+        let file = write(folder.path(), "sheared.toml", &scenario);
+        done(["run", "-q", "--force", text(&file)]);
+        let path = folder.path().join("sheared.h5");
+        let events = ResultFile::open(&path).expect("a result").events().expect("events");
+        assert!(events.len() == PAIRS && events.iter().all(|event| event.in_shear), "{material}: {events:?}");
+        let given = done(["events", text(&path), "--duration", "1 us"]);
+        for (name, value) in [("in tension", "0"), ("in shear", "40")] {
+            let line = given.lines().find(|line| line.contains(name)).expect(name);
+            assert_eq!(line.split_whitespace().last(), Some(value), "{material}: {given}");
+        }
+    }
+}
+
 /// Bonds without a modulus need a duration; a run without cracks says so.
 #[test]
 fn a_duration_is_asked_for_where_none_follows() {
