@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use concordem::assembly::pack;
 use concordem::program::recording::result_path;
 use concordem::scenario::{self, Setting, TEMPLATES};
+use numpy::ndarray::ArrayViewD;
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::PyTypeInfo;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 
 use crate::errors::{OrRaise, caught, of_assembly};
 use crate::packing::packing_of;
@@ -28,11 +31,8 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
     if object.is_none() {
         return Ok(None);
     }
-    if let Ok(flag) = object.cast::<PyBool>() {
-        return Ok(Some(toml::Value::Boolean(flag.is_true())));
-    }
-    if object.is_instance_of::<PyString>() {
-        return Ok(Some(toml::Value::String(object.extract()?)));
+    if let Some(value) = plain(object)? {
+        return Ok(Some(value));
     }
     if object.hasattr("items")? {
         return Ok(Some(toml::Value::Table(table_of(object, key)?)));
@@ -42,7 +42,7 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
     }
     // NumPy scalars become numbers, arrays become lists.
     let scalar = !object.hasattr("__len__")?;
-    if scalar && !object.is_instance_of::<PyFloat>() && object.hasattr("__index__")? {
+    if scalar && object.hasattr("__index__")? {
         return Ok(Some(toml::Value::Integer(object.extract()?)));
     }
     if scalar && let Ok(real) = object.extract::<f64>() {
@@ -59,6 +59,39 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
         "{key} has type {}; give a number, string, boolean, list, or dictionary",
         object.get_type().name()?
     )))
+}
+
+/// A value of one of Python's own types, or an array of reals, as TOML. Asked first, because a question for an attribute that is missing costs
+/// more than the number.
+fn plain(object: &Bound<'_, PyAny>) -> PyResult<Option<toml::Value>> {
+    if let Ok(real) = object.cast::<PyFloat>() {
+        return Ok(Some(toml::Value::Float(real.value())));
+    }
+    if let Ok(flag) = object.cast::<PyBool>() {
+        return Ok(Some(toml::Value::Boolean(flag.is_true())));
+    }
+    if object.is_instance_of::<PyInt>() {
+        return Ok(Some(toml::Value::Integer(object.extract()?)));
+    }
+    if object.is_instance_of::<PyString>() {
+        return Ok(Some(toml::Value::String(object.extract()?)));
+    }
+    // A subclass may carry a mask or units, which its items tell.
+    if !object.get_type().is(PyUntypedArray::type_object(object.py())) {
+        return Ok(None);
+    }
+    match object.cast::<PyArrayDyn<f64>>() {
+        Ok(array) if array.ndim() > 0 => Ok(Some(list_of(&array.try_readonly()?.as_array()))),
+        _ => Ok(None),
+    }
+}
+
+/// The rows of an array as lists.
+fn list_of(array: &ArrayViewD<'_, f64>) -> toml::Value {
+    if array.ndim() == 1 {
+        return toml::Value::Array(array.iter().map(|&real| toml::Value::Float(real)).collect());
+    }
+    toml::Value::Array(array.outer_iter().map(|row| list_of(&row)).collect())
 }
 
 /// Most characters of a value in a message.
@@ -160,7 +193,7 @@ impl Scenario {
                 *value = toml::Value::Array(vec![value.clone()]);
             }
         }
-        let text = toml::to_string_pretty(&table).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let text = toml::to_string(&table).map_err(|error| PyValueError::new_err(error.to_string()))?;
         Self::parse(mapping.py(), "<scenario>", &text, folder)
     }
 }

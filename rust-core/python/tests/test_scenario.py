@@ -61,6 +61,20 @@ def test_numbers_of_numpy_are_numbers():
     assert scenario.simulation().summary.bonds == 1
 
 
+def test_arrays_are_lists_in_any_layout_and_hidden_numbers_are_refused():
+    spheres = np.array([[0, 0, 0, 1e-3], [2e-3, 0, 0, 1e-3]])
+
+    def text_of(given):
+        return concordem.Scenario(**{**TWO, "packing": {"kind": "spheres", "spheres": given}}).text
+
+    wanted = text_of(spheres.tolist())
+    assert "spheres = [[0.0, 0.0, 0.0, 0.001], [0.002, 0.0, 0.0, 0.001]]" in wanted
+    for given in (spheres, np.asfortranarray(spheres), np.repeat(spheres, 2, axis=0)[::2], list(spheres), tuple(map(tuple, spheres))):
+        assert text_of(given) == wanted
+    with pytest.raises(TypeError, match="packing\\.spheres.*MaskedConstant"):
+        text_of(np.ma.array(spheres, mask=[[0, 1, 0, 0], [0, 0, 0, 0]]))
+
+
 def test_problems_name_line_key_value_and_remedy():
     text = concordem.Scenario.template("cpm-small").text.replace("young = ", "yuong = ", 1)
     line = next(k for k, row in enumerate(text.splitlines(), 1) if "yuong" in row)
