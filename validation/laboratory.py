@@ -120,9 +120,9 @@ def column(slenderness, ends, seed):
     return document
 
 
-def cell(lateral, rates, seed):
+def cell(lateral, rates, seed, **parameters):
     """A periodic cell at lateral stresses (MPa) along x and y, strained along z, or along every axis with a rate (1/s)."""
-    document = concrete({"kind": "periodic"}, seed, "Stress state of a cell")
+    document = concrete({"kind": "periodic"}, seed, "Stress state of a cell", **parameters)
     stress = [f"{lateral[0]} MPa", f"{lateral[1]} MPa", "0 MPa"]
     document["loading"] = {
         "kind": "cell-stress", "stress": [[stress[i] if i == j else 0 for j in range(3)] for i in range(3)],
