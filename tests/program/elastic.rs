@@ -48,6 +48,34 @@ fn calibrate_elastic_recovers_the_parameters_of_elastic_constants() {
     assert!(far.code == exit::PHYSICS && far.err.contains("out of reach"), "{}", far.err);
 }
 
+/// Strengths are measured at one onset strain and scaled, so what does not scale is refused. The slope of a logarithmic yield surface is no
+/// friction, so 20 is not taken for degrees there.
+#[test]
+fn calibrate_concrete_refuses_what_does_not_scale() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let template = TEMPLATES.iter().find(|t| t.name == "cpm-small").expect("the template");
+    let targets = ["--young", "30 GPa", "--poisson", "0.2", "--tensile-strength", "3 MPa", "--compressive-strength"];
+    for line in [
+        "isotropic_prestress = \"-1 MPa\"",
+        "damage_time = \"1 ms\"\ndamage_rate_exponent = 1",
+        "plasticity_time = \"1 ms\"\nplasticity_rate_exponent = 1",
+    ] {
+        let given = template.text.replace("friction_coefficient", &format!("{line}\nfriction_coefficient"));
+        let path = write(folder.path(), "given.toml", &given);
+        let refused = concordem(["calibrate", "concrete", text(&path)].into_iter().chain(targets).chain(["30 MPa"]));
+        let key = format!("material[0].cpm.{}", line.split(' ').next().expect("a key"));
+        assert_eq!(refused.code, exit::USAGE, "{}", refused.err);
+        assert!(refused.err.contains(&key) && refused.err.contains("give it again afterwards"), "{}", refused.err);
+    }
+    let rough = template.text.replace("friction_coefficient = 0.8", "friction_coefficient = 20");
+    let surface = "yield_surface = \"logarithmic-linear\"\nyield_log_speed = 0.02\nfriction_coefficient";
+    for (given, warned) in [(rough.clone(), true), (rough.replace("friction_coefficient", surface), false)] {
+        let checked = concordem(["check", text(&write(folder.path(), "rough.toml", &given))]);
+        assert_eq!(checked.code, exit::DONE, "{}", checked.err);
+        assert_eq!(checked.err.contains("no solid is so rough"), warned, "{}", checked.err);
+    }
+}
+
 /// For each law and deformable particles: the constants E and ν of planted parameters are given as targets with the scenario
 /// of another law, on the same bonds, and the calibration recovers the parameters. Poisson's ratio is found to 1e-9 and its
 /// slope over the stiffnesses is at least 0.1; the tolerance is 1e-6 (required: 1e-3). The written scenario has the target

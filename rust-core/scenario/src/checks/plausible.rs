@@ -4,6 +4,7 @@
 use super::{Checker, length};
 use crate::schema::quantity::{Component, Stress};
 use crate::schema::{LawName, Loading};
+use concordem_contact::law::cpm::YieldSurface;
 use concordem_contact::quantity::Quantity;
 use toml::de::DeValue;
 
@@ -225,8 +226,13 @@ impl Checker<'_> {
     }
 
     fn frictions(&mut self) {
+        // The slope of a logarithmic surface at no pressure is not the friction beyond.
+        let logarithmic =
+            self.scenario.materials.iter().filter_map(|material| material.cpm.as_ref()).any(|cpm| {
+                matches!(cpm.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear))
+            });
         for (key, friction) in self.of_laws("friction_coefficient") {
-            if DEGREES.contains(&friction) {
+            if DEGREES.contains(&friction) && !(logarithmic && key.contains(".cpm.")) {
                 let tangent = friction.to_radians().tan();
                 let help = format!("write the tangent of the angle: {tangent:.2} for {friction} degrees");
                 self.warn(&key, "is the tangent of the friction angle; no solid is so rough", help);

@@ -94,13 +94,16 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
         return console.print(&facts.to_string());
     };
     let parameters = &found.fit.parameters;
-    let keys = [
+    let mut keys = vec![
         ("cpm", "young", parameters.young.into()),
         ("cpm", "shear_ratio", parameters.shear_ratio.into()),
         ("cpm", "crack_onset_strain", parameters.crack_onset_strain.into()),
         ("cpm", "relative_ductility", parameters.relative_ductility.into()),
         ("cpm", "cohesion", parameters.cohesion.into()),
     ];
+    if parameters.soft_strain != 0.0 {
+        keys.push(("cpm", "soft_strain", parameters.soft_strain.into()));
+    }
     let text = with_values(&scenario, &keys).ok_or_else(|| {
         let message = "the material's table cannot be edited".to_owned();
         Failure::Scenario(scenario.problem(ProblemKind::Conflict, "material", message, "write it as [material.cpm]"))
@@ -120,6 +123,18 @@ fn fitting(scenario: &Scenario) -> Result<(), Failure> {
     if scenario.materials.len() != 1 {
         let help = "keep one [[material]], and calibrate each phase separately";
         return refuse("material", "the scenario has several materials; only one can be calibrated at a time", help);
+    }
+    // Strengths are measured at one onset strain and scaled to others, which these do not follow.
+    if let Some(cpm) = &scenario.materials[0].cpm {
+        let absolute = [
+            ("isotropic_prestress", cpm.isotropic_prestress.si() != 0.0),
+            ("damage_time", cpm.damage_time.is_some()),
+            ("plasticity_time", cpm.plasticity_time.is_some()),
+        ];
+        if let Some((key, _)) = absolute.into_iter().find(|(_, given)| *given) {
+            let message = "does not scale with the strength, so the parameters would miss their targets";
+            return refuse(&format!("material[0].cpm.{key}"), message, "remove it, and give it again afterwards");
+        }
     }
     if !matches!(scenario.loading, Loading::Uniaxial { .. }) {
         let help = "write kind = \"uniaxial\", as in `concordem init --template cpm-small`";
