@@ -17,8 +17,10 @@ use concordem::solver::own_thread::{self, Workers};
 use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
 use concordem::state::contacts::ContactFlags;
+use concordem_yade::assembly::jointed::Crack;
 use concordem_yade::assembly::{
-    Assembly, Bodies, Contacts, Origin, PAUSE_SOFT, PairParameters, STORED, Spheres, cell_of, cohesive, motion_measure,
+    Assembly, Bodies, Contacts, ContactsWithHistories, Origin, PAUSE_SOFT, PairParameters, STORED, Spheres, cell_of,
+    motion_measure,
 };
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -53,6 +55,9 @@ pub struct Hosted {
     /// `None`: all processors.
     workers: Option<Workers>,
 }
+
+/// A crack for Python, see `Hosted.take_happenings`.
+type CrackRow = (u64, [u32; 2], u8, [f64; 3], [f64; 3], f64, f64, f64);
 
 /// An entry of a dictionary; an error if it is missing.
 fn get<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(dict: &Bound<'py, PyDict>, name: &str) -> PyResult<T> {
@@ -148,6 +153,11 @@ fn cpm_parameters(parameters: &Bound<'_, PyDict>) -> PyResult<CpmParameters> {
 fn read_table<T: serde::de::DeserializeOwned>(table: &Bound<'_, PyDict>) -> PyResult<T> {
     let table = toml::Value::Table(table_of(table.as_any(), "")?);
     T::deserialize(table).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// Structures from dictionaries.
+fn read_tables<T: serde::de::DeserializeOwned>(tables: &[Bound<'_, PyDict>]) -> PyResult<Vec<T>> {
+    tables.iter().map(read_table).collect()
 }
 
 /// The cell from (edges, deformation gradient, velocity gradient).
@@ -274,13 +284,14 @@ impl Hosted {
         Self::new(made, threads)
     }
 
-    /// Cohesive and frictional spheres of YADE (`CohFrictMat`) with their contacts.
+    /// Spheres of YADE's `CohFrictMat` (`law` is "cohesive") or `JCFpmMat` ("jointed") with their contacts.
     ///
     /// `bodies`, `clumps`: as in `concrete`. `contacts`: pair (rows of bodies), image, normal, distance, history, see
-    /// [`cohesive::Contacts`]. `materials`: attributes of each; `rules`: what holds for all contacts.
+    /// [`ContactsWithHistories`]. `materials`: attributes of each; `rules`: what holds for all contacts.
     #[staticmethod]
-    #[pyo3(signature = (bodies, contacts, materials, rules, dt, kinematics, cell=None, threads=None, clumps=None))]
-    fn cohesive(
+    #[pyo3(signature = (law, bodies, contacts, materials, rules, dt, kinematics, cell=None, threads=None, clumps=None))]
+    fn with_histories(
+        law: &str,
         bodies: &Bound<'_, PyDict>,
         contacts: &Bound<'_, PyDict>,
         materials: Vec<Bound<'_, PyDict>>,
@@ -295,28 +306,26 @@ impl Hosted {
         let (pair, image): (Pairs<'_>, Images<'_>) = (get(contacts, "pair")?, get(contacts, "image")?);
         let (normal, distance): (Vectors<'_>, Scalars<'_>) = (get(contacts, "normal")?, get(contacts, "distance")?);
         let history: Rows<'_> = get(contacts, "history")?;
-        let (rows, width) = history.shape();
-        if rows > 0 && width != cohesive::HISTORY {
-            return Err(PyValueError::new_err(format!(
-                "`history` has {width} columns, but must have {}",
-                cohesive::HISTORY
-            )));
-        }
-        let given = cohesive::Contacts {
+        let given = ContactsWithHistories {
             pair: pair.get()?,
             image: image.get()?,
             normal: normal.get()?,
             distance: distance.get()?,
             history: history.get()?,
         };
-        let origin = Origin::Cohesive {
-            kinematics: motion_measure(kinematics).map_err(PyValueError::new_err)?,
-            materials: materials.iter().map(|material| read_table(material)).collect::<PyResult<_>>()?,
-            rules: read_table(rules)?,
+        let kinematics = motion_measure(kinematics).map_err(PyValueError::new_err)?;
+        let origin = match law {
+            "cohesive" => {
+                Origin::Cohesive { kinematics, materials: read_tables(&materials)?, rules: read_table(rules)? }
+            }
+            "jointed" => Origin::Jointed { kinematics, materials: read_tables(&materials)?, rules: read_table(rules)? },
+            _ => {
+                return Err(PyValueError::new_err(format!("law is \"{law}\"; give \"cohesive\" or \"jointed\"")));
+            }
         };
         let cell = cell.map(|cell| cell_from(cell, dt));
         let clumps = clumps.map(clumps::of_arrays).transpose()?.unwrap_or_default();
-        let made = Assembly::cohesive(&columns.get()?, &given, &clumps, origin, cell, dt);
+        let made = Assembly::with_histories(&columns.get()?, &given, &clumps, origin, cell, dt);
         Self::new(made.map_err(PyValueError::new_err)?, threads)
     }
 
@@ -609,6 +618,18 @@ impl Hosted {
         let inner = self.read(py)?;
         let Assembly { losses, openings, .. } = &inner.assembly;
         Ok((scalars(py, losses).into_any(), scalars(py, openings).into_any()))
+    }
+
+    /// Take what has happened to jointed bonds since the last call: the cracks, each as (steps before, ids, 1 in tension or 2 in shear, point,
+    /// normal, mean radius, energy, area), and the ids of the bodies of bonds that began.
+    fn take_happenings(&self, py: Python<'_>) -> PyResult<(Vec<CrackRow>, Vec<[u32; 2]>)> {
+        let mut inner = self.lock()?;
+        let taken = inner.change(py, |inner| std::mem::take(&mut inner.assembly.happenings))?;
+        let row = |crack: &Crack| {
+            let &Crack { step, ids, kind, point, normal, size, energy, area } = crack;
+            (step, ids, kind as u8, point.into(), normal.into(), size, energy, area)
+        };
+        Ok((taken.cracks.iter().map(row).collect(), taken.begun))
     }
 
     /// Temperature of each particle, K, in the order of `bodies`; None without heat conduction.

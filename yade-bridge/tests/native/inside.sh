@@ -81,7 +81,7 @@ if [ "$(wc -l </tmp/bits)" != 10 ] || [ "$(sort -u /tmp/bits | wc -l)" != 5 ]; t
   failed=1
 fi
 # Methods and refusals of the native engine that it shares with the one without headers. The bridge without headers works with this YADE, too. `make test` runs the whole of its tests in 2023.02a.
-headerless=("test_methods.py 1" "test_container.py 1" "test_motion.py 1" "test_refusals.py 1" "test_checks.py 1" "test_checks.py 2" "test_engine.py 1" "test_late.py 1" "test_bond_cells.py 1" "test_cohesive.py 1" "test_random_cohesive.py 1" "test_public_scripts.py 1" "test_public_scripts.py 2")
+headerless=("test_methods.py 1" "test_container.py 1" "test_motion.py 1" "test_refusals.py 1" "test_checks.py 1" "test_checks.py 2" "test_engine.py 1" "test_late.py 1" "test_bond_cells.py 1" "test_cohesive.py 1" "test_random_cohesive.py 1" "test_jointed.py 1" "test_random_jointed.py 1" "test_public_scripts.py 1" "test_public_scripts.py 2")
 [ -z "${CONCORDEM_TEST_FULL:-}" ] || headerless+=("test_engine.py 2" "test_scene.py 1" "test_functions.py 1")
 for test in "${headerless[@]}"; do
   read -r script threads <<<"$test"

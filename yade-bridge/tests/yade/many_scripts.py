@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs hundreds of random scripts (test_random_scripts.py, test_random_cohesive.py) against stock YADE and keeps what they did in many_scripts.json.
+"""Runs hundreds of random scripts (test_random_scripts.py, test_random_cohesive.py, test_random_jointed.py) against stock YADE and keeps what they did in many_scripts.json.
 
     many_scripts.py [GOAL]     up to script GOAL (500) of each kind; continues where the file ends
 
@@ -16,7 +16,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 FILE = HERE / "many_scripts.json"
-KINDS = {"cohesive": "test_random_cohesive.py", "concrete": "test_random_scripts.py"}
+KINDS = {"cohesive": "test_random_cohesive.py", "concrete": "test_random_scripts.py", "jointed": "test_random_jointed.py"}
 #: Scripts in one process; a test run of more also asks whether the scripts do enough.
 AT_ONCE = 19
 

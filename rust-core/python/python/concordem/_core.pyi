@@ -477,7 +477,8 @@ class Hosted:
         own: Sequence[Mapping[str, Any]] | None = None,
     ) -> Hosted: ...
     @staticmethod
-    def cohesive(
+    def with_histories(
+        law: str,
         bodies: Mapping[str, Any],
         contacts: Mapping[str, Any],
         materials: Sequence[Mapping[str, Any]],
@@ -524,6 +525,9 @@ class Hosted:
     def contact_count(self) -> int: ...
     @property
     def broken(self) -> int: ...
+    def take_happenings(
+        self,
+    ) -> tuple[list[tuple[int, list[int], int, list[float], list[float], float, float, float]], list[list[int]]]: ...
     def losses(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]: ...
     @property
     def temperatures(self) -> _Reals | None: ...

@@ -7,6 +7,9 @@
 
 pub mod cohesive;
 mod concrete;
+mod histories;
+mod host_law;
+pub mod jointed;
 mod results;
 mod saved;
 #[cfg(test)]
@@ -27,6 +30,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use concrete::{Bodies, Contacts, HostClump, PairParameters, STORED};
+pub use histories::Contacts as ContactsWithHistories;
+pub use host_law::HostLaw;
 pub use results::ParticleResults;
 
 /// How an assembly was created, so that it can be recreated without its state. Save files contain it, so keys must not change.
@@ -58,6 +63,15 @@ pub enum Origin {
         materials: Vec<cohesive::Material>,
         /// What holds for all contacts.
         rules: cohesive::Rules,
+    },
+    /// Taken over from the host's jointed cohesive frictional spheres.
+    Jointed {
+        /// Kinematics.
+        kinematics: MotionMeasure,
+        /// Materials.
+        materials: Vec<jointed::Material>,
+        /// What holds for all contacts.
+        rules: jointed::Rules,
     },
     /// Bonds of a scenario.
     Scenario {
@@ -173,6 +187,8 @@ pub struct Assembly {
     pub needs_rotation: bool,
     /// Whether prescribed degrees of freedom affect forces, because their reactions strain deformable particles.
     pub needs_constraint: bool,
+    /// Cracks and bonds that began, of jointed cohesive frictional spheres, since the host has last taken them.
+    pub happenings: jointed::Happenings,
     /// Energies since the start, J: dissipated by damage, friction, and dashpots, and the error of the work rule.
     pub dissipated: [f64; 4],
     /// Energy stored at the last sampled step, J.
@@ -207,6 +223,7 @@ impl Assembly {
             farthest,
             needs_rotation,
             needs_constraint,
+            happenings: jointed::Happenings::default(),
             dissipated: [0.0; 4],
             stored: 0.0,
             force_time: Duration::ZERO,
@@ -351,6 +368,7 @@ impl Assembly {
             self.openings[pair.a as usize] += 1;
             self.openings[pair.b as usize] += 1;
         }
+        count += self.note_cracks();
         self.broken += count as u64;
         let EnergySplit { damage, friction, viscous, integration, .. } = report.energy;
         for (sum, part) in self.dissipated.iter_mut().zip([damage, friction, viscous, integration]) {

@@ -81,10 +81,7 @@ impl Assembly {
                 state.contacts = Some(Box::new(block));
                 (state, model)
             }
-            Origin::Cohesive { .. } => {
-                let (block, model) = Self::empty_cohesive(origin)?;
-                (State { contacts: Some(Box::new(block)), ..State::default() }, model)
-            }
+            Origin::Cohesive { .. } | Origin::Jointed { .. } => Self::empty_with_histories(origin)?,
             Origin::Scenario { text } => {
                 let scenario = Scenario::parse("scenario", text).map_err(|_| "the saved scenario is invalid")?;
                 let made = assemble_without_hdf5(&scenario, Path::new("."), &mut |_, _| {})

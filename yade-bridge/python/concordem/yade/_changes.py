@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from . import _cohesive
+from . import _histories
 from ._memory import flag_offset
 from ._own import STORED
 from ._scene import Addresses, gather, host
@@ -64,21 +64,22 @@ def of_contacts(address: Addresses) -> Rows:
 def places_in_physics(kind: str) -> list[tuple[int, int]]:
     """Offsets and numbers of bytes of what a script may change with an effect in physics; of laws that YADE does not have, the forces. `kind`: of
     the bonded engine."""
-    if kind == "cohesive":
-        return _cohesive.places()
+    if kind in _histories.LAWS:
+        return _histories.places(kind)
     return [(host().layout[f"CpmPhys.{name}"], size) for name, size in (_CONCRETE if kind == "concrete" else _FORCES)]
 
 
 def of_physics(found: NDArray[np.uint8], kind: str) -> Rows:
     """What was read at :func:`places_in_physics`."""
-    if kind == "cohesive":
-        return Rows(_cohesive.watched(), found)
+    if kind in _histories.LAWS:
+        return Rows(_histories.LAWS[kind].watched(), found)
     return Rows(_CONCRETE if kind == "concrete" else _FORCES, found)
 
 
 def of_geometry(geom: Addresses, kind: str) -> list[Rows]:
     """What a script may change with an effect in the geometry."""
-    return [Rows(*_cohesive.rows_of_geometry(geom))] if kind == "cohesive" else []
+    found = _histories.LAWS[kind].rows_of_geometry(geom) if kind in _histories.LAWS else None
+    return [Rows(*found)] if found is not None else []
 
 
 def everything(address: Addresses, geom: Addresses, phys: Addresses, kind: str) -> list[Rows]:

@@ -1,11 +1,8 @@
-"""Transfers cohesive and frictional spheres (YADE's `CohFrictMat`) with the histories of their contacts from a scene to our solver and back.
-
-The history of a contact in our solver has what YADE keeps in `CohFrictPhys` and `ScGeom6D`, with the same numbers, so single contacts keep the
-stiffnesses and strengths that a script has given to them.
-"""
+"""Cohesive and frictional spheres (YADE's `CohFrictMat`), for :mod:`._histories`."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any, Sequence
 
@@ -13,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ._clumps import Clumps
-from ._cohesive_layout import add_layout, has
-from ._concrete import cell_of, class_of, create_interactions, engine_of, scatter_fields, write_images
-from ._memory import address_of
-from ._rules import check_distance, functors_of, refuse, refuse_image
-from ._scene import Addresses, Bodies, Interactions, Reals, bodies, gather, host, interactions, of_class
+from ._concrete import class_of, engine_of, scatter_fields
+from ._history_layout import add_geometry, add_physics
+from ._rules import check_distance, functors_of, refuse
+from ._scene import Addresses, Bodies, Interactions, Reals, gather, host
 
+#: See :class:`._histories.Law`.
+MATERIAL, PHYSICS, WIDTH = "CohFrictMat", "CohFrictPhys", 35
 #: The functors.
 FUNCTORS = {
     "geomDispatcher": "Ig2_Sphere_Sphere_ScGeom6D",
@@ -60,9 +57,18 @@ _MATERIAL = {
 }
 
 
-class Settings:
-    """Settings of a scene's engines that affect cohesive and frictional spheres."""
+def add_layout() -> None:
+    """See :class:`._histories.Law`."""
+    add_physics(PHYSICS, (*_REALS.values(),), ("normalForce", "shearForce", *_MOMENTS.values()), ("cohesionBroken", *_FLAGS.values(), "initCohesion"))
+    add_geometry()
 
+
+def has(name: str) -> bool:
+    """Whether this version's CohFrictPhys has an attribute."""
+    return f"CohFrictPhys.{name}" in host().layout
+
+
+class _Settings:
     def __init__(self) -> None:
         omega = host().omega
         geometry, physics, law = functors_of(omega.engines, FUNCTORS, "spheres of CohFrictMat need")
@@ -113,139 +119,30 @@ def _refuse_options(geometry: Any, physics: Any, law: Any, omega: Any) -> None:
             raise refuse(f"{name} has {maker}, a MatchMaker, which contacts that begin later would lack; set {maker}=None, and values of the materials", "Engines")
 
 
-def _are_cohesive(everything: Bodies) -> NDArray[np.bool_]:
-    """Which bodies have a CohFrictMat."""
-    omega = host().omega
-    _, first, number = np.unique(everything.material, return_index=True, return_inverse=True)
-    found = [class_of(omega.bodies[int(everything.ids[k])].material) == "CohFrictMat" for k in first]
-    return np.array(found, bool)[number.reshape(-1)]
+settings = _Settings
 
 
-def spheres(everything: Bodies) -> NDArray[np.bool_]:
-    """Which bodies are spheres of CohFrictMat."""
-    return of_class(everything.shape, "Sphere.vtable") & _are_cohesive(everything)
+def geometries() -> tuple[str, ...]:
+    """See :class:`._histories.Law`."""
+    return ("ScGeom6D",)
 
 
-def is_cohesive(everything: Bodies) -> bool:
-    """Whether a take-over takes spheres of CohFrictMat: there are some, and no concrete."""
-    return not of_class(everything.state, "CpmState.vtable").any() and bool(spheres(everything).any())
-
-
-class Cohesive:
-    """The spheres of CohFrictMat of a scene and the contacts between them. `only`: ids of the spheres; the others are foreign."""
-
-    def __init__(self, only: Any = None) -> None:
-        add_layout()
-        self.settings = Settings()
-        everything = bodies()
-        ball = spheres(everything)
-        if only is not None:
-            ball &= np.isin(everything.ids, only)
-        self.bodies = everything.of(ball)
-        if not len(self.bodies.ids):
-            raise refuse("the scene has no spheres of CohFrictMat; add them", "NotCohesive")
-        omega = host().omega
-        distinct, first, number = np.unique(self.bodies.material, return_index=True, return_inverse=True)
-        self.materials = [omega.bodies[int(self.bodies.ids[k])].material for k in first]
-        self._material = number.astype(np.uint32).reshape(-1)
-        self._row = np.full(int(everything.ids.max()) + 1, -1, np.int64)
-        self._row[self.bodies.ids] = np.arange(len(self.bodies.ids))
-        found = interactions()
-        inner = (self._row[found.id1] >= 0) & (self._row[found.id2] >= 0)
-        known = of_class(found.phys, "CohFrictPhys.vtable") & of_class(found.geom, "ScGeom6D.vtable")
-        if (foreign := np.flatnonzero(inner & ~known)).size:
-            contact = host().interactions[int(found.id1[foreign[0]]), int(found.id2[foreign[0]])]
-            raise refuse(
-                f"the contact of bodies {contact.id1} and {contact.id2} has {class_of(contact.phys)} and {class_of(contact.geom)}, but a contact of CohFrictMat "
-                f"has CohFrictPhys and ScGeom6D; between spheres of CohFrictMat use only {FUNCTORS['physDispatcher']} and {FUNCTORS['geomDispatcher']}"
-            )
-        self.contacts = found.of(inner)
-        self.clumps = Clumps(self.bodies.ids)
-
-    def anew(self, contacts: Interactions, threads: int | None) -> _core.Hosted:
-        """The assembly with these contacts instead of those of the scene."""
-        self.contacts = contacts
-        return self.hosted(threads)
-
-    def hosted(self, threads: int | None, kinematics: str | None = None) -> _core.Hosted:
-        """The assembly in our solver."""
-        settings, omega = self.settings, host().omega
-        try:
-            return hosted(
-                self.bodies,
-                self._material,
-                self._contact_arrays(),
-                self.kind(),
-                threads or omega.numThreads,
-                self.clumps.arrays(settings.newton, settings.dt),
-                kinematics or settings.kinematics,
-            )
-        except ValueError as error:
-            raise refuse(str(error)) from error
-
-    def kind(self) -> dict[str, Any]:
-        """What a bonded engine saves of it."""
-        rows = []
-        for material in self.materials:
-            row = {ours: _plain(getattr(material, theirs)) for ours, theirs in _MATERIAL.items()}
-            rows.append({**row, "friction_coefficient": math.tan(material.frictionAngle)})
-        return {"materials": rows, "rules": self.settings.rules}
-
-    def _contact_arrays(self) -> dict[str, Any]:
-        contacts = self.contacts
-        _refuse_waiting(contacts)
-        if (far := np.flatnonzero(np.abs(contacts.image).max(axis=1, initial=0) > 127)).size:
-            refuse_image(int(contacts.id1[far[0]]), int(contacts.id2[far[0]]))
-        radii = gather(contacts.geom, "ScGeom.refR1") + gather(contacts.geom, "ScGeom.refR2")
-        return {
-            "pair": np.stack([self._row[contacts.id1], self._row[contacts.id2]], axis=1).astype(np.uint32),
-            "image": contacts.image,
-            "normal": gather(contacts.geom, "ScGeom.normal", components=3),
-            "distance": radii - gather(contacts.geom, "ScGeom.penetrationDepth"),
-            "history": _history(contacts),
-        }
+def material(material: Any) -> dict[str, Any]:
+    """See :class:`._histories.Law`."""
+    row = {ours: _plain(getattr(material, theirs)) for ours, theirs in _MATERIAL.items()}
+    return {**row, "friction_coefficient": math.tan(material.frictionAngle)}
 
 
 def _plain(value: Any) -> Any:
     return value if isinstance(value, bool) else float(value)
 
 
-def hosted(found: Bodies, material: Any, contacts: dict[str, Any], kind: dict[str, Any], threads: int, clumps: Any, kinematics: str) -> _core.Hosted:
-    """The assembly of these spheres."""
-    omega, state = host().omega, found.state
-    inertia = gather(state, "State.inertia", components=3)
-    if not (inertia[:, 0] == inertia[:, 1]).all() or not (inertia[:, 0] == inertia[:, 2]).all():
-        raise refuse("a sphere has different moments of inertia about its axes; give it equal ones")
-    arrays = {
-        "id": found.ids.astype(np.uint32),
-        "position": found.positions,
-        "velocity": gather(state, "State.vel", components=3),
-        "orientation": gather(state, "State.ori", components=4),
-        "angular_velocity": gather(state, "State.angVel", components=3),
-        "radius": gather(found.shape, "Sphere.radius"),
-        "mass": gather(state, "State.mass"),
-        "inertia": np.ascontiguousarray(inertia[:, 0]),
-        "material": material,
-        "constraint": gather(state, "State.blockedDOFs", "i32").astype(np.uint32),
-        "lost": np.zeros(len(found.ids), np.uint32),
-    }
-    cell = cell_of(omega) if omega.periodic else None
-    return _core.Hosted.cohesive(arrays, contacts, kind["materials"], kind["rules"], omega.dt, kinematics, cell=cell, threads=threads, clumps=clumps)
+def refuse_bodies(found: Bodies) -> None:
+    """See :class:`._histories.Law`."""
 
 
-def without_contacts() -> dict[str, Any]:
-    """Arrays of no contacts, for an assembly whose state is read from a file."""
-    return {
-        "pair": np.zeros((0, 2), np.uint32),
-        "image": np.zeros((0, 3), np.int8),
-        "normal": np.zeros((0, 3)),
-        "distance": np.zeros(0),
-        "history": np.zeros((0, 35)),
-    }
-
-
-def _refuse_waiting(contacts: Interactions) -> None:
-    """Raise YadeError if a contact is to get cohesion in the next step."""
+def refuse_contacts(contacts: Interactions) -> None:
+    """See :class:`._histories.Law`: raise YadeError if a contact is to get cohesion in the next step."""
     if (waiting := np.flatnonzero(gather(contacts.phys, "CohFrictPhys.initCohesion", "u8"))).size:
         k = waiting[0]
         raise refuse(
@@ -261,8 +158,8 @@ def _quaternions(geom: Addresses) -> tuple[Reals, Reals]:
     return (s * t)[:, 0] - (u * v).sum(axis=1), s * v + t * u + np.cross(u, v)
 
 
-def _history(contacts: Interactions) -> Reals:
-    """What YADE keeps of the contacts, a row each."""
+def history(contacts: Interactions) -> Reals:
+    """See :class:`._histories.Law`."""
     phys, geom = contacts.phys, contacts.geom
 
     def physics(name: str, components: int = 1) -> Any:
@@ -292,29 +189,26 @@ _WATCHED_GEOMETRY = (("initialOrientation1", 32), ("initialOrientation2", 32))
 
 
 def watched() -> tuple[tuple[str, int], ...]:
-    """Names and bytes of what a script may change in the physics."""
+    """See :class:`._histories.Law`."""
     return tuple((name, size) for name, size in _WATCHED if has(name))
 
 
-def places() -> list[tuple[int, int]]:
-    """Where these are."""
-    return [(host().layout[f"CohFrictPhys.{name}"], size) for name, size in watched()]
-
-
 def rows_of_geometry(geom: Addresses) -> tuple[tuple[tuple[str, int], ...], NDArray[np.uint8]]:
-    """What a script may change in the geometry (`Ip2.setCohesion`)."""
+    """See :class:`._histories.Law`: `Ip2.setCohesion` changes it."""
     return _WATCHED_GEOMETRY, _core.memory_rows(geom, [(host().layout[f"ScGeom6D.{name}"], size) for name, size in _WATCHED_GEOMETRY])
 
 
-def new_objects(count: int) -> list[tuple[Any, Any]]:
-    """Objects of YADE for contacts: geometry and physics."""
+def new_objects() -> tuple[Any, Any]:
+    """See :class:`._histories.Law`."""
     wrapper = host().wrapper
-    return [(wrapper.ScGeom6D(), wrapper.CohFrictPhys()) for _ in range(count)]
+    return wrapper.ScGeom6D(), wrapper.CohFrictPhys()
+
+
+making = contextlib.nullcontext
 
 
 def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sign: Reals, read: Sequence[tuple[int, int]] = ()) -> NDArray[np.uint8]:
-    """Write what our solver keeps of the contacts, and read the physics at `read`. `first`: positions of the first bodies in that step; `sign`: -1
-    where the table has the bodies in the other order."""
+    """See :class:`._histories.Law`."""
     turned = sign[:, None]
     normal = table["normal"] * turned
     radius = gather(geom, "ScGeom.refR1")
@@ -350,21 +244,3 @@ def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sig
         },
         read,
     )
-
-
-def write_contacts(solver: _core.Hosted) -> dict[str, int]:
-    """Write the contacts to YADE, which has none between these bodies."""
-    table, now = solver.contacts()["unbonded"], solver.bodies()
-    one, two = np.minimum(table["a"], table["b"]), np.maximum(table["a"], table["b"])
-    if len(np.unique(one.astype(np.int64) << 32 | two)) != len(table):
-        raise refuse("two bodies touch through two periodic images, which YADE cannot store; enlarge the cell", "TwoImages")
-    made = create_interactions(one, two)
-    address = np.array([address_of(contact) for contact in made], np.uint64)
-    geom, phys = (np.array([address_of(getattr(contact, name)) for contact in made], np.uint64) for name in ("geom", "phys"))
-    first_ids = np.array([contact.id1 for contact in made], np.int64)
-    sign = np.where(table["a"] == first_ids, 1.0, -1.0)
-    row = np.zeros(int(now["id"].max()) + 1, np.int64)
-    row[now["id"]] = np.arange(len(now["id"]))
-    write_images(address, table["image"] * sign.astype(np.int32)[:, None])
-    write_values(geom, phys, now["position"][row[first_ids]], table, sign)
-    return {"erased": 0, "made": len(made), "written": len(made)}

@@ -46,6 +46,8 @@ _FOLLOWED = {
     "interactions": "has the bonds",
     "intrs": "has the bonds",
     "numBrokenCohesive": "counts what the bodies lose",
+    "nbTensCracks": "counts on",
+    "nbShearCracks": "counts on",
 }
 #: Names that YADE had once, with what they are now.
 _RENAMED = {
@@ -158,9 +160,9 @@ def _of_call(node: ast.Call, known: dict[str, Any]) -> Iterator[Finding]:
 
 def _of_scene() -> Iterator[Finding]:
     """Whether the present scene can be taken over, and with `motion=True`."""
-    from ._cohesive import Cohesive, is_cohesive
     from ._concrete import Concrete
     from ._engine import engines
+    from ._histories import Spheres, kind_of
 
     omega = host().omega
     if engines():
@@ -168,12 +170,12 @@ def _of_scene() -> Iterator[Finding]:
         return
     try:
         _rules.refuse_blind_engines(omega.engines, lends=True)
-        if is_cohesive(bodies()):
-            cohesive = Cohesive()
-            count = cohesive.hosted(1).contact_count
-            what = f"{len(cohesive.bodies.ids)} spheres of CohFrictMat with {count} contacts"
+        if kind := kind_of(bodies()):
+            spheres = Spheres(kind)
+            count = spheres.hosted(1).contact_count
+            what = f"{len(spheres.bodies.ids)} spheres of {spheres.law.MATERIAL} with {count} contacts"
             yield Finding(0, "followed" if count else "refused", "take_over()", what)
-            yield from _of_motion(bool(cohesive.clumps.bodies))
+            yield from _of_motion(bool(spheres.clumps.bodies))
             return
         until = _rules.bonds_until(omega.engines, omega.iter)
         concrete = Concrete(late=bool(until))

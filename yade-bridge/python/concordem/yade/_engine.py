@@ -20,8 +20,9 @@ from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
 from . import _hooks, _interactions, _late, _lending, _reading, _rules, _thread_state, _vtk
-from ._cohesive import Cohesive
 from ._concrete import Concrete, add_to_clock, add_to_lost, cell_of, class_of, engine_of, sort_anew, write_states
+from ._histories import Spheres
+from ._jointed import count_cracks
 from ._memory import address_of, known_address_of, known_pointer, memory
 from ._mirror import Mirror
 from ._motion import Motion, free_bit
@@ -232,7 +233,7 @@ class BondedEngine:
                     assert concrete.own is not None
                     self._kind.update(concrete.own.kind())
                 else:
-                    self._solver = Cohesive(ids).anew(mirror.interactions(), self._threads)
+                    self._solver = Spheres(self._kind["kind"], ids).anew(mirror.interactions(), self._threads)
                 self._attach_solver()
         except BaseException:
             mirror.out = True  # so that the next step asks again
@@ -521,7 +522,7 @@ class BondedEngine:
         dt: float = omega.dt
         solver = self.solver
         most = self._steps_at_once(now, dt) if self._motion is not None and self._motion.active else 1
-        done, failed = 1, None
+        done, failed, steps = 1, None, solver.steps
         try:
             if most > 1:
                 done, failed = solver.contact_steps(dt, most)
@@ -533,12 +534,20 @@ class BondedEngine:
         if done > 1 or failed:
             # YADE itself counts the present step.
             now += done - (failed is None)
+            self._count_cracks(omega.iter, steps)
             add_to_clock(now - omega.iter, dt)
+        else:
+            self._count_cracks(now, steps)
         self._next = now + 1
         if failed:
             raise YadeError(f'the bonded engine "{self.name}" at iteration {now}: {failed}', "Step")
         if self._update_states and now % self._update_states == 0:
             self.update_states()
+
+    def _count_cracks(self, first: int, before: int) -> None:
+        """Tell YADE's law of cracks. `first`: the iteration of the step of the solver after `before` ones."""
+        if self._kind["kind"] == "jointed":
+            count_cracks(self._solver, first, before)
 
     def _steps_at_once(self, now: int, dt: float) -> int:
         assert self._motion is not None

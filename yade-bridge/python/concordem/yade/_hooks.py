@@ -20,6 +20,7 @@ import numpy as np
 from .._errors import YadeError
 from . import _lending, _pause, _rules
 from ._container import Contacts, lent
+from ._interactions import LAWS
 from ._mirror import Mirror
 from ._scene import is_at_rest
 
@@ -309,7 +310,7 @@ def install() -> None:
     for name in dir(yade.wrapper):
         kind = getattr(yade.wrapper, name)
         # Methods of other laws find no contacts of theirs among the bonds; some take all interactions for theirs, which can end the process.
-        is_law = name in ("Law2_ScGeom_CpmPhys_Cpm", "Law2_ScGeom6D_CohFrictPhys_CohesionMoment")
+        is_law = name in LAWS.values()
         reads = is_law or name in ("TesselationWrapper", "TriaxialStressController")
         for method, function in list(vars(kind).items()) if reads or name.startswith("Law2_") else ():
             if reads and not method.startswith("_") and type(function).__name__ == "function":
@@ -318,6 +319,7 @@ def install() -> None:
                 setattr(kind, method, staticmethod(_refusing(f"{name}.{method}()", function.__func__)))
     _container_of_bonds(yade.wrapper)
     _lost_of_states(yade.wrapper.CpmState)
+    _joints_of_states(yade.wrapper.JCFpmState)
     for one in installers:
         one(yade.wrapper)
     _bodies_that_change(yade.wrapper.BodyContainer)
@@ -437,6 +439,18 @@ def _lost_of_states(state: Any) -> None:
         lost.fset(self, value)
 
     state.numBrokenCohesive = property(get, put, None, lost.__doc__)
+
+
+def _joints_of_states(state: Any) -> None:
+    """Refuse that a script puts spheres on a joint, whose next contacts YADE would make by the joint's parameters."""
+    joint = state.onJoint
+
+    def put(self: Any, value: bool) -> None:
+        if value and any(engine.law == LAWS["jointed"] for engine in _hidden()):
+            raise _rules.refuse("onJoint of a body cannot be set while a bonded engine has spheres of JCFpmMat, because joints are not followed; call give_back() before", "Joints")
+        joint.fset(self, value)
+
+    state.onJoint = property(joint.fget, put, None, joint.__doc__)
 
 
 #: Why the clock stays.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from . import _changes, _cohesive
+from . import _changes, _histories
 from ._concrete import class_of, create_interactions, scatter, sort_anew, write_contacts, write_images
 from ._rules import refuse
 from ._scene import Interactions, Ints, Reals, at_rest, gather, host, interactions, of_class
@@ -47,7 +47,7 @@ def clear_between(ids: Ints) -> None:
 
 
 #: YADE's law of the bonds of each kind of engine; others have laws that YADE does not have.
-LAWS = {"concrete": "Law2_ScGeom_CpmPhys_Cpm", "cohesive": _cohesive.FUNCTORS["lawDispatcher"]}
+LAWS = {"concrete": "Law2_ScGeom_CpmPhys_Cpm", **{kind: law.FUNCTORS["lawDispatcher"] for kind, law in _histories.LAWS.items()}}
 
 
 class Bonds(Protocol):
@@ -171,8 +171,8 @@ def _refuse_changes(before: tuple[Interactions, list[_changes.Rows]], now: tuple
 
 def _write_contacts(engine: Bonds) -> dict[str, int]:
     """Write bonds and contacts of one of YADE's laws to YADE."""
-    if engine._kind["kind"] == "cohesive":
-        return _cohesive.write_contacts(engine.solver)
+    if engine._kind["kind"] in _histories.LAWS:
+        return _histories.write_contacts(engine.solver, engine._kind["kind"])
     return write_contacts(engine.solver, engine._kind)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from . import _changes, _cohesive, _reading
+from . import _changes, _histories, _reading
 from ._concrete import NORMAL_HISTORY, constants_of, keys_of, scatter, write_constants, write_images, write_normal_force, write_own, write_values
 from ._interactions import Bonds, table_of
 from ._memory import known_address_of, memory
@@ -65,7 +65,7 @@ class Mirror:
         self._one = self._two = np.zeros(0, np.int32)
         self._index: dict[tuple[int, int], int] | None = None
         self._of_body: tuple[NDArray[Any], NDArray[Any]] | None = None
-        #: Of the engine: concrete, cohesive, or scenario.
+        #: Of the engine: concrete, one of the laws with histories, or scenario.
         self._kind = "concrete"
         #: Whether a script may have changed the objects since the last comparison.
         self.out = False
@@ -144,8 +144,8 @@ class Mirror:
             if self._constant is None:
                 self._constant = constants_of(self._geom, self._phys)
             physics = write_values(self._geom, self._phys, first, table, sign, self._constant, places)
-        elif self._kind == "cohesive":
-            physics = _cohesive.write_values(self._geom, self._phys, first, table, sign, places)
+        elif self._kind in _histories.LAWS:
+            physics = _histories.LAWS[self._kind].write_values(self._geom, self._phys, first, table, sign, places)
         else:
             _write_forces(self._geom, self._phys, first, table, sign)
         if self._imaged or table["image"].any():
@@ -170,12 +170,12 @@ class Mirror:
         new = np.flatnonzero(~known)
         physics = self._constants(one[new], two[new])
         wrapper = host().wrapper
-        shapes = wrapper.ScGeom6D if self._kind == "cohesive" else wrapper.ScGeom
         for k, given in zip(new.tolist(), physics):
-            contact, shape = wrapper.Interaction(), shapes()
-            if self._kind == "cohesive":
-                made = wrapper.CohFrictPhys()
+            contact = wrapper.Interaction()
+            if self._kind in _histories.LAWS:
+                shape, made = _histories.LAWS[self._kind].new_objects()
             else:
+                shape = wrapper.ScGeom()
                 made = wrapper.CpmPhys(isCohesive=bool(keys[k] & 1), **given) if given is not None else wrapper.NormShearPhys(kn=math.nan, ks=math.nan)
             _reading.put(contact, shape, made)
             contacts[k] = contact
@@ -367,7 +367,7 @@ class Mirror:
 
 
 #: What a script may not change.
-_FIXED = ("geom", "phys", "cellDist", "isActive", "initCohesion")
+_FIXED = ("geom", "phys", "cellDist", "isActive", "initCohesion", "isOnJoint", "momentBroken")
 #: What tells a contact of the solver.
 _ROW = ("a", "b", "bonded", "reference_length")
 

@@ -191,10 +191,20 @@ _COHESIVE_MATERIAL = (
     *("young", "poisson", "frictionAngle", "alphaKr", "alphaKtw", "etaRoll", "etaTwist", "normalCohesion", "shearCohesion"),
     *("isCohesive", "fragile", "momentRotationLaw"),
 )
+#: The same of jointed ones.
+_JOINTED_LAW = ("Law2_ScGeom_JCFpmPhys_JointedCohesiveFrictionalPM", ("smoothJoint", "neverErase", "recordMoments", "useStrainEnergy"))
+_JOINTED_PHYSICS = ("Ip2_JCFpmMat_JCFpmMat_JCFpmPhys", ("cohesiveTresholdIteration", "xSectionWeibullShapeParameter"))
+_JOINTED_MATERIAL = ("young", "poisson", "frictionAngle", "residualFrictionAngle", "tensileStrength", "cohesion", "type")
 _MATERIAL = (
     *("young", "poisson", "sigmaT", "frictionAngle", "epsCrackOnset", "relDuctility", "damLaw", "neverDamage"),
     *("equivStrainShearContrib", "isoPrestress"),
 )
+#: By material: attributes of functors for law, geometry, and physics, and of the material.
+_WATCHED: dict[str, tuple[Any, ...]] = {
+    "CpmMat": (LAW, _GEOMETRY, ("Ip2_CpmMat_CpmMat_CpmPhys", ()), _MATERIAL),
+    "CohFrictMat": (_COHESIVE_LAW, _COHESIVE_GEOMETRY, _COHESIVE_PHYSICS, _COHESIVE_MATERIAL),
+    "JCFpmMat": (_JOINTED_LAW, _GEOMETRY, _JOINTED_PHYSICS, _JOINTED_MATERIAL),
+}
 
 
 #: What concrete needs in InteractionLoop: a functor of this class in each dispatcher.
@@ -263,21 +273,20 @@ def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]
     """Settings of the spheres that the engine has read at the take-over: attributes of functors and materials, as text."""
     found: dict[str, str] = {}
     materials = list(materials)
-    concrete = any(is_a(material, "CpmMat") for material in materials)
+    kind = next((name for name in _WATCHED if any(is_a(material, name) for material in materials)), None)
+    if kind is None:
+        return found
+    of_laws, of_shapes, of_physics, of_materials = _WATCHED[kind]
     for loop in engines:
         if loop.dead or not is_a(loop, "InteractionLoop"):
             continue
         shapes, physics, laws = (dispatcher.functors for dispatcher in (loop.geomDispatcher, loop.physDispatcher, loop.lawDispatcher))
-        watched: tuple[Any, ...] = ((LAW, laws), (_GEOMETRY, shapes))
-        if not concrete:
-            watched = ((_COHESIVE_LAW, laws), (_COHESIVE_GEOMETRY, shapes), (_COHESIVE_PHYSICS, physics))
-        for (name, attributes), functors in watched:
+        for (name, attributes), functors in ((of_laws, laws), (of_shapes, shapes), (of_physics, physics)):
             for functor in functors:
                 if is_a(functor, name):
                     found.update((f"{name}.{key}", repr(getattr(functor, key))) for key in attributes)
     for material in materials:
-        attributes = _MATERIAL if concrete else _COHESIVE_MATERIAL
-        found.update((f"O.materials[{material.id}].{key}", repr(getattr(material, key))) for key in attributes)
+        found.update((f"O.materials[{material.id}].{key}", repr(getattr(material, key))) for key in of_materials)
     return found
 
 

@@ -12,10 +12,9 @@ import numpy as np
 from .. import _core
 from . import _hooks, _lending
 from ._clumps import Clumps
-from ._cohesive import hosted, without_contacts
-from ._cohesive_layout import add_layout
 from ._concrete import cell_of, class_of
 from ._engine import BondedEngine, _registered, engines
+from ._histories import LAWS, hosted, without_contacts
 from ._motion import only_integrator
 from ._rules import refuse
 from ._scene import at_rest, bodies, gather, host
@@ -128,11 +127,11 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
         return waiting
     everything = bodies()
     found = everything.of(np.isin(everything.ids, ids))
-    if kind["kind"] == "cohesive":
-        add_layout()
+    if kind["kind"] in LAWS:
+        LAWS[kind["kind"]].add_layout()
         material = np.zeros(len(found.ids), np.uint32)
         clumps = Clumps(found.ids).arrays(only_integrator(omega.engines), omega.dt)
-        solver = hosted(found, material, without_contacts(), kind, threads or omega.numThreads, clumps, kind["kinematics"])
+        solver = hosted(found, material, without_contacts(kind["kind"]), kind, threads or omega.numThreads, clumps, kind["kinematics"])
     elif kind["kind"] == "scenario":
         solver = _hosted_of(_core.Scenario.from_text(kind["scenario"], beside), found, omega.dt, threads)
     else:

@@ -8,10 +8,10 @@ import numpy as np
 
 from .. import _core
 from . import _late, _rules
-from ._cohesive import Cohesive, is_cohesive, spheres
 from ._clumps import Clumps
 from ._concrete import Concrete, cell_of, class_of, engine_of
 from ._engine import BondedEngine, _registered
+from ._histories import LAWS, Spheres, kind_of, spheres
 from ._motion import only_integrator
 from ._rules import refuse
 from ._scene import Bodies, at_rest, bodies, gather, host, of_class
@@ -37,8 +37,8 @@ def take_over(
     threads: int | None = None,
     motion: bool = False,
 ) -> BondedEngine:
-    """Take over the bonds of a concrete scene (YADE's CPM), or of cohesive and frictional spheres (CohFrictMat), with their histories; our solver
-    computes them from now on.
+    """Take over the bonds of a concrete scene (YADE's CPM), of cohesive and frictional spheres (CohFrictMat), or of jointed ones (JCFpmMat), with
+    their histories; our solver computes them from now on.
 
     `O.run` works as before, but O.interactions no longer contains the contacts between the spheres. The defaults reproduce YADE's law
     up to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`: write CpmState every `update_states`
@@ -52,8 +52,8 @@ def take_over(
     takes them over in the step of the last new bond. Raises YadeError if the scene is not supported.
     """
     at_rest()
-    if is_cohesive(bodies()):
-        return _take_over_cohesive(name, kinematics, mode, update_states, threads, motion)
+    if of_histories := kind_of(bodies()):
+        return _take_over_histories(of_histories, name, kinematics, mode, update_states, threads, motion)
     kind = {"kind": "concrete", "kinematics": kinematics, "mode": mode, "update_states": update_states, "motion": motion}
     waits = _rules.bonds_until(host().omega.engines, host().omega.iter)
     if waits and motion:
@@ -74,19 +74,19 @@ def take_over(
     return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind, threads))
 
 
-def _take_over_cohesive(name: str, kinematics: str | None, mode: str, update_states: int, threads: int | None, motion: bool) -> BondedEngine:
-    """:func:`take_over` of cohesive and frictional spheres."""
+def _take_over_histories(of: str, name: str, kinematics: str | None, mode: str, update_states: int, threads: int | None, motion: bool) -> BondedEngine:
+    """:func:`take_over` of spheres whose contacts have histories."""
     if mode != "yade-public" or update_states:
-        raise refuse(f"mode={mode!r} and update_states={update_states} are for concrete; spheres of CohFrictMat follow YADE's law: leave both out", "NotConcrete")
+        raise refuse(f"mode={mode!r} and update_states={update_states} are for concrete; spheres of {LAWS[of].MATERIAL} follow YADE's law: leave both out", "NotConcrete")
     everything = bodies()
-    _refuse_bonded(everything.of(spheres(everything)))
-    cohesive = Cohesive()
+    _refuse_bonded(everything.of(spheres(everything, of)))
+    taken = Spheres(of)
     _rules.refuse_blind_engines(host().omega.engines, lends=True)
-    kind = {"kind": "cohesive", "kinematics": kinematics or cohesive.settings.kinematics, "motion": motion, **cohesive.kind()}
-    solver = cohesive.hosted(threads, kind["kinematics"])
+    kind = {"kind": of, "kinematics": kinematics or taken.settings.kinematics, "motion": motion, **taken.kind()}
+    solver = taken.hosted(threads, kind["kinematics"])
     if not solver.contact_count:
         raise refuse("there are no contacts to take over; let YADE make them first (one step)", "NoBonds")
-    return _begin(BondedEngine(name, solver, cohesive.bodies.ids, kind, threads))
+    return _begin(BondedEngine(name, solver, taken.bodies.ids, kind, threads))
 
 
 def _concrete_of(kind: dict[str, Any], late: bool) -> Concrete:

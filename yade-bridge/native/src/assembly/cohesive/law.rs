@@ -19,6 +19,8 @@ use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, LawState 
 use concordem_contact::math::{Quat, Vec3, atan2};
 use serde::{Deserialize, Serialize};
 
+use super::super::host_law::HostLaw;
+
 /// Which YADE's law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Version {
@@ -490,12 +492,21 @@ fn loads(s: &CohesiveFrictionState, normal: &Vec3, moments: bool) -> (Vec3, Vec3
     (-(normal * s.normal_force + s.shear_force), moment)
 }
 
-/// Reals per history.
-pub const HISTORY: usize = size_of::<CohesiveFrictionState>() / 8;
+impl HostLaw for CohesiveFriction {
+    type Material = Material;
+    type Rules = Rules;
 
-/// Whether a history can be that of a contact.
-pub fn is_valid(state: &CohesiveFrictionState) -> bool {
-    state.normal_stiffness > 0.0 && state.as_reals().iter().all(|x| x.is_finite())
+    fn of(materials: [Material; 2], rules: Rules) -> Self {
+        Self { materials, rules }
+    }
+
+    fn is_valid(state: &CohesiveFrictionState) -> bool {
+        state.normal_stiffness > 0.0 && state.as_reals().iter().all(|x| x.is_finite())
+    }
+
+    fn is_bond(state: &CohesiveFrictionState) -> bool {
+        state.cohesive != 0.0
+    }
 }
 
 concordem_solver::compile_loops!(CohesiveFriction);

@@ -1,13 +1,14 @@
 //! Closed forms of the law, its symmetry, and what the assembly keeps. Comparisons with YADE are in `yade-bridge/tests/yade/`.
 
-use concordem_contact::kinematics::MotionMeasure;
-use concordem_contact::law::Status;
-use concordem_contact::math::{Quat, quaternion_of_rotation_vector};
+use concordem_contact::kinematics::{ImageShift, Motion, MotionMeasure, initial_geometry};
+use concordem_contact::law::{ContactLaw as _, LawState as _, Reference, Status};
+use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
 use concordem_contact::step::{Contact, Ends, How, Stepped, step};
 
+use super::super::concrete::Bodies;
+use super::super::histories::Contacts;
+use super::super::{Assembly, BodyState, Origin};
 use super::*;
-use concordem_contact::kinematics::{ImageShift, Motion, initial_geometry};
-use concordem_contact::law::Reference;
 
 const RADIUS: f64 = 0.01;
 /// Of both spheres: k_n = E R, k_s = ν E R.
@@ -195,7 +196,7 @@ fn assembly() -> Assembly {
         materials: vec![material()],
         rules: Rules { cohesion_on_new_contacts: false, ..rules(Version::V2025) },
     };
-    Assembly::cohesive(&bodies, &contacts, &[], origin, None, DT).expect("the input is valid")
+    Assembly::with_histories(&bodies, &contacts, &[], origin, None, DT).expect("the input is valid")
 }
 
 /// Move the spheres as a host does; returns the bits of forces and torques of all steps.
@@ -207,7 +208,7 @@ fn drive(assembly: &mut Assembly, steps: usize) -> Vec<u64> {
         let orientation = p.orientation.clone();
         let motion = |k: usize| {
             let turned: Quat = quaternion_of_rotation_vector(&(spin[k] * DT)) * orientation[k];
-            super::super::BodyState {
+            BodyState {
                 position: position[k] + velocity[k] * DT,
                 velocity: velocity[k],
                 angular_velocity: spin[k],
@@ -267,7 +268,7 @@ fn contacts_without_history_are_refused() {
             materials: vec![material()],
             rules: rules(Version::V2023),
         };
-        let message = Assembly::cohesive(&bodies, &contacts, &[], origin, None, DT).err().unwrap_or_default();
+        let message = Assembly::with_histories(&bodies, &contacts, &[], origin, None, DT).err().unwrap_or_default();
         assert!(message.contains("the contact of bodies 7 and 3") && message.contains(text), "{message}");
     };
     let good = stepped(&law(Version::V2023), Vec3::zeros(), Vec3::zeros(), false).response.state;

@@ -1,63 +1,46 @@
-"""Finds where YADE stores the fields of `CohFrictPhys` and `ScGeom6D`, in objects of its own: no scene is needed."""
+"""Finds where YADE stores the fields of the physics and geometry of contacts with histories, in objects of its own: no scene is needed."""
 
 from __future__ import annotations
 
 import ctypes
 import functools
-from typing import Any
+from typing import Any, Sequence
 
 from .._errors import YadeError
 from ._memory import Finder, address_of, flag_offset, memory, pack_real, usable_size
 from ._scene import host
 
-#: Attributes of CohFrictPhys that are reals; a version may lack some.
-PHYSICS = (
-    *("kn", "ks", "kr", "ktw", "tangensOfFrictionAngle", "normalAdhesion", "shearAdhesion", "rollingAdhesion", "twistingAdhesion"),
-    *("maxRollPl", "maxTwistPl", "unp", "unpMax"),
-)
-#: Its vectors.
-VECTORS = ("normalForce", "shearForce", "moment_bending", "moment_twist")
-#: Its flags.
-FLAGS = ("cohesionBroken", "fragile", "cohesionDisablesFriction", "momentRotationLaw", "initCohesion")
 #: Attributes of ScGeom6D beyond those of ScGeom, which Python can only read, and their numbers of reals.
 GEOMETRY = {"initialOrientation1": 4, "initialOrientation2": 4, "twistCreep": 4, "twist": 1, "bending": 3}
 
 
 @functools.cache
-def add_layout() -> None:
-    """Add the offsets to the layout of YADE's objects; once. Raises YadeError if a field is not found."""
-    layout = host().layout
-    layout.update(_of_physics())
-    layout.update(_of_geometry())
+def add_physics(kind: str, reals: Sequence[str], vectors: Sequence[str], flags: Sequence[str]) -> None:
+    """Add the offsets of these attributes of a class of physics to the layout of YADE's objects; a version may lack some reals. Once per class.
 
-
-def has(name: str) -> bool:
-    """Whether this version's CohFrictPhys has an attribute."""
-    return f"CohFrictPhys.{name}" in host().layout
-
-
-def _of_physics() -> dict[str, int]:
-    physics, finder = host().wrapper.CohFrictPhys(), Finder("CohFrictPhys")
+    Raises YadeError if a field is not found.
+    """
+    physics, finder = getattr(host().wrapper, kind)(), Finder(kind)
     address = address_of(physics)
-    names = [name for name in PHYSICS if hasattr(physics, name)]
+    names = [name for name in reals if hasattr(physics, name)]
     for k in range(1, 4):
         for place, name in enumerate(names):
             setattr(physics, name, 1.25 * k + 17.0 * place)
-        for place, name in enumerate(VECTORS):
+        for place, name in enumerate(vectors):
             setattr(physics, name, host().names.Vector3(1000.5 * k, 7.0 * place + k, -3.0 * k))
-        for name in (*names, *VECTORS):
+        for name in (*names, *vectors):
             finder.observe(name, address, pack_real(getattr(physics, name)), 8)
-    found = {f"CohFrictPhys.{name}": finder.offset(name) for name in (*names, *VECTORS)}
-    for name in FLAGS:
+    found = {f"{kind}.{name}": finder.offset(name) for name in (*names, *vectors)}
+    for name in flags:
         try:
-            found[f"CohFrictPhys.{name}"] = flag_offset("CohFrictPhys", name, physics, functools.partial(setattr, physics, name))
+            found[f"{kind}.{name}"] = flag_offset(kind, name, physics, functools.partial(setattr, physics, name))
         except AttributeError:
-            found[f"CohFrictPhys.{name}"] = _flag_to_read(physics, name)
-    found["CohFrictPhys.vtable"] = memory.pointer(address)
-    return found
+            found[f"{kind}.{name}"] = _flag_to_read(kind, physics, name)
+    found[f"{kind}.vtable"] = memory.pointer(address)
+    host().layout.update(found)
 
 
-def _flag_to_read(physics: Any, name: str) -> int:
+def _flag_to_read(kind: str, physics: Any, name: str) -> int:
     """Offset of a flag that is set and that Python can only read: clear each byte that is 1 for a moment."""
     address = address_of(physics)
     places = []
@@ -70,12 +53,16 @@ def _flag_to_read(physics: Any, name: str) -> int:
             places.append(place)
         byte.value = 1
     if len(places) != 1:
-        raise YadeError(f"YADE's memory: CohFrictPhys.{name} was found at {len(places)} offsets instead of one", "Layout")
+        raise YadeError(f"YADE's memory: {kind}.{name} was found at {len(places)} offsets instead of one", "Layout")
     return places[0]
 
 
-def _of_geometry() -> dict[str, int]:
-    """Write different numbers behind the fields of ScGeom in an object, and read its attributes."""
+@functools.cache
+def add_geometry() -> None:
+    """Add the offsets of ScGeom6D; once. Raises YadeError if a field is not found.
+
+    Writes different numbers behind the fields of ScGeom in an object, and reads its attributes.
+    """
     layout, geometry = host().layout, host().wrapper.ScGeom6D()
     address = address_of(geometry)
     # The fields of a derived class lie behind those of its base.
@@ -92,4 +79,4 @@ def _of_geometry() -> dict[str, int]:
             raise YadeError(f"YADE's memory: ScGeom6D.{name} was not found", "Layout")
         found[f"ScGeom6D.{name}"] = place
     found["ScGeom6D.vtable"] = memory.pointer(address)
-    return found
+    layout.update(found)
