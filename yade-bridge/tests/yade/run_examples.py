@@ -25,6 +25,8 @@ RANGES = {
     "pulled_apart": [(500, 10000), (50, 3000), (1000, 6000), (500, 6000)],
     # f_c (MPa), lateral over axial stress, broken
     "periodic_compression": [(5, 200), (0, 0.5), (0, 3000)],
+    # f_c (MPa), cracks in tension, in shear, in the file, whole bonds
+    "rock_compression": [(30, 300), (500, 3000), (20, 1500), (500, 4000), (50, 2500)],
 }
 #: One example on two threads, too.
 THREADED = "notched_beam"
@@ -34,6 +36,7 @@ RELATIONS = {
     # damping take a part of the load. Measured 0.6.
     "notched_beam": {"the supports get a large part of the load": lambda load, reaction, broken: 0.4 * load < reaction < 0.9 * load},
     # Of the same run.
+    "rock_compression": {"the file has each crack": lambda strength, tension, shear, lines, whole: lines == tension + shear},
     "uniaxial": {"most bonds hold": lambda stiffness, strength, broken, bonds: broken < 0.2 * bonds},
     "wall_impact": {"nearly all bonds break": lambda broken, bonds, before, after: 0.7 * bonds < broken <= bonds},
     "pulled_apart": {
