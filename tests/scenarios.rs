@@ -148,3 +148,54 @@ fn unused_tables_and_keys_are_reported() {
     let warnings = scenario.warnings();
     assert!(warnings.iter().any(|w| w.key == "material[0].linear_bond.normal_strength"), "{warnings:?}");
 }
+
+/// A stage that ends by its strain alone, and strains away from it, is named for every loading that makes a strain of its own.
+#[test]
+fn stages_that_go_away_from_their_strain_are_named() {
+    let bar = "shape = { kind = \"box\", size = [\"10 mm\", \"10 mm\", \"40 mm\"] }";
+    let loadings = [
+        (bar, "kind = \"uniaxial\"\nstrain_rate = 1", 1.0),
+        (bar, "kind = \"uniaxial\"\nstrain_rate = -1", -1.0),
+        (bar, "kind = \"platens\"\nclosing_velocity = 1\nmaterial = \"m\"", -1.0),
+        (bar, "kind = \"bending\"\nabout = \"y\"\nrate = -1", -1.0),
+        ("shape = { kind = \"cylinder\", radius = \"5 mm\", height = \"40 mm\" }", "kind = \"torsion\"\nrate = 2", 1.0),
+        (bar, "kind = \"flexure\"\naxis = \"z\"\nspan = 0.03\nstrip_width = 3e-3\nclosing_velocity = 1", 1.0),
+        (
+            "repeats = [3, 3, 3]\nshape = { kind = \"periodic\" }",
+            "kind = \"cell-strain\"\nvelocity_gradient = [[0.1, 0, 0], [0, 0, -2], [0, 0, 1]]",
+            -1.0,
+        ),
+        (
+            "repeats = [3, 3, 3]\nshape = { kind = \"periodic\" }",
+            "kind = \"cell-stress\"\nstress = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]\nmaximum_strain_rate = 9\nstrain_rate = [\"free\", \"free\", -1]",
+            -1.0,
+        ),
+    ];
+    for (shape, loading, direction) in loadings {
+        let warned = |strain: f64, rate: f64| {
+            let text = format!(
+                "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\n{shape}\n[[material]]\nname = \"m\"\n\
+                 density = 2500\nlinear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 1e5 }}\nfrictional = {{ normal_stiffness = 1e6, \
+                 shear_stiffness = 1e5, friction_coefficient = 0.5 }}\n[bonds]\nlaw = \"linear_bond\"\n[contacts]\nlaw = \"frictional\"\n\
+                 [loading]\n{loading}\n[[stage]]\nname = \"a\"\nstop = {{ strain = {} }}\n[[stage]]\nname = \"b\"\nrate = {rate}\n\
+                 stop = {{ strain = {strain} }}\n",
+                1e-3 * direction
+            );
+            let scenario = Scenario::parse("stages.toml", &text).unwrap_or_else(|error| panic!("{loading}\n{error}"));
+            scenario.warnings().into_iter().find(|warning| warning.key == "stage[1].stop.strain").map(|w| w.message)
+        };
+        for (strain, rate) in [(2e-3, 1.0), (0.5e-3, -1.0), (-1e-3, -2.0)] {
+            assert_eq!(warned(strain * direction, rate), None, "{loading}: {strain} {rate}");
+        }
+        for (strain, rate) in [(0.5e-3, 1.0), (2e-3, -1.0), (2e-3, 0.0)] {
+            let message =
+                warned(strain * direction, rate).unwrap_or_else(|| panic!("{loading}: {strain} {rate}: no word"));
+            let what = match rate * direction {
+                rate if rate > 0.0 => "raises",
+                rate if rate < 0.0 => "lowers",
+                _ => "holds",
+            };
+            assert!(message.contains(&format!("the stage {what} the strain from")), "{message}");
+        }
+    }
+}

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use concordem_contact::math::Vec3;
 use concordem_scenario::sampling::Record;
-use concordem_scenario::schedule::{Advance, Simulation, StopReason};
+use concordem_scenario::schedule::{Advance, Simulation, StageReason, StopReason};
 use concordem_scenario::schema::Scenario;
 
 use shared::{SPRING, bonded, number, place, set, simulation, spheres};
@@ -347,6 +347,47 @@ fn an_unloaded_specimen_has_not_failed() {
         assert!((5e-5..5.3e-5).contains(last), "{last:e}");
         let lowest = strain[400..].iter().copied().fold(f64::INFINITY, f64::min);
         assert!((4e-6..7e-6).contains(&lowest), "{lowest:e}");
+    }
+}
+
+/// The peak from which a stage drops is its own: pressed with 1.8 N and unloaded to zero, the pair is pulled until its bond breaks at 1 N. A stage
+/// that unloads drops from the stress at its start, in a run that goes on from its state, too.
+#[test]
+fn a_stage_drops_from_its_own_peak() {
+    let strong = SPRING.replace(" }", ", normal_strength = 1, shear_strength = 100 }");
+    let text = bonded(&spheres(&[[0.0, 0.0, 0.0, 0.01], [0.02, 0.0, 0.0, 0.01]]), "linear_bond", &strong)
+        + "[loading]\nkind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = 0.1\nlayer_thickness = 0.015\narea = 1e-4
+        [integration]\ntime_step = 1e-6
+        [output]\nsample_interval = 10
+        [[stage]]\nname = \"press\"\nrate = -1\nstop = { strain = -9e-5 }
+        [[stage]]\nname = \"unload half\"\nstop = { drop_to = 0.5 }
+        [[stage]]\nname = \"unload\"\nstop = { stress = 0 }
+        [[stage]]\nname = \"pull\"\nstop = { drop_to = 0.6 }";
+    for stop in [usize::MAX, 1100, 2000] {
+        let mut run = simulation(&text);
+        let (mut ends, mut strains, mut steps) = (Vec::new(), Vec::new(), 0);
+        loop {
+            if steps == stop {
+                let fresh = simulation(&text);
+                let (model, schedule) = (fresh.solver.model().clone(), fresh.schedule.clone());
+                run = Simulation::new(run.state.clone(), model, schedule).unwrap();
+            }
+            steps += 1;
+            let advance = run.advance().unwrap();
+            if let (Some(end), Some(record)) = (&advance.stage, &advance.sample) {
+                ends.push(end.reason);
+                strains.push(record.strain);
+            }
+            if advance.stopped.is_some() {
+                break;
+            }
+        }
+        let drop = StageReason::Stop(StopReason::Drop);
+        assert_eq!(ends, [StageReason::Strain, drop, StageReason::Stress, drop], "stopped at {stop}");
+        // Records are due every 10 steps, in which the strain changes by 1e-6; strains are those of springs at rest within some waves.
+        for (found, expected) in strains.iter().zip([-9e-5, -4.5e-5, 0.0, 5e-5]) {
+            assert!((found - expected).abs() < 3e-6, "{strains:?}");
+        }
     }
 }
 

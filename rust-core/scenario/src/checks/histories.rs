@@ -6,6 +6,27 @@ use crate::schema::quantity::{Component, Number, Time, vector};
 use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage, StageStop, VelocityField};
 use concordem_contact::kinematics::MotionMeasure;
 
+/// Sign of the strain that the loading makes at a positive rate; `None` if the specimen or a servo decides.
+fn direction_of_strain(loading: &Loading) -> Option<f64> {
+    if loading.opening().is_some() {
+        return None;
+    }
+    // The strain of a cell is the component with the largest rate.
+    let largest = |rates: &mut dyn Iterator<Item = f64>| rates.reduce(|a, b| if b.abs() > a.abs() { b } else { a });
+    let rate = match loading {
+        Loading::Uniaxial { strain_rate, .. } => strain_rate.si(),
+        Loading::Platens { .. } => -1.0,
+        Loading::Flexure { .. } => 1.0,
+        Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => rate.si(),
+        Loading::CellStrain { velocity_gradient } => {
+            largest(&mut velocity_gradient.iter().flatten().map(|rate| rate.si()))?
+        }
+        Loading::CellStress { strain_rate, .. } => largest(&mut strain_rate.iter().filter_map(|rate| rate.si()))?,
+        Loading::None => return None,
+    };
+    (rate != 0.0).then(|| rate.signum())
+}
+
 impl Checker<'_> {
     /// Histories and the tables that name them.
     pub(super) fn histories(&mut self) {
@@ -143,18 +164,12 @@ impl Checker<'_> {
 
     /// Warns of stages that strain the specimen away from the strain at which they should end.
     pub(super) fn strains_behind(&mut self) {
-        let direction = match &self.scenario.loading {
-            Loading::Uniaxial { strain_rate, .. } => strain_rate.si().signum(),
-            Loading::Platens { .. } => -1.0,
-            _ => return,
-        };
-        if self.scenario.loading.opening().is_some() {
-            return;
-        }
+        let Some(direction) = direction_of_strain(&self.scenario.loading) else { return };
         // Strain at which the stage begins, where it is known.
         let mut start = Some(0.0);
         for (at, stage) in self.scenario.stages.iter().enumerate() {
-            let by_strain_alone = stage.stop == StageStop { strain: stage.stop.strain, ..StageStop::default() };
+            let by_strain_alone = stage.control != Control::Stress
+                && stage.stop == StageStop { strain: stage.stop.strain, ..StageStop::default() };
             let Some(target) = stage.stop.strain.filter(|_| by_strain_alone).map(Number::si) else {
                 start = None;
                 continue;
@@ -162,12 +177,12 @@ impl Checker<'_> {
             let ahead = start.map(|start| (target - start) * direction * stage.rate.si());
             if stage.history.is_none() && ahead.is_some_and(|ahead| ahead <= 0.0) {
                 let what = match direction * stage.rate.si() {
-                    rate if rate > 0.0 => "pulls",
-                    rate if rate < 0.0 => "presses",
+                    rate if rate > 0.0 => "raises",
+                    rate if rate < 0.0 => "lowers",
                     _ => "holds",
                 };
                 let message = format!(
-                    "the stage {what} from a strain of {}, and does not come to this one; unless the run continues another one, it never ends",
+                    "the stage {what} the strain from {}, and does not come to this one; unless the run continues another one, it never ends",
                     start.unwrap_or(0.0)
                 );
                 let help = "tension is positive: check the signs of the strain, of `rate`, and of the loading";

@@ -394,7 +394,13 @@ impl Simulation {
         let clock = self.state.clock;
         let (stage, mut progress) = self.stage()?;
         progress.loaded_time += factor.unwrap_or(1.0) * clock.dt;
-        let values = values.map(|values| StopValues { time: values.time - progress.time, ..*values });
+        let rounding = self.schedule.rounding.after(clock.step);
+        let stress = values.map_or(0.0, |values| values.stress);
+        if stress.abs() > progress.peak.abs().max(rounding) {
+            progress.peak = stress;
+        }
+        let values =
+            values.map(|values| StopValues { time: values.time - progress.time, peak: progress.peak, ..*values });
         let by_steps = stage.stop.steps.is_some_and(|limit| clock.step - progress.step >= limit);
         let reason = values
             .and_then(|values| stage.reason(&mut progress, &values))
@@ -403,6 +409,8 @@ impl Simulation {
         let end = reason.map(|reason| StageEnd { stage: progress.stage, reason, start });
         if end.is_some() {
             progress = progress.begin(progress.stage + 1, clock.time(), clock.step);
+            // The next stage begins where this one ends: unloading, it drops from there.
+            progress.peak = if stress.abs() > rounding { stress } else { 0.0 };
         }
         progress.write(&mut self.state.schedule_memory[memory::STAGE..]);
         if end.is_some() {

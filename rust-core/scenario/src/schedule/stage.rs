@@ -37,11 +37,13 @@ pub(super) struct StageProgress {
     pub(super) stress_side: f64,
     /// Integral of the factor over the time of the run, s: the time of a run at constant rate with the same motion.
     pub(super) loaded_time: f64,
+    /// Stress of the largest magnitude in the stage so far, Pa.
+    pub(super) peak: f64,
 }
 
 impl StageProgress {
     /// Number of values that hold it in the state.
-    pub(super) const LENGTH: usize = 6;
+    pub(super) const LENGTH: usize = 7;
 
     pub(super) fn read(memory: &[f64]) -> Self {
         Self {
@@ -51,6 +53,7 @@ impl StageProgress {
             strain_side: memory[3],
             stress_side: memory[4],
             loaded_time: memory[5],
+            peak: memory[6],
         }
     }
 
@@ -62,12 +65,13 @@ impl StageProgress {
             self.strain_side,
             self.stress_side,
             self.loaded_time,
+            self.peak,
         ]);
     }
 
     /// The start of stage number `stage` at `time` (s) and `step`.
     pub(super) fn begin(&self, stage: usize, time: f64, step: u64) -> Self {
-        Self { stage, time, step, strain_side: 0.0, stress_side: 0.0, loaded_time: self.loaded_time }
+        Self { stage, time, step, strain_side: 0.0, stress_side: 0.0, peak: 0.0, ..*self }
     }
 }
 
@@ -109,8 +113,8 @@ impl Stage {
         self.rate * self.history.as_ref().map_or(1.0, |history| history.at(time))
     }
 
-    /// Why the stage ends at a record, if it does. The time in `values` counts from the start of the stage, and a stage that unloads may end at
-    /// a fraction of the peak.
+    /// Why the stage ends at a record, if it does. Time and peak in `values` are those of the stage, which may end at a fraction of the peak also
+    /// while it unloads.
     pub(super) fn reason(&self, progress: &mut StageProgress, values: &StopValues) -> Option<StageReason> {
         if passed(self.strain, values.strain, &mut progress.strain_side) {
             return Some(StageReason::Strain);

@@ -111,8 +111,8 @@ pub struct StageStop {
     pub strain: Option<Number>,
     /// The stress passes this value, Pa, from above or below. Example: `stress = 0`.
     pub stress: Option<Stress>,
-    /// The stress drops to this fraction of its peak since the start of the run, whether the stage loads or unloads. Example:
-    /// `drop_to = 0.5`.
+    /// The stress drops to this fraction of its peak in the stage, to which the stress at its start belongs: a stage that unloads
+    /// drops from there. Example: `drop_to = 0.5`.
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 1))]
     pub drop_to: Option<Number>,
     /// Time since the start of the stage, s. Example: `time = "0.2 ms"`.

@@ -48,6 +48,8 @@ pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stag
     if let (true, Some(peak)) = (new_loading, memory.get_mut(PEAK)) {
         *peak = 0.0;
         memory[FARTHEST] = 0.0;
+        let progress = StageProgress { peak: 0.0, ..StageProgress::read(&memory[STAGE..]) };
+        progress.write(&mut memory[STAGE..]);
         memory[LASTING..BONDED].fill(0.0);
     }
 }
