@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use concordem::assembly::restart::{self, Continuation};
-use concordem::assembly::{Assembly, assemble_with, place};
+use concordem::assembly::{Assembly, Summary, assemble_with, place};
 use concordem::output::{ResultFile, checkpoint};
 use concordem::program::progress::Progress;
 use concordem::program::recording::{Recording, header};
@@ -56,7 +56,7 @@ impl Simulation {
         let assembly = guarded(py, threads, progress, |progress| {
             let placed = place(inner, folder, progress)?;
             let assembly = assemble_with(inner, folder, &placed, &mut replace, progress)?;
-            Ok((placed, assembly))
+            Ok((Arc::new(placed), Box::new(assembly)))
         })?;
         let (placed, mut assembly) = assembly.map_err(|error| of_assembly(inner, error))?;
         let pool = Pool::new(threads)?;
@@ -84,8 +84,7 @@ impl Simulation {
             };
             records.changed(assembly.state.clock.step, &changes);
         }
-        let Assembly { state, model, schedule, summary } = assembly;
-        let run = detach_here(py, || pool.inside(|| Run::new(state, model, schedule)))?.or_raise()?;
+        let (run, summary) = started(py, threads, assembly)?;
         if run.stopped().is_none() {
             records.before(run.state.clock.step);
         }
@@ -107,7 +106,7 @@ impl Simulation {
             written: None,
         };
         let histories = laws.histories(py)?;
-        Ok(Self { inner: shared(inner), pool, placed: Arc::new(placed), laws, histories })
+        Ok(Self { inner: shared(inner), pool, placed, laws, histories })
     }
 
     /// A simulation in the present state of this one, with the same scenario and laws, which goes on for itself.
@@ -116,8 +115,8 @@ impl Simulation {
         now.change(py, Inner::book_written)?;
         let pool = Pool::new(self.pool.wanted())?;
         let run = &now.run;
-        let copy = || Run::new(run.state.clone(), run.solver.model().clone(), run.schedule.clone());
-        let run = detach_here(py, || pool.inside(copy))?.or_raise()?;
+        let copy = || Run::new(run.state.clone(), run.solver.model().clone(), run.schedule.clone()).map(Box::new);
+        let run = guarded(py, pool.wanted(), None, |_| copy())?.or_raise()?;
         let inner = Inner {
             progress: now.progress,
             addresses: Addresses::of(&run.state.particles),
@@ -156,8 +155,9 @@ impl Simulation {
             scripted = Python::attach(|py| self.laws.apply(py, inner.materials.len(), state, model));
         };
         let (wanted, placed) = (self.pool.wanted(), &self.placed);
-        let assembly =
-            guarded(py, wanted, None, |progress| assemble_with(inner, folder, placed, &mut replace, progress))?;
+        let assembly = guarded(py, wanted, None, |progress| {
+            assemble_with(inner, folder, placed, &mut replace, progress).map(Box::new)
+        })?;
         let mut assembly = assembly.map_err(|error| of_assembly(inner, error))?;
         warn(py, inner, &assembly.summary.warnings)?;
         let loads = assembly.state.particles.loads.clone();
@@ -165,8 +165,7 @@ impl Simulation {
         let mut columns = ColumnStore::of(&now.run.state).or_raise()?;
         let apply = || restart::apply(&mut assembly, &mut columns, inner, &changes, true);
         caught(|| self.pool.inside(apply))?.map_err(|error| of_restart(inner, error))?;
-        let Assembly { state, model, schedule, summary } = assembly;
-        let run = detach_here(py, || self.pool.inside(|| Run::new(state, model, schedule)))?.or_raise()?;
+        let (run, summary) = started(py, wanted, assembly)?;
         let text = inner.source.text.to_string();
         let scenario = scenario.clone().unbind();
         now.change(py, move |now| {
@@ -185,6 +184,16 @@ impl Simulation {
             (now.loads, now.summary, now.scripted, now.scenario) = (loads, summary, scripted, scenario);
         })
     }
+}
+
+/// The run that an assembly begins. On a thread of its own and in a box, as assemblies: they have tens of kilobytes, and the caller's thread may
+/// have a stack of 64 kB.
+fn started(py: Python<'_>, threads: Option<usize>, assembly: Box<Assembly>) -> PyResult<(Box<Run>, Summary)> {
+    guarded(py, threads, None, |_| {
+        let Assembly { state, model, schedule, summary } = *assembly;
+        Run::new(state, model, schedule).map(|run| (Box::new(run), summary))
+    })?
+    .or_raise()
 }
 
 /// The data behind a lock.

@@ -22,7 +22,7 @@ use crate::work::SLICE;
 /// The data that steps change.
 pub struct Inner {
     /// State, solver, and schedule.
-    pub run: Run,
+    pub run: Box<Run>,
     pub(super) records: Records,
     /// How far the run, or its present stage, has come.
     pub(super) progress: Progress,
