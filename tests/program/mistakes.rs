@@ -804,11 +804,18 @@ fn doubtful_specimens_and_strengths_are_named() {
         (
             "signs.toml",
             stages,
-            &["stage[0].stop.strain = -1e-4", "the stage pulls from a strain of 0", "it never ends"],
+            &["stage[0].stop.strain = -1e-4", "the stage raises the strain from 0", "it never ends"],
         ),
         ("stray.toml", file("stray.csv"), &["lie beside it: along x it is 102 mm long with them, 2 mm without"]),
         ("twice.toml", file("twice.csv"), &["overlap by 2.000 of the smaller radius"]),
-        ("both.toml", file("both.csv"), &["\"r\" and \"d\" both give the size; remove one column"]),
+        (
+            "both.toml",
+            file("both.csv"),
+            &[
+                "line 2: the diameter 0.005 is not twice the radius 0.001; remove or rename one column",
+                "8 more lines are wrong: 3, 4, 5, 6, 7, ...",
+            ],
+        ),
         ("whole.toml", bar.replace("\"16 mm\"] }", "\"16 mm\"], keep = \"centers\" }"), &[]),
     ];
     for (name, text, expected) in cases {

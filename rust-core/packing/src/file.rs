@@ -7,6 +7,7 @@
 
 use std::io::{BufRead, ErrorKind, Write};
 
+use super::bad_lines::BadLines;
 use super::import::loose;
 use super::{Packing, PackingError};
 use concordem_contact::math::{Mat3, Vec3};
@@ -21,9 +22,10 @@ const LINES_AT_A_TIME: usize = 1 << 16;
 /// Read spheres from text.
 ///
 /// # Errors
-/// Lines that are not four finite numbers with a positive radius, each with its number; errors of the reader.
+/// Lines that are not four finite numbers with a positive radius: the first one, with the numbers of the others; errors of the reader.
 pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
     let mut import = Import::default();
+    let mut bad = BadLines::default();
     let mut done = 0;
     // Kept from part to part: packings have millions of lines.
     let (mut text, mut ends) = (String::new(), Vec::new());
@@ -36,7 +38,7 @@ pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
             let failed = |source: std::io::Error| match source.kind() {
                 ErrorKind::InvalidData => {
                     let reason = "the line has bytes that are not UTF-8; save the file as UTF-8".to_owned();
-                    PackingError::BadLine { line: number, reason, text: String::new() }
+                    PackingError::BadLine { line: number, reason, text: String::new(), others: String::new() }
                 }
                 _ => PackingError::Io { action: format!("cannot read line {number}"), source },
             };
@@ -46,7 +48,7 @@ pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
             ends.push(text.len());
         }
         if ends.is_empty() {
-            return Ok(import.packing);
+            return bad.end().map(|()| import.packing);
         }
         let line = |k: usize| {
             let line = &text[if k == 0 { 0 } else { ends[k - 1] }..ends[k]];
@@ -57,7 +59,7 @@ pub fn import_text(mut reader: impl BufRead) -> Result<Packing, PackingError> {
         for (k, sphere) in spheres.into_iter().enumerate() {
             match sphere {
                 Some(sphere) => import.packing.spheres.push(sphere),
-                None => import.line(done + k + 1, line(k))?,
+                None => drop(bad.keep(done + k + 1, import.line(done + k + 1, line(k)))),
             }
         }
         done += ends.len();
@@ -93,8 +95,12 @@ enum Further {
 impl Import {
     /// Reads a line of any kind.
     fn line(&mut self, number: usize, line: &str) -> Result<(), PackingError> {
-        let bad =
-            |reason: String| PackingError::BadLine { line: number, reason, text: line.chars().take(80).collect() };
+        let bad = |reason: String| PackingError::BadLine {
+            line: number,
+            reason,
+            text: line.chars().take(80).collect(),
+            others: String::new(),
+        };
         let numbers = |text: &str| -> Result<Vec<f64>, PackingError> {
             let finite = |word: &str| match word.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),

@@ -6,6 +6,7 @@
 //! [`fibers`] adds fibers.
 
 pub mod aggregates;
+mod bad_lines;
 pub mod bonding;
 mod cloud;
 pub mod cooker;
@@ -144,7 +145,7 @@ pub enum PackingError {
     #[error("the packing has no spheres")]
     Empty,
     /// A line of a sphere file that is not four numbers.
-    #[error("line {line}: {reason}: {text:?}")]
+    #[error("line {line}: {reason}: {text:?}{others}")]
     BadLine {
         /// Line number, from 1.
         line: usize,
@@ -152,6 +153,8 @@ pub enum PackingError {
         reason: String,
         /// Beginning of the line.
         text: String,
+        /// The numbers of further lines that are wrong, as the end of the message.
+        others: String,
     },
     /// Reading or writing failed.
     #[error("{action}: {source}")]

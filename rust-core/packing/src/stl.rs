@@ -193,7 +193,12 @@ impl<'a> Words<'a> {
     }
 
     fn bad(&self, reason: String) -> PackingError {
-        PackingError::BadLine { line: self.number, reason, text: self.whole.trim().chars().take(80).collect() }
+        PackingError::BadLine {
+            line: self.number,
+            reason,
+            text: self.whole.trim().chars().take(80).collect(),
+            others: String::new(),
+        }
     }
 
     fn expect(&mut self, words: &[&str]) -> Result<(), PackingError> {

@@ -181,6 +181,25 @@ fn comments_name_columns() {
     }
 }
 
+/// A radius beside a diameter, as post-processors write both, is read where they agree to the digits that files have.
+#[test]
+fn a_diameter_may_stand_beside_the_radius() {
+    let texts = [
+        "x,y,z,r,d\n0,1,2,0.5,1\n-3,4,5.5,0.25,0.5\n",
+        "d x y z radius\n1 0 1 2 0.5\n0.500004 -3 4 5.5 0.25\n",
+        "# x y z r d\n0 1 2 0.5 1\n-3 4 5.5 0.25 0.5\n",
+        "x [mm],y [mm],z [mm],r [m],d [cm]\n0,1e3,2e3,0.5,100\n-3e3,4e3,5.5e3,0.25,50\n",
+        "ITEM: TIMESTEP\n0\nITEM: ATOMS x y z radius diameter\n0 1 2 0.5 1\n-3 4 5.5 0.25 0.5\n",
+    ];
+    for text in texts {
+        assert_eq!(spheres(text), expected(), "{text}");
+    }
+    // A difference in the fifth digit is another size.
+    assert!(
+        refusal("x,y,z,r,d\n0,1,2,0.5,1.0001\n").contains("line 2: the diameter 1.0001 is not twice the radius 0.5")
+    );
+}
+
 /// A data file with one section of atoms; `rows` of the two spheres.
 fn data(first: &str, box_lines: &str, head: &str, rows: [&str; 2], rest: &str) -> String {
     format!(
@@ -372,6 +391,28 @@ fn errors_name_the_line_and_the_remedy() {
         ("id,x,y,z,r [mm]\n1,2,3,4,5\n", "line 1: the columns x, y, z have no unit, but others have one"),
         ("x,x,y,z,r\n1,2,3,4,5\n", "line 1: two columns are called \"x\""),
         ("1,2,3,-4\n", "line 1: the radius -4 is not positive"),
+        (
+            "x,y,z,r\n1,2,3,4\n1,2,3,-4\n1,2,3,4\n1,two,3,4\n",
+            "line 3: the radius -4 is not positive: \"1,2,3,-4\"; 1 more line is wrong: 5",
+        ),
+        (
+            "1 2 3 -1\n1 2 3\n1 2 3 -1\n1 2 3 -1\n1 2 3 4\n1 2 3 -1\n1 2 3 -1\n1 2 3 -1\n",
+            "line 1: the radius -1 is not positive: \"1 2 3 -1\"; 6 more lines are wrong: 2, 3, 4, 6, 7, ...",
+        ),
+        ("x,y,z,r\n1;2;3;4\n1;2;3;4\n", "line 2: expected 4 columns, found 1: \"1;2;3;4\"; 1 more line is wrong: 3"),
+        (
+            "2 atoms\n\nAtoms # sphere\n\n1 1 -1 9 0 0 0\n2 1 -1 9 0 0 2\n",
+            "line 5: the radius -0.5 is not positive: \"1 1 -1 9 0 0 0\"; 1 more line is wrong: 6",
+        ),
+        (
+            "ITEM: TIMESTEP\n0\nITEM: ATOMS x y z radius\n0 0 0 -1\n0 0 0 1\n0 0 nan 1\n",
+            "line 4: the radius -1 is not positive: \"0 0 0 -1\"; 1 more line is wrong: 6",
+        ),
+        (
+            "x,y,z,r,d\n1,2,3,4,8\n1,2,3,4,4\n",
+            "line 3: the diameter 4 is not twice the radius 4; remove or rename one column",
+        ),
+        ("x [m],y [m],z [m],r [m],d\n1,2,3,4,8\n", "line 1: the columns d have no unit, but others have one"),
         (
             "x,y,z,r,clump\n1,2,3,4,-1\n1,2,3,4,0\n",
             "line 3: the sphere belongs to clump 0, and a packing has no clumps",

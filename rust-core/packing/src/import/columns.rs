@@ -21,10 +21,15 @@ const DIAMETERS: [&str; 2] = ["d", "diameter"];
 /// Names of the number of the clump to which a sphere belongs; −1 for none.
 const CLUMPS: [&str; 4] = ["clump", "clumpid", "clump_id", "id_multisphere"];
 
+/// Part of a diameter by which it may differ from twice the radius in the same line: files have at least six digits of each.
+const ROUNDING: f64 = 1e-5;
+
 /// Places of x, y, z, and the radius (with the factor that a diameter needs) in a line.
 pub(super) struct Columns {
     pub(super) places: [usize; 4],
     pub(super) factor: f64,
+    /// Place of the diameter in a file that has the radius, too, and its unit, m.
+    pub(super) diameter: Option<(usize, f64)>,
     /// Place of the number of the clump.
     pub(super) clump: Option<usize>,
     /// Number of columns of every line, if it is known.
@@ -44,7 +49,7 @@ pub(super) fn split_name(name: &str) -> Option<(String, Option<&str>)> {
 impl Columns {
     /// x, y, z, and the radius in the first four columns.
     pub(super) fn first_four() -> Self {
-        Self { places: [0, 1, 2, 3], factor: 1.0, clump: None, count: Some(4) }
+        Self { places: [0, 1, 2, 3], factor: 1.0, diameter: None, clump: None, count: Some(4) }
     }
 
     /// The place that the column of this name has in a file without names.
@@ -56,7 +61,7 @@ impl Columns {
     /// `None` if a coordinate or the radius is missing.
     ///
     /// # Errors
-    /// A name that stands for two columns, or a radius beside a diameter.
+    /// A name that stands for two columns.
     pub(super) fn of(names: &[String]) -> Result<Option<Self>, String> {
         let find = |word: &str| -> Result<Option<usize>, String> {
             let mut places = names.iter().enumerate().filter(|(_, name)| *name == word).map(|(place, _)| place);
@@ -76,42 +81,45 @@ impl Columns {
                 break;
             }
         }
-        let radius = match (any(&RADII)?, any(&DIAMETERS)?) {
-            (Some(radius), Some(diameter)) => {
-                let [radius, diameter] = [radius, diameter].map(|place| &names[place]);
-                return Err(format!("{radius:?} and {diameter:?} both give the size; remove one column, or rename it"));
-            }
-            (Some(place), None) => Some((place, 1.0)),
-            (None, diameter) => diameter.map(|place| (place, 0.5)),
-        };
-        let (Some([x, y, z]), Some((r, factor))) = (coordinates, radius) else { return Ok(None) };
-        Ok(Some(Self { places: [x, y, z, r], factor, clump: any(&CLUMPS)?, count: Some(names.len()) }))
+        let (radius, diameter) = (any(&RADII)?, any(&DIAMETERS)?);
+        let size = radius.map(|place| (place, 1.0)).or_else(|| diameter.map(|place| (place, 0.5)));
+        let (Some([x, y, z]), Some((r, factor))) = (coordinates, size) else { return Ok(None) };
+        let diameter = radius.and(diameter).map(|place| (place, 1.0));
+        Ok(Some(Self { places: [x, y, z, r], factor, diameter, clump: any(&CLUMPS)?, count: Some(names.len()) }))
     }
 
     /// The unit (m) of the lengths that a sphere has, from the units of all columns.
     ///
     /// # Errors
     /// Unknown units, and units of some columns only.
-    pub(super) fn units(&self, units: &[Option<&str>], names: &[String]) -> Result<Option<[f64; 4]>, String> {
-        let mut scales = [None; 4];
-        for (scale, &place) in scales.iter_mut().zip(&self.places) {
-            let Some(unit) = units[place] else { continue };
+    pub(super) fn units(&mut self, units: &[Option<&str>], names: &[String]) -> Result<Option<[f64; 4]>, String> {
+        let places: Vec<usize> = self.places.into_iter().chain(self.diameter.map(|(place, _)| place)).collect();
+        let scale = |place: &usize| -> Result<Option<f64>, String> {
             let length =
-                Length::parse(&format!("1 {unit}")).map_err(|_| format!("{unit:?} is not a unit of length"))?;
-            *scale = Some(length.si());
+                |unit| Length::parse(&format!("1 {unit}")).map_err(|_| format!("{unit:?} is not a unit of length"));
+            Ok(units[*place].map(length).transpose()?.map(Length::si))
+        };
+        let scales = places.iter().map(scale).collect::<Result<Vec<_>, _>>()?;
+        if scales.iter().all(Option::is_none) {
+            return Ok(None);
         }
-        match scales {
-            [None, None, None, None] => Ok(None),
-            [Some(x), Some(y), Some(z), Some(r)] => Ok(Some([x, y, z, r])),
-            _ => {
-                let without = self.places.iter().filter(|place| units[**place].is_none());
-                let without: Vec<&str> = without.map(|place| &names[*place][..]).collect();
-                Err(format!(
-                    "the columns {} have no unit, but others have one; give all of them a unit, such as x [mm]",
-                    without.join(", ")
-                ))
-            }
+        let without: Vec<&str> = places
+            .iter()
+            .zip(&scales)
+            .filter(|(_, scale)| scale.is_none())
+            .map(|(place, _)| &names[*place][..])
+            .collect();
+        if !without.is_empty() {
+            return Err(format!(
+                "the columns {} have no unit, but others have one; give all of them a unit, such as x [mm]",
+                without.join(", ")
+            ));
         }
+        let scales: Vec<f64> = scales.into_iter().flatten().collect();
+        if let (Some((_, scale)), Some(given)) = (&mut self.diameter, scales.get(4)) {
+            *scale = *given;
+        }
+        Ok(Some([scales[0], scales[1], scales[2], scales[3]]))
     }
 
     /// The sphere of a line; `scales`: units of x, y, z, and the radius.
@@ -132,6 +140,17 @@ impl Columns {
             *value = real(number, line, word)? * scale;
         }
         values[3] *= self.factor;
+        if let Some((place, scale)) = self.diameter {
+            let word = words.get(place).ok_or_else(|| bad(number, format!("expected {} columns", place + 1), line))?;
+            let (twice, diameter) = (2.0 * values[3], real(number, line, word)? * scale);
+            if (diameter - twice).abs() > ROUNDING * twice.abs() {
+                let reason = format!(
+                    "the diameter {diameter} is not twice the radius {}; remove or rename one column",
+                    values[3]
+                );
+                return Err(bad(number, reason, line));
+            }
+        }
         if let Some(word) = self.clump.and_then(|place| words.get(place)) {
             loose(number, line, word)?;
         }

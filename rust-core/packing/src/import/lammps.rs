@@ -2,6 +2,7 @@
 
 use super::columns::Columns;
 use super::{Read, bad, foreign};
+use crate::bad_lines::BadLines;
 use crate::{Packing, PackingError};
 use concordem_contact::math::Vec3;
 
@@ -144,7 +145,7 @@ fn style(number: usize, line: &str) -> Result<Style, PackingError> {
 /// The section `Atoms` of a data file with the atom style `sphere` or `bpm/sphere`.
 pub(super) fn data(text: &str) -> Result<Read, PackingError> {
     let header = Header::of(text)?;
-    let mut packing = Packing::default();
+    let (mut packing, mut wrong) = (Packing::default(), BadLines::default());
     let mut section: Option<Style> = None;
     let mut found = false;
     for (index, line) in text.lines().enumerate().skip(1) {
@@ -163,9 +164,10 @@ pub(super) fn data(text: &str) -> Result<Read, PackingError> {
                 return Err(bad(number, reason, line));
             }
         } else if let Some(style) = &section {
-            packing.spheres.push(atom(number, line, &content, style, &header)?);
+            packing.spheres.extend(wrong.keep(number, atom(number, line, &content, style, &header)));
         }
     }
+    wrong.end()?;
     if !found {
         return Err(foreign("it is a LAMMPS data file without a section `Atoms`"));
     }
@@ -197,7 +199,13 @@ fn atom(
         let reason = format!("the density {density} is not positive; check the order of the columns: {STYLES}");
         return Err(bad(number, reason, line));
     }
-    let columns = Columns { places: [kind + 3, kind + 4, kind + 5, kind + 1], factor: 0.5, clump: None, count: None };
+    let columns = Columns {
+        places: [kind + 3, kind + 4, kind + 5, kind + 1],
+        factor: 0.5,
+        diameter: None,
+        clump: None,
+        count: None,
+    };
     let sphere = columns.sphere(number, line, words, [1.0; 4])?;
     header.inside(number, line, &sphere.position)?;
     Ok(sphere)
@@ -216,7 +224,7 @@ fn complete(packing: Packing, expected: Option<usize>) -> Result<Packing, Packin
 
 /// The last snapshot of a dump file.
 pub(super) fn dump(text: &str) -> Result<Read, PackingError> {
-    let mut packing = Packing::default();
+    let (mut packing, mut wrong) = (Packing::default(), BadLines::default());
     let mut columns: Option<Columns> = None;
     let (mut expected, mut unit) = (None, None);
     // The line before, if it is the head of a section with one value.
@@ -243,9 +251,10 @@ pub(super) fn dump(text: &str) -> Result<Read, PackingError> {
             columns = None;
         } else if let Some(columns) = &columns {
             let words: Vec<&str> = content.split_whitespace().collect();
-            packing.spheres.push(columns.sphere(number, line, &words, [1.0; 4])?);
+            packing.spheres.extend(wrong.keep(number, columns.sphere(number, line, &words, [1.0; 4])));
         }
     }
+    wrong.end()?;
     if !found {
         return Err(foreign("it is a dump of LAMMPS without atoms; write dump ID all custom N FILE id x y z radius"));
     }

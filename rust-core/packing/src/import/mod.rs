@@ -125,5 +125,10 @@ fn foreign(reason: impl Into<String>) -> PackingError {
 }
 
 fn bad(number: usize, reason: impl Into<String>, line: &str) -> PackingError {
-    PackingError::BadLine { line: number, reason: reason.into(), text: line.trim_end().chars().take(80).collect() }
+    PackingError::BadLine {
+        line: number,
+        reason: reason.into(),
+        text: line.trim_end().chars().take(80).collect(),
+        others: String::new(),
+    }
 }

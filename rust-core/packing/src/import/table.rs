@@ -2,6 +2,7 @@
 
 use super::columns::{Columns, split_name};
 use super::{Read, bad};
+use crate::bad_lines::BadLines;
 use crate::{Packing, PackingError};
 
 /// What separates the columns of a table.
@@ -50,9 +51,9 @@ pub(super) struct Named {
 impl Named {
     /// Whether these are x y z r in m, as in a file without names.
     pub(super) fn is_plain(&self) -> bool {
-        let Columns { places, factor, clump, count } = &self.columns;
+        let Columns { places, factor, diameter, clump, count } = &self.columns;
         let in_meters = self.units.is_none_or(|units| units == [1.0; 4]);
-        (*places, *factor, *clump, *count) == ([0, 1, 2, 3], 1.0, None, Some(4)) && in_meters
+        (*places, *factor, *diameter, *clump, *count) == ([0, 1, 2, 3], 1.0, None, None, Some(4)) && in_meters
     }
 }
 
@@ -85,7 +86,7 @@ fn of_comment(line: &str, count: usize) -> Result<Option<Named>, String> {
     let Some(split) = names.iter().map(|name| split_name(name)).collect::<Option<Vec<_>>>() else { return Ok(None) };
     for part in split.windows(count.max(4)) {
         let (names, mut units): (Vec<String>, Vec<Option<&str>>) = part.iter().cloned().unzip();
-        let Ok(Some(columns)) = Columns::of(&names) else { continue };
+        let Ok(Some(mut columns)) = Columns::of(&names) else { continue };
         // The unit after the last name is that of all: `# x y z r (m)`.
         if units.iter().rev().skip(1).all(Option::is_none) {
             units = vec![units.last().copied().flatten(); units.len()];
@@ -114,6 +115,7 @@ pub(super) fn read(text: &str, separator: Separator, named: Option<Named>) -> Re
     }
     let mut columns: Option<Columns> = named.map(|named| named.columns);
     let mut packing = Packing::default();
+    let mut wrong = BadLines::default();
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;
         let content = line.split('#').next().unwrap_or("").trim();
@@ -128,7 +130,7 @@ pub(super) fn read(text: &str, separator: Separator, named: Option<Named>) -> Re
             words.pop();
         }
         if let Some(columns) = &columns {
-            packing.spheres.push(columns.sphere(number, line, &words, scales)?);
+            packing.spheres.extend(wrong.keep(number, columns.sphere(number, line, &words, scales)));
         } else if words.iter().any(|word| word.parse::<f64>().is_err()) {
             let (found, given) = header(&separator.names(&content)).map_err(|reason| bad(number, reason, line))?;
             scales = given.unwrap_or(scales);
@@ -148,6 +150,7 @@ pub(super) fn read(text: &str, separator: Separator, named: Option<Named>) -> Re
             return Err(bad(number, reason, line));
         }
     }
+    wrong.end()?;
     Ok(Read { packing, unit })
 }
 
@@ -161,7 +164,7 @@ fn header(words: &[String]) -> Result<(Columns, Option<[f64; 4]>), String> {
     let split: Vec<(String, Option<&str>)> =
         words.iter().map(|word| split_name(word).unwrap_or_else(|| (word.clone(), None))).collect();
     let (names, units): (Vec<String>, Vec<Option<&str>>) = split.into_iter().unzip();
-    let columns = Columns::of(&names)?
+    let mut columns = Columns::of(&names)?
         .ok_or("the header must name the columns x, y, z, and radius (or diameter), with a unit as in x [mm]")?;
     let units = columns.units(&units, &names)?;
     Ok((columns, units))
