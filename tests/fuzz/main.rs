@@ -1,6 +1,6 @@
 //! The readers survive damaged and forged input. Every reader gets good inputs with random mutations and must return a value
-//! or an error within a time limit: no panic, no crash, no endless loop. Seals of HDF5 files are recomputed after the
-//! mutation, so that the content reaches the readers.
+//! or an error within a time limit: no panic, no crash, no endless loop. HDF5 files get other tables, and a seal that fits,
+//! so that the content reaches the readers.
 //!
 //! `CONCORDEM_FUZZ_INPUTS` is the number of inputs (default 2,000), `CONCORDEM_FUZZ_SEED` the seed of the random numbers
 //! (default 1). The same seed gives the same inputs. Failing inputs are kept in `target/fuzz`. `CONCORDEM_FUZZ_READER` names

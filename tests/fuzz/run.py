@@ -3,10 +3,12 @@
 
 Needs a C++ compiler. RUSTC_BOOTSTRAP lets the stable compiler add the instruments; HDF5 itself has none. Failing inputs are kept in
 target/fuzz, and what libFuzzer learned in target/fuzz/corpus. Goes on where it was interrupted: target/fuzz/result.json tells which readers
-have had their inputs, now or at an earlier commit; those that failed or were interrupted there begin anew.
+have had how many inputs; those that failed or were interrupted with another build begin anew.
 """
 
 import argparse
+import concurrent.futures
+import hashlib
 import json
 import os
 import pathlib
@@ -14,10 +16,14 @@ import platform
 import re
 import subprocess
 import sys
+import tempfile
+import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 KEPT = ROOT / "target" / "fuzz"
+# A folder in memory, for the files that readers read.
+MEMORY = pathlib.Path("/dev/shm")
 STATE = KEPT / "result.json"
 RECORD = ROOT / "tests" / "fuzz" / "result.json"
 TRIPLE = f"{platform.machine()}-unknown-linux-gnu"
@@ -25,8 +31,8 @@ COVERAGE = ["level=4", "inline-8bit-counters", "pc-table", "trace-compares"]
 FLAGS = ["-Zsanitizer=address", "-Cpasses=sancov-module", *(f"-Cllvm-args=-sanitizer-coverage-{what}" for what in COVERAGE)]
 # Longest time for an input, s, also on a busy machine; most memory of an allocation and of the process, MiB, of which the sanitizer takes a part.
 LIMITS = ["-timeout=60", "-malloc_limit_mb=1024", "-rss_limit_mb=3072"]
-# Inputs between two notes of the state.
-PART = 100_000
+# Time of a part, s, after which the state is noted and the next reader has its turn.
+PART = 300
 MOST_FINDINGS = 20
 
 
@@ -40,16 +46,22 @@ def build():
 
 
 def read_some(program, reader, inputs, seed):
-    """Let a reader read this many inputs, or fewer if one fails. Return how many, the edges of the code that they reached, and the reason."""
+    """Let a reader read this many inputs, or fewer if the time is over or one fails. Return how many, the edges of the code that they
+    reached, and the reason of a failure."""
     corpus = KEPT / "corpus" / reader
     corpus.mkdir(parents=True, exist_ok=True)
-    options = [f"-runs={inputs}", f"-seed={seed}", f"-artifact_prefix={KEPT}/{reader}-", "-print_final_stats=1", *LIMITS]
+    # libFuzzer reads what it learned before first.
+    options = [f"-runs={inputs + len(list(corpus.iterdir()))}", f"-max_total_time={PART}", f"-seed={seed}"]
+    options += [f"-artifact_prefix={KEPT}/{reader}-", "-print_final_stats=1", *LIMITS]
     # Leaks are no errors: what ends early leaves what it holds.
     chosen = {"CONCORDEM_FUZZ_READER": reader, "CONCORDEM_FUZZ_CORPUS": str(corpus), "ASAN_OPTIONS": "detect_leaks=0"}
-    command = [program, corpus, *options, "-detect_leaks=0"]
-    ended = subprocess.run(command, env={**os.environ, **chosen}, capture_output=True, text=True, errors="replace")
+    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as folder:
+        command = [program, corpus, *options, "-detect_leaks=0"]
+        environment = {**os.environ, **chosen, "TMPDIR": folder}
+        ended = subprocess.run(command, env=environment, capture_output=True, text=True, errors="replace")
     last = lambda pattern: int((re.findall(pattern, ended.stderr, re.MULTILINE) or [0])[-1])
-    read, reached = last(r"^(?:#|stat::number_of_executed_units:\s*)(\d+)"), last(r"\bcov: (\d+)")
+    read = last(r"^(?:#|stat::number_of_executed_units:\s*)(\d+)") - last(r"^#(\d+)\s+INITED")
+    reached = last(r"\bcov: (\d+)")
     if ended.returncode == 0:
         return read, reached, None
     reasons = re.findall(r"^.*(?:panicked at|ERROR: ).*(?:\n[^\n=]+)?", ended.stderr, re.MULTILINE)
@@ -57,20 +69,23 @@ def read_some(program, reader, inputs, seed):
     return read, reached, f"{(reasons or [ended.stderr[-400:]])[0]}\n  {' '.join(kept)}"
 
 
-def fuzz(program, reader, inputs, seed, entry, write):
-    """Give a reader what lacks of its inputs; write the state after each part."""
-    while entry["inputs"] < inputs and entry["findings"] < MOST_FINDINGS:
-        begun, part = time.monotonic(), min(PART, inputs - entry["inputs"])
-        # Each part has random numbers of its own. Those of 0 would be those of the clock.
-        read, reached, finding = read_some(program, reader, part, (seed * 1_000_003 + entry["inputs"]) % 2**31 + 1)
-        # libFuzzer reads what it learned before first, and counts it.
-        entry["inputs"] += part if finding is None else max(min(read, part), 1)
-        entry["edges"] = max(entry["edges"], reached)
-        entry["seconds"] += round(time.monotonic() - begun)
-        if finding:
-            entry["findings"] += 1
-            print(f"{reader}: {finding}", flush=True)
-        write()
+def lacks(entry, inputs):
+    """Whether a reader has not had its inputs, and has not failed too often."""
+    return entry["inputs"] < inputs and entry["findings"] < MOST_FINDINGS
+
+
+def fuzz_part(program, reader, inputs, seed, entry):
+    """Give a reader a part of what lacks of its inputs."""
+    begun = time.monotonic()
+    # Each part has random numbers of its own. Those of 0 would be those of the clock.
+    part_seed = (seed * 1_000_003 + entry["inputs"]) % 2**31 + 1
+    read, reached, finding = read_some(program, reader, inputs - entry["inputs"], part_seed)
+    entry["inputs"] += max(read, 1)
+    entry["edges"] = max(entry["edges"], reached)
+    entry["seconds"] += round(time.monotonic() - begun)
+    if finding:
+        entry["findings"] += 1
+        print(f"{reader}: {finding}", flush=True)
     print(f"{reader}: {entry['inputs']} inputs, {entry['edges']} edges, {entry['findings']} findings, {entry['seconds']} s", flush=True)
 
 
@@ -83,6 +98,7 @@ def machine():
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--inputs", type=int, default=1_000_000, help="inputs of each reader")
+    parser.add_argument("--jobs", type=int, default=1, help="readers at a time")
     parser.add_argument("--seed", type=int, default=1, help="of the random numbers")
     parser.add_argument("--record", action="store_true", help=f"write {RECORD}")
     parser.add_argument("readers", nargs="*", help="by default all")
@@ -93,20 +109,27 @@ def main():
     if unknown := set(arguments.readers) - set(known):
         sys.exit(f"no reader {', '.join(sorted(unknown))}; choose from: {', '.join(known)}")
     git = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True)
-    at = {"commit": git.stdout.strip(), "machine": machine(), "seed": arguments.seed}
+    build_of = hashlib.sha256(program.read_bytes()).hexdigest()[:16]
+    at = {"build": build_of, "machine": machine(), "seed": arguments.seed}
     readers = json.loads(STATE.read_text())["readers"] if STATE.exists() else {}
     wanted = arguments.readers or known
     for reader in wanted:
         entry = readers.get(reader, {"inputs": 0, "findings": 0})
         if {key: entry.get(key) for key in at} != at and (entry["findings"] or entry["inputs"] < arguments.inputs):
-            readers[reader] = {**at, "inputs": 0, "edges": 0, "findings": 0, "seconds": 0}
+            readers[reader] = {"commit": git.stdout.strip(), **at, "inputs": 0, "edges": 0, "findings": 0, "seconds": 0}
+    lock = threading.Lock()
 
-        def write():
+    def turn(reader):
+        fuzz_part(program, reader, arguments.inputs, arguments.seed, readers[reader])
+        with lock:
             entries = {name: readers[name] for name in known if name in readers}
             for path in [STATE, *([RECORD] if arguments.record else [])]:
                 path.write_text(json.dumps({"readers": entries}, indent=2) + "\n")
 
-        fuzz(program, reader, arguments.inputs, arguments.seed, readers[reader], write)
+    # In turns, so that each reader has had some inputs if there is no time for all.
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        while waiting := [reader for reader in wanted if lacks(readers[reader], arguments.inputs)]:
+            list(pool.map(turn, waiting))
     bad = [reader for reader in wanted if readers[reader]["findings"]]
     sys.exit(f"findings in: {', '.join(bad)}; see above" if bad else 0)
 
