@@ -365,6 +365,39 @@ fn dumps_give_the_same_spheres_however_they_are_written() {
     assert!(import(micro.as_bytes(), Some(1e-3)).expect_err("two units").to_string().contains("remove one"));
 }
 
+/// The first wrong line is shown, and the numbers of the next ones follow; so are sizes that contradict each other.
+#[test]
+fn errors_name_all_wrong_lines() {
+    let cases = [
+        (
+            "x,y,z,r\n1,2,3,4\n1,2,3,-4\n1,2,3,4\n1,two,3,4\n",
+            "line 3: the radius -4 is not positive: \"1,2,3,-4\"; 1 more line is wrong: 5",
+        ),
+        (
+            "1 2 3 -1\n1 2 3\n1 2 3 -1\n1 2 3 -1\n1 2 3 4\n1 2 3 -1\n1 2 3 -1\n1 2 3 -1\n",
+            "line 1: the radius -1 is not positive: \"1 2 3 -1\"; 6 more lines are wrong: 2, 3, 4, 6, 7, ...",
+        ),
+        ("x,y,z,r\n1;2;3;4\n1;2;3;4\n", "line 2: expected 4 columns, found 1: \"1;2;3;4\"; 1 more line is wrong: 3"),
+        (
+            "2 atoms\n\nAtoms # sphere\n\n1 1 -1 9 0 0 0\n2 1 -1 9 0 0 2\n",
+            "line 5: the radius -0.5 is not positive: \"1 1 -1 9 0 0 0\"; 1 more line is wrong: 6",
+        ),
+        (
+            "ITEM: TIMESTEP\n0\nITEM: ATOMS x y z radius\n0 0 0 -1\n0 0 0 1\n0 0 nan 1\n",
+            "line 4: the radius -1 is not positive: \"0 0 0 -1\"; 1 more line is wrong: 6",
+        ),
+        (
+            "x,y,z,r,d\n1,2,3,4,8\n1,2,3,4,4\n",
+            "line 3: the diameter 4 is not twice the radius 4; remove or rename one column",
+        ),
+        ("x [m],y [m],z [m],r [m],d\n1,2,3,4,8\n", "line 1: the columns d have no unit, but others have one"),
+    ];
+    for (text, message) in cases {
+        let error = refusal(text);
+        assert!(error.contains(message), "{text:?}: {error}");
+    }
+}
+
 #[test]
 fn errors_name_the_line_and_the_remedy() {
     let cases = [
@@ -391,28 +424,6 @@ fn errors_name_the_line_and_the_remedy() {
         ("id,x,y,z,r [mm]\n1,2,3,4,5\n", "line 1: the columns x, y, z have no unit, but others have one"),
         ("x,x,y,z,r\n1,2,3,4,5\n", "line 1: two columns are called \"x\""),
         ("1,2,3,-4\n", "line 1: the radius -4 is not positive"),
-        (
-            "x,y,z,r\n1,2,3,4\n1,2,3,-4\n1,2,3,4\n1,two,3,4\n",
-            "line 3: the radius -4 is not positive: \"1,2,3,-4\"; 1 more line is wrong: 5",
-        ),
-        (
-            "1 2 3 -1\n1 2 3\n1 2 3 -1\n1 2 3 -1\n1 2 3 4\n1 2 3 -1\n1 2 3 -1\n1 2 3 -1\n",
-            "line 1: the radius -1 is not positive: \"1 2 3 -1\"; 6 more lines are wrong: 2, 3, 4, 6, 7, ...",
-        ),
-        ("x,y,z,r\n1;2;3;4\n1;2;3;4\n", "line 2: expected 4 columns, found 1: \"1;2;3;4\"; 1 more line is wrong: 3"),
-        (
-            "2 atoms\n\nAtoms # sphere\n\n1 1 -1 9 0 0 0\n2 1 -1 9 0 0 2\n",
-            "line 5: the radius -0.5 is not positive: \"1 1 -1 9 0 0 0\"; 1 more line is wrong: 6",
-        ),
-        (
-            "ITEM: TIMESTEP\n0\nITEM: ATOMS x y z radius\n0 0 0 -1\n0 0 0 1\n0 0 nan 1\n",
-            "line 4: the radius -1 is not positive: \"0 0 0 -1\"; 1 more line is wrong: 6",
-        ),
-        (
-            "x,y,z,r,d\n1,2,3,4,8\n1,2,3,4,4\n",
-            "line 3: the diameter 4 is not twice the radius 4; remove or rename one column",
-        ),
-        ("x [m],y [m],z [m],r [m],d\n1,2,3,4,8\n", "line 1: the columns d have no unit, but others have one"),
         (
             "x,y,z,r,clump\n1,2,3,4,-1\n1,2,3,4,0\n",
             "line 3: the sphere belongs to clump 0, and a packing has no clumps",
