@@ -115,6 +115,24 @@ impl Map {
             self.name
         );
         self.runs.push((cell, run));
+        self.write(false);
+    }
+
+    /// Writes the record of the large map. After each run, so that a map that is not finished has a record, too.
+    fn write(&self, complete: bool) {
+        let Some(journal) = &self.journal else { return };
+        let [reached, near, announced, wrong] =
+            [End::Reached, End::Near, End::Announced, End::Wrong].map(|end| self.count(end));
+        let others: Vec<Value> = (self.runs.iter().filter(|(_, run)| run.end != End::Reached))
+            .map(|(cell, run)| json!({ "run": cell, "found": run.to_json() }))
+            .collect();
+        let largest = self.runs.iter().filter(|(_, run)| run.end == End::Reached).map(|(_, run)| run.error);
+        let figures = json!({
+            "complete": complete, "runs": self.runs.len(), "reached": reached, "near": near, "announced": announced,
+            "wrong": wrong, "largest_error_of_reached": largest.fold(0.0, f64::max), "not_reached": others,
+        });
+        let record = path_of("tests/servos").join(self.name).with_extension("json");
+        std::fs::write(record, journal.record(figures)).expect("a record");
     }
 
     fn count(&self, end: End) -> usize {
@@ -128,19 +146,7 @@ impl Map {
             .collect();
         let counts = [End::Reached, End::Near, End::Announced, End::Wrong].map(|end| self.count(end));
         println!("{}: reached, near, announced, wrong: {counts:?}", self.name);
-        if let Some(journal) = &self.journal {
-            let [reached, near, announced, wrong] = counts;
-            let others: Vec<Value> = (self.runs.iter().filter(|(_, run)| run.end != End::Reached))
-                .map(|(cell, run)| json!({ "run": cell, "found": run.to_json() }))
-                .collect();
-            let largest = self.runs.iter().filter(|(_, run)| run.end == End::Reached).map(|(_, run)| run.error);
-            let figures = json!({
-                "runs": self.runs.len(), "reached": reached, "near": near, "announced": announced, "wrong": wrong,
-                "largest_error_of_reached": largest.fold(0.0, f64::max), "not_reached": others,
-            });
-            let record = path_of("tests/servos").join(self.name).with_extension("json");
-            std::fs::write(record, journal.record(figures)).expect("a record");
-        }
+        self.write(true);
         assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), self.runs.len(), wrong.join("\n"));
     }
 }
