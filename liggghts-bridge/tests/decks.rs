@@ -4,10 +4,11 @@
 mod harness;
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run_in, thermo};
+use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run_together, thermo};
 
 fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is no number: {text}")))
@@ -118,35 +119,100 @@ fn deck(host: Host, folder: &Path, dice: &mut Dice) -> Deck {
 #[test]
 fn random_decks_have_the_same_bits() {
     let (count, seed) = (number("CONCORDEM_HOST_DECKS", 8), number("CONCORDEM_HOST_DECKS_SEED", 1));
-    harness::record::random("scripts", seed, count, |seed| {
-        compare(seed);
-        true
-    });
+    harness::record::random("scripts", seed, count, 20, compare);
 }
 
-/// Panics if the deck of this seed has other bits on more processors or after a restart.
-fn compare(seed: u64) {
-    let mut dice = Dice(seed);
-    let host = if seed.is_multiple_of(2) { Host::Liggghts } else { Host::Lammps };
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let Deck { whole, second } = deck(host, folder, &mut dice);
-    let last = |script: &str, processors: usize| {
-        let rows = thermo(&run_in(host, folder, script, processors));
-        let text = std::fs::read_to_string(folder.join("out.dump")).unwrap();
+/// What a run ends with: the last row of numbers, and the last frame of the dump.
+type End = (Vec<f64>, String);
+
+/// A deck of a seed.
+struct Drawn {
+    seed: u64,
+    folder: PathBuf,
+    deck: Deck,
+    /// Processors of the run that is compared with one processor, and writes the file of the middle.
+    many: usize,
+    /// Those of the run that continues from that file.
+    others: usize,
+    on_one: End,
+}
+
+impl Drawn {
+    /// The end in the output of a start that ran this deck.
+    fn end(&self, printed: &str) -> End {
+        let own = printed.split("\ndeck ").find(|part| part.split_whitespace().next() == Some(&self.seed.to_string()));
+        let rows = thermo(own.unwrap_or_else(|| panic!("no deck {} in\n{printed}", self.seed)));
+        let text = std::fs::read_to_string(self.folder.join("out.dump")).unwrap();
         let at = text.rfind("ITEM: TIMESTEP").unwrap();
         (rows.last().unwrap().clone(), text[at..].to_owned())
-    };
-    let wanted = last(&whole, 1);
-    let many = [2, 4, 8][(dice.roll() * 3.0) as usize];
-    let again = last(&whole, many);
-    assert!(wanted == again, "deck {seed}: {host:?} on {many} processors: {:?} {:?}\n{whole}", wanted.0, again.0);
-    let others = [1, 2, 4][(dice.roll() * 3.0) as usize];
-    let resumed = last(&second, others);
-    assert!(
-        wanted == resumed,
-        "deck {seed}: {host:?} from {many} on {others} processors: {:?} {:?}\n{whole}\n{second}",
-        wanted.0,
-        resumed.0
-    );
+    }
+}
+
+/// Run a script of each deck in one start of the program; the decks and their ends.
+fn ends<'a>(
+    host: Host,
+    decks: impl Iterator<Item = &'a Drawn>,
+    script: impl Fn(&Deck) -> &str,
+    processors: usize,
+) -> Vec<(&'a Drawn, End)> {
+    let decks: Vec<&Drawn> = decks.collect();
+    let Some(first) = decks.first() else { return Vec::new() };
+    let whole =
+        |one: &&Drawn| format!("shell cd {}\nprint \"deck {}\"\n{}", one.folder.display(), one.seed, script(&one.deck));
+    let scripts: Vec<String> = decks.iter().map(whole).collect();
+    let printed = run_together(host, first.folder.parent().unwrap(), &scripts, processors);
+    decks.into_iter().map(|one| (one, one.end(&printed))).collect()
+}
+
+/// Panics if a deck of these seeds has other bits on more processors or after a restart. Decks share starts of a program, which take longer than their
+/// steps. Returns their number.
+fn compare(seeds: Range<u64>) -> usize {
+    let count = seeds.clone().count();
+    for (host, remainder) in [(Host::Liggghts, 0), (Host::Lammps, 1)] {
+        let folder = tempfile::tempdir().unwrap();
+        let draw = |seed: u64| {
+            let (mut dice, folder) = (Dice(seed), folder.path().join(seed.to_string()));
+            std::fs::create_dir(&folder).unwrap();
+            let deck = deck(host, &folder, &mut dice);
+            let many = [2, 4, 8][(dice.roll() * 3.0) as usize];
+            let others = [1, 2, 4][(dice.roll() * 3.0) as usize];
+            Drawn { seed, folder, deck, many, others, on_one: End::default() }
+        };
+        let mut decks: Vec<Drawn> = seeds.clone().filter(|seed| seed % 2 == remainder).map(draw).collect();
+        let on_one: Vec<End> =
+            ends(host, decks.iter(), |deck| &deck.whole, 1).into_iter().map(|(_, end)| end).collect();
+        for (one, end) in decks.iter_mut().zip(on_one) {
+            one.on_one = end;
+        }
+        for processors in [2, 4, 8] {
+            for (one, end) in
+                ends(host, decks.iter().filter(|one| one.many == processors), |deck| &deck.whole, processors)
+            {
+                let Drawn { seed, deck, on_one, .. } = one;
+                assert!(
+                    *on_one == end,
+                    "deck {seed}: {host:?} on {processors} processors: {:?} {:?}\n{}",
+                    on_one.0,
+                    end.0,
+                    deck.whole
+                );
+            }
+        }
+        for processors in [1, 2, 4] {
+            for (one, end) in
+                ends(host, decks.iter().filter(|one| one.others == processors), |deck| &deck.second, processors)
+            {
+                let Drawn { seed, deck, many, on_one, .. } = one;
+                assert!(
+                    *on_one == end,
+                    "deck {seed}: {host:?} from {many} on {processors} processors: {:?} {:?}\n{}\n{}",
+                    on_one.0,
+                    end.0,
+                    deck.whole,
+                    deck.second
+                );
+            }
+        }
+    }
+    count
 }

@@ -8,10 +8,11 @@ mod harness;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::Path;
 
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, attempt_in, data_file_for, text};
+use harness::{Atom, Dice, Host, attempt_in, data_file_for, run_together, text};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -218,18 +219,6 @@ fn script(host: Host, deck: &Deck, styles: &str, row: &Row, commands: bool, dump
     out
 }
 
-/// Run many scripts in one start of the program.
-fn run_all(host: Host, folder: &Path, scripts: &[String], processors: usize) {
-    let output = attempt_in(host, folder, &(scripts.join("clear\n") + "\n"), processors);
-    let printed = text(&output);
-    let end = printed.find("ERROR").unwrap_or(printed.len());
-    assert!(
-        output.status.success() && end == printed.len(),
-        "on {processors} processes:\n{}",
-        &printed[printed[..end].len().saturating_sub(1500)..(end + 400).min(printed.len())]
-    );
-}
-
 fn last(folder: &Path, dump: &str) -> Vec<Vec<f64>> {
     harness::tables(&folder.join(dump)).pop().unwrap_or_else(|| panic!("{dump} is empty")).1
 }
@@ -268,7 +257,7 @@ fn compare(host: Host) {
         }
     }
     for (scripts, processors) in [(&stock, 1), (&ours, 1), (&again, 2)] {
-        run_all(host, folder, scripts, processors);
+        run_together(host, folder, scripts, processors);
     }
     let mut wrong = String::new();
     for (row, [stock, without, ours, again]) in &compared {
@@ -412,40 +401,88 @@ fn random_commands_together_do_what_they_do_with_stock() {
         std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
     };
     let (count, seed) = (number("CONCORDEM_HOST_DECKS", 12), number("CONCORDEM_HOST_DECKS_SEED", 1));
-    let [ran, drawn] = harness::record::random("commands", seed, count, compare_random);
+    let [ran, drawn] = harness::record::random("commands", seed, count, 20, compare_random);
     assert!(2 * ran >= drawn, "stock takes {ran} of {drawn} scripts");
 }
 
-/// Whether stock takes the script of this seed. Panics if ours ends otherwise.
-fn compare_random(seed: u64) -> bool {
-    let mut dice = Dice(seed);
-    let mut pick = |of: usize| (dice.roll() * of as f64) as usize;
-    let host = BOTH[(seed % 2) as usize];
-    let table = table(host);
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    write_files(host, folder);
-    let name = table.decks.keys().nth(pick(table.decks.len())).unwrap();
-    let (deck, rows) = (&table.decks[name], combinable(&table, name));
-    assert!(rows.len() > 15, "{host:?} {name}: {}", rows.len());
-    let mut lines = String::new();
-    for n in 0..3 {
-        let line = rows[pick(rows.len())].lines.trim();
-        if lines.contains("fix integrate") && line.contains("fix integrate") {
-            continue;
+/// Commands drawn at random.
+struct Drawn {
+    seed: u64,
+    host: Host,
+    processors: usize,
+    /// What a failure says.
+    says: String,
+    stock: String,
+    ours: String,
+}
+
+impl Drawn {
+    fn new(seed: u64, tables: &[Table; 2]) -> Self {
+        let mut dice = Dice(seed);
+        let mut pick = |of: usize| (dice.roll() * of as f64) as usize;
+        let at = (seed % 2) as usize;
+        let (host, table) = (BOTH[at], &tables[at]);
+        let name = table.decks.keys().nth(pick(table.decks.len())).unwrap();
+        let (deck, rows) = (&table.decks[name], combinable(table, name));
+        assert!(rows.len() > 15, "{host:?} {name}: {}", rows.len());
+        let mut lines = String::new();
+        for n in 0..3 {
+            let line = rows[pick(rows.len())].lines.trim();
+            if lines.contains("fix integrate") && line.contains("fix integrate") {
+                continue;
+            }
+            writeln!(lines, "{}", line.replacen("fix x ", &format!("fix x{n} "), 1)).unwrap();
         }
-        writeln!(lines, "{}", line.replacen("fix x ", &format!("fix x{n} "), 1)).unwrap();
+        let processors = [1, 2, 4][pick(3)];
+        let style = deck.ours.keys().nth(pick(deck.ours.len())).unwrap();
+        let row: Row = toml::from_str(&format!("commands = []\nlines = '''\n{lines}'''\nbeside_pair = true")).unwrap();
+        let says = format!("script {seed}, {host:?} {name} {style} on {processors}:\n{lines}");
+        let stock = script(host, deck, &deck.stock, &row, true, &format!("{seed}.stock"));
+        let ours = script(host, deck, &styles_of(deck, style, &row), &row, true, &format!("{seed}.ours"));
+        Self { seed, host, processors, says, stock, ours }
     }
-    let processors = [1, 2, 4][pick(3)];
-    let style = deck.ours.keys().nth(pick(deck.ours.len())).unwrap();
-    let row: Row = toml::from_str(&format!("commands = []\nlines = '''\n{lines}'''\nbeside_pair = true")).unwrap();
-    let stock = script(host, deck, &deck.stock, &row, true, "stock");
-    let output = attempt_in(host, folder, &stock, processors);
-    if !output.status.success() || text(&output).contains("ERROR") {
-        return false; // The host alone does not take these together.
+}
+
+/// Those of `drawn` that the host alone takes, in a few starts.
+fn taken<'a>(host: Host, folder: &Path, mut drawn: &'a [Drawn], processors: usize) -> Vec<&'a Drawn> {
+    let mut taken = Vec::new();
+    while !drawn.is_empty() {
+        let scripts: Vec<String> = drawn.iter().map(|one| one.stock.clone()).collect();
+        let output = attempt_in(host, folder, &(scripts.join("clear\n") + "\n"), processors);
+        if output.status.success() && !text(&output).contains("ERROR") {
+            taken.extend(drawn);
+            break;
+        }
+        // The first one without a dump has failed, and is left out if it does so as the first of a start.
+        let done = drawn.iter().take_while(|one| folder.join(format!("{}.stock", one.seed)).exists()).count();
+        assert!(done < drawn.len(), "{host:?} ends with an error after the last script:\n{}", text(&output));
+        taken.extend(&drawn[..done]);
+        drawn = &drawn[done.max(1)..];
     }
-    run_all(host, folder, &[script(host, deck, &styles_of(deck, style, &row), &row, true, "ours")], processors);
-    let far = apart(&last(folder, "ours"), &last(folder, "stock"));
-    assert!(far <= TOLERANCE, "script {seed}, {host:?} {name} {style} on {processors}: {far:.1e}\n{lines}");
-    true
+    taken
+}
+
+/// How many scripts of these seeds stock takes. Panics if ours end otherwise.
+fn compare_random(seeds: Range<u64>) -> usize {
+    let tables = BOTH.map(table);
+    let mut drawn: Vec<Drawn> = seeds.map(|seed| Drawn::new(seed, &tables)).collect();
+    drawn.sort_by_key(|one| (one.host == Host::Lammps, one.processors));
+    let mut ran = 0;
+    for drawn in drawn.chunk_by(|a, b| (a.host, a.processors) == (b.host, b.processors)) {
+        let (host, processors) = (drawn[0].host, drawn[0].processors);
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        write_files(host, folder);
+        let taken = taken(host, folder, drawn, processors);
+        let ours: Vec<String> =
+            taken.iter().map(|one| format!("print \"script {}\"\n{}", one.seed, one.ours)).collect();
+        run_together(host, folder, &ours, processors);
+        for one in &taken {
+            let far =
+                apart(&last(folder, &format!("{}.ours", one.seed)), &last(folder, &format!("{}.stock", one.seed)));
+            assert!(far <= TOLERANCE, "{far:.1e} apart: {}", one.says);
+        }
+        ran += taken.len();
+    }
+    ran
 }

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use harness::decks::{Deck, decks, write_files};
-use harness::{Host, apart, attempt_in, tables, text};
+use harness::{Host, apart, run_together, tables};
 use serde::{Deserialize, Serialize};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
@@ -93,14 +93,7 @@ fn run_all(host: Host, folder: &Path, decks: &[&Deck], kind: Kind, processes: us
         format!("{}write_dump all custom {} {columns} modify sort id {format}\n", kind.script(deck), dump(k))
     };
     let scripts: Vec<String> = decks.iter().enumerate().map(script).collect();
-    let output = attempt_in(host, folder, &(scripts.join("clear\n") + "\n"), processes);
-    let printed = text(&output);
-    let end = printed.find("ERROR").unwrap_or(printed.len());
-    assert!(
-        output.status.success() && end == printed.len(),
-        "on {processes} processes:\n{}",
-        &printed[printed[..end].len().saturating_sub(1500)..(end + 400).min(printed.len())]
-    );
+    run_together(host, folder, &scripts, processes);
     let rows = |k: usize| tables(&folder.join(dump(k))).pop().unwrap_or_else(|| panic!("{} is empty", decks[k].name)).1;
     (0..decks.len()).map(rows).collect()
 }

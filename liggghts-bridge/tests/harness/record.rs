@@ -1,5 +1,6 @@
 //! What long runs of random and public decks found: `validation/results/host-decks.json`, written by `make host-decks`.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -23,9 +24,15 @@ pub struct Random {
     processors: usize,
 }
 
-/// Run `one` for `wanted` seeds from `first` on; it tells whether the host takes the script, and panics if something is wrong. The record goes on where
-/// an interrupted run of the same seeds has ended. Returns how many the host takes of how many.
-pub fn random(kind: &str, first: u64, wanted: u64, mut one: impl FnMut(u64) -> bool) -> [u64; 2] {
+/// Run `some` for the seeds from `first` on, `at_once` at a time, until `wanted` are done; it returns how many scripts the host takes, and panics if
+/// something is wrong. The record goes on where an interrupted run of the same seeds has ended. Returns how many the host takes of how many.
+pub fn random(
+    kind: &str,
+    first: u64,
+    wanted: u64,
+    at_once: u64,
+    mut some: impl FnMut(Range<u64>) -> usize,
+) -> [u64; 2] {
     let keys = ["random", kind];
     let before = get(&keys).and_then(|found| Random::deserialize(found).ok());
     let mut random = before
@@ -33,8 +40,9 @@ pub fn random(kind: &str, first: u64, wanted: u64, mut one: impl FnMut(u64) -> b
         .unwrap_or_else(|| Random { first, wanted, ..Random::default() });
     while random.drawn < wanted {
         let start = Instant::now();
-        random.ran += u64::from(one(first + random.drawn));
-        random.drawn += 1;
+        let done = wanted.min(random.drawn + at_once);
+        random.ran += some(first + random.drawn..first + done) as u64;
+        random.drawn = done;
         random.seconds += start.elapsed().as_secs_f64().round();
         random.commit = commit();
         std::env::consts::ARCH.clone_into(&mut random.machine);
