@@ -62,7 +62,9 @@ fn a_bond_replaces_the_contact_of_its_atoms() {
                 BEAM.strip_prefix("cohesive_beam ").unwrap()
             );
             scripts.push((format!("{styles}run 4\ncreate_bonds single/bond 1 1 2\nrun 4\n"), 3));
-            scripts.push((format!("{styles}fix make all bond/create 4 1 1 0.0105 1\nrun 8\n"), 4));
+            for create in ["bond/create", "bond/create/angle"] {
+                scripts.push((format!("{styles}fix make all {create} 4 1 1 0.0105 1\nrun 8\n"), 4));
+            }
         }
         for (script, last) in scripts {
             for processors in [1, 2] {

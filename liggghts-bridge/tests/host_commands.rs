@@ -9,7 +9,7 @@ mod harness;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use concordem_contact::math::Vec3;
 use harness::{Atom, Dice, Host, attempt_in, data_file_for, run_together, text};
@@ -368,9 +368,20 @@ fn every_command_of_the_programs_has_a_row_or_a_class() {
         for row in &table.row {
             let Some(test) = &row.test else { continue };
             let (file, function) = test.split_once("::").unwrap_or_else(|| panic!("{test}: give FILE::FUNCTION"));
-            let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(file).with_extension("rs");
-            let source = std::fs::read_to_string(&source).unwrap_or_else(|error| panic!("{test}: {error}"));
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+            let read = |path: PathBuf| std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{test}: {error}"));
+            let source = read(folder.join("tests").join(file).with_extension("rs"));
             assert!(source.contains(&format!("fn {function}(")), "{test} does not exist");
+            // Scripts are in the source, in the harness, in public decks, or in examples.
+            let scripts = ["tests/harness", "tests/public_decks/liggghts", "tests/public_decks/lammps", "examples"]
+                .map(|name| folder.join(name))
+                .iter()
+                .flat_map(|folder| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()))
+                .fold(source, |out, file| out + &read(file));
+            for command in &row.commands {
+                let name = command.rsplit(' ').next().unwrap().trim_end_matches("/omp");
+                assert!(scripts.contains(name), "{test} has no {command}");
+            }
         }
     }
 }
