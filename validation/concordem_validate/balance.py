@@ -6,14 +6,15 @@ from . import start as starts
 from .errors import HarnessError, Incomparable
 
 
-def _masses(task, result):
-    """Masses of the result, or those that the scenario gives."""
-    if "mass" in result.fields:
-        return result.fields["mass"][0]
+def _of_particles(task, result, name):
+    """A value of each particle, from the result, or from the scenario if the result has none, as a table in CSV."""
+    if name in result.fields:
+        return result.fields[name][0]
     try:
-        return starts.state(task.scenario, task.folder).mass
+        start = starts.state(task.scenario, task.folder)
     except HarnessError as error:
-        raise Incomparable("error", f"the result has no field `mass`, and the scenario gives none: {error}") from None
+        raise Incomparable("error", f"the result has no field `{name}`, and the scenario gives none: {error}") from None
+    return start.inertia(task.scenario.get("dimension", 3) == 2) if name == "inertia" else start.mass
 
 
 def _velocity(result):
@@ -21,24 +22,28 @@ def _velocity(result):
 
 
 def _momentum(task, result):
-    m = _masses(task, result)[:, None]
+    m = _of_particles(task, result, "mass")[:, None]
     v = _velocity(result)
     return (m * v).sum(axis=1), float((m[:, 0] * np.linalg.norm(v, axis=2)).sum(axis=1).max())
 
 
 def _angular_momentum(task, result):
-    """About the origin, with spins of solid spheres. Leapfrog has its velocities half a step before its positions."""
-    m, v = _masses(task, result)[:, None], _velocity(result)
+    """About the origin, with spins if the result has them. Leapfrog has its velocities half a step before its positions."""
+    m, v = _of_particles(task, result, "mass")[:, None], _velocity(result)
     x = meeting.of(result, "position").values
     if not np.array_equal(result.series["position"].steps, result.series["velocity"].steps):
         raise Incomparable("error", "`position` and `velocity` have different steps")
     if result.provenance.get("velocity_at", "half steps") == "half steps":
         x = x - 0.5 * result.dt * v
-    whole = (m * np.cross(x, v)).sum(axis=1)
-    if "angular_velocity" in result.series and "radius" in result.fields:
-        inertia = 0.4 * m * result.fields["radius"][0][:, None] ** 2
-        whole = whole + (inertia * result.series["angular_velocity"].values).sum(axis=1)
-    return whole, float((m[:, 0] * np.linalg.norm(np.cross(x, v), axis=2)).sum(axis=1).max())
+    each = m * np.cross(x, v)
+    if "angular_velocity" in result.series:
+        if not np.array_equal(result.series["angular_velocity"].steps, result.series["velocity"].steps):
+            raise Incomparable("error", "`angular_velocity` and `velocity` have different steps")
+        spins = _of_particles(task, result, "inertia")[:, None] * meeting.of(result, "angular_velocity").values
+    else:
+        spins = np.zeros_like(each)
+    size = np.linalg.norm(each, axis=2) + np.linalg.norm(spins, axis=2)
+    return (each + spins).sum(axis=1), float(size.sum(axis=1).max())
 
 
 KINDS = {"momentum": _momentum, "angular_momentum": _angular_momentum}
