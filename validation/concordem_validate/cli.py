@@ -317,18 +317,21 @@ def _lint(options):
 def _mutate(options):
     made = _project(options)
     engine = _named([options.engine])[0]
-    unseen, count = [], 0
+    unseen, count, planted, idle = [], 0, set(), set()
     for case in _load(options, made):
         peers = [c.peer if c.reference == engine else c.reference for c in case.checks if engine in c.pair]
         few = case.only([t.variant for t in case.tasks], {engine, *peers})
         if not few.checks:
             continue
-        hidden, seen = mutate.survivors(few, engine, lambda: runner.Runner(made.output, quiet=True))
+        hidden, seen, nothing = mutate.survivors(few, engine, lambda: runner.Runner(made.output, quiet=True))
         unseen += [f"{case.name}: no check sees {label}" for label in hidden]
         count += len(hidden) + len(seen)
+        planted.update(hidden, seen)
+        idle.update(nothing)
     if not count:
         raise HarnessError(f"no case compares `{engine}`")
-    print("\n".join([*unseen, f"{count - len(unseen)} of {count} mistakes are seen"]))
+    nowhere = [f"no case can show {label}: there it is zero or missing" for label in sorted(idle - planted)]
+    print("\n".join([*unseen, *nowhere, f"{count - len(unseen)} of {count} mistakes are seen"]))
     return rounds.FAILED if unseen else rounds.AGREES
 
 

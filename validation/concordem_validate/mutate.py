@@ -1,6 +1,8 @@
 """Mistakes planted in what an engine gets: those that no check sees tell what the cases cannot find."""
 import copy
 
+import numpy as np
+
 from . import registry
 from .errors import HarnessError
 from .quantity import si
@@ -41,9 +43,13 @@ def _without_bond(task):
 def _at(path):
     def change(task):
         place = task.scenario
-        for key in path[:-1]:
-            place = place[key]
-        value = place[path[-1]]
+        try:
+            for key in path[:-1]:
+                place = place[key]
+            value = place[path[-1]]
+        except (KeyError, IndexError):
+            # another variant, which has no such key
+            return
         place[path[-1]] = [si(v) * (1 + _PART) for v in value] if isinstance(value, list) else si(value) * (1 + _PART)
     return change
 
@@ -64,27 +70,41 @@ def _numbers(value, path):
 
 def mistakes(case, engine):
     """All mistakes for a case: label and change of the task."""
-    document = case.tasks[0].scenario
+    documents = [task.scenario for task in case.tasks]
     out = []
     if registry.needs_start(engine):
         out += [(f"{name} {_PART:.0%} too large", _scaled(name)) for name in ("mass", "radius", "dt", "velocity", "angular_velocity")]
-        if "bonds" in document:
+        if any("bonds" in document for document in documents):
             out.append(("the last bond left out", _without_bond))
-    paths = [p for k, m in enumerate(document["material"]) for p in _numbers(m, ("material", k))]
-    paths += [("integration", key) for key in ("gravity",) if any(map(si, document.get("integration", {}).get(key, [])))]
-    out += [(f"{'.'.join(map(str, path))} {_PART:.0%} too large", _at(path)) for path in paths
+    paths = [p for document in documents for k, m in enumerate(document["material"]) for p in _numbers(m, ("material", k))]
+    paths += [("integration", key) for document in documents for key in ("gravity",) if any(map(si, document.get("integration", {}).get(key, [])))]
+    out += [(f"{'.'.join(map(str, path))} {_PART:.0%} too large", _at(path)) for path in dict.fromkeys(paths)
             if not (registry.needs_start(engine) and path[-1] == "density")]
     return out
 
 
+def _alters(change, task):
+    """Whether a mistake changes anything of a task: a spin that is zero stays so."""
+    own = copy.copy(task)
+    own.scenario, own.start = copy.deepcopy(task.scenario), copy.deepcopy(task.start)
+    change(own)
+    same = task.start is None or all(np.array_equal(value, getattr(own.start, name)) for name, value in task.start.__dict__.items())
+    return not same or own.scenario != task.scenario
+
+
 def survivors(case, engine, make_runner):
-    """Mistakes of an engine that no check of a case sees, and those that some check sees: lists of labels."""
+    """Mistakes of an engine that no check of a case sees, those that some check sees, and those that change nothing here: lists of labels."""
     original = registry.ENGINES[engine]
-    sound = make_runner().run([case])
+    made = make_runner()
+    sound = made.run([case])
     if sound.failed(strict=False):
         raise HarnessError(f"case {case.name} fails already; mend it before you plant mistakes")
-    unseen, seen = [], []
+    computed = [made.with_start(copy.copy(task), engine) for task in case.tasks if sound.outcomes[case.name, task.variant, engine].status == "done"]
+    unseen, seen, idle = [], [], []
     for label, change in mistakes(case, engine):
+        if not any(_alters(change, task) for task in computed):
+            idle.append(label)
+            continue
         registry.ENGINES[engine] = _Mutant(original, change, label)
         try:
             round_ = make_runner().run([case])
@@ -92,5 +112,4 @@ def survivors(case, engine, make_runner):
             registry.ENGINES[engine] = original
         bad = [v for v in round_.verdicts if v.status == "fail"] + [o for o in round_.outcomes.values() if o.status not in ("done", "missing", "skipped")]
         (seen if bad else unseen).append(label)
-    return unseen, seen
-
+    return unseen, seen, idle

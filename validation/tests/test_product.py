@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import cli, project, registry, rounds, runner, start, starter
+from concordem_validate import cli, mutate, project, registry, rounds, runner, start, starter
 from concordem_validate.engines import command, concordem, lammps
 from concordem_validate.errors import HarnessError, NotInstalled, Unsupported
 from conftest import CASE, SCENARIO, Fake, judged, need
@@ -453,7 +453,20 @@ def test_planted_mistakes_show_what_the_cases_cannot_see(mine, no_page, capsys):
     # equal spheres exchange their velocities whatever their mass, radius, and stiffness are
     assert "no check sees mass 1% too large" in out and "normal_stiffness 1% too large" in out
     assert "no check sees velocity" not in out
+    # the spheres do not spin: a mistake that changes nothing is not one that a check has missed
+    assert "no check sees angular_velocity" not in out and "no case can show angular_velocity 1% too large" in out
     assert registry.ENGINES["mine"].__class__ is command.CommandEngine
+
+
+def test_mistakes_are_planted_in_every_variant_that_has_the_number(folder, engines):
+    """A variant without a key is no failure, which would count as a mistake that was seen."""
+    (folder / "cases/small/case.toml").write_text(
+        CASE + '[[variant]]\nname = "plain"\n[[variant]]\nname = "soft"\nchanges = { "material.0.frictional" = { normal_stiffness = 1e5 } }\n')
+    case = cases.load("small", folder / "cases")
+    # of our fakes nothing depends on the task, so no mistake is seen
+    unseen, seen, idle = mutate.survivors(case, "two", lambda: runner.Runner(folder / "out", quiet=True))
+    assert "material.0.frictional.normal_stiffness 1% too large" in unseen and not seen
+    assert idle == ["velocity 1% too large", "angular_velocity 1% too large"]
 
 
 def plus(size):
@@ -608,6 +621,41 @@ def test_balances_need_no_peer(folder, engines):
     assert {v.cause for v in judged(folder).verdicts} == {"difference"}
     engines["one"].change, engines["one"].number = None, "3"
     assert {v.cause for v in judged(folder).verdicts} == {"error"}
+
+
+@pytest.mark.parametrize("plane, share", [(False, 0.4), (True, 0.5)])
+def test_spins_count_also_in_a_table_without_fields(folder, engines, plane, share):
+    """Friction turns two spheres and slows their way past each other; CSV has no radii, so moments of inertia are those of the scenario."""
+    if plane:
+        path = folder / "cases/small/scenario.toml"
+        path.write_text(path.read_text().replace("version = 1", "version = 1\ndimension = 2", 1))
+    write_case(folder, '[[check]]\nname = "spins"\nkind = "balance"\nof = "angular_momentum"\ntolerance = 1e-12\nreason = "rounding"\n')
+    task = cases.load("small", folder / "cases").tasks[0]
+    mass = start.state(task.scenario, task.folder).mass
+
+    def rubbing(inertia, word="angular_velocity"):
+        def apply(result):
+            dt, force = 1e-3, np.array([0.0, 1e-6, 0])
+            x, v, w = np.array([[0.0, 0, 0], [3e-3, 0, 0]]), np.array([[0, 0.1, 0.0], [0, -0.1, 0]]), np.zeros((2, 3))
+            samples = []
+            for step in range(101):
+                if step % 10 == 0:
+                    samples.append((x, v, w))
+                # at the middle between the spheres
+                arm = 0.5 * (x[1] - x[0])
+                w = w + np.array([np.cross(arm, -force)] * 2) / inertia[:, None] * dt
+                v = v + np.array([-force, force]) / mass[:, None] * dt
+                x = x + v * dt
+            result.fields.clear()
+            for name, unit, values in zip(("position", "velocity", word), ("m", "m/s", "rad/s"), zip(*samples)):
+                result.add(name, range(0, 101, 10), values, unit)
+        return apply
+
+    inertia = share * mass * 1e-6
+    for number, (change, status) in enumerate(((rubbing(inertia), "pass"), (rubbing(1.001 * inertia), "fail"), (rubbing(inertia, "other"), "fail"))):
+        engines["one"].change, engines["one"].number = change, str(number)
+        verdict = judged(folder).verdicts[0]
+        assert verdict.status == status and verdict.cause in ("", "difference"), (number, verdict.message, verdict.difference)
 
 
 def test_a_history_has_a_curve_for_each_check(folder, engines, no_page, capsys):
