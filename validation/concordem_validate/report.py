@@ -26,6 +26,7 @@ _WORDS = {"pass": "agrees", "known": "known difference", "fail": "FAILS", "missi
 _SHORT = {"pass": "agree", "known": "known", "fail": "FAIL", "missing": "not installed", "skipped": "skipped"}
 _RANK = {"none": 0, "pass": 1, "known": 2, "skipped": 3, "missing": 3, "fail": 4}
 _MOST_PLOTTED = 8
+_MOST_CURVES = 6
 
 
 def _code(text):
@@ -71,25 +72,37 @@ def difference_plot(verdicts):
     return _figure(figure)
 
 
+def _shown(check, values, x, y):
+    """Numbers and names of the curves that a picture has room for: those with the largest differences."""
+    size = np.max(np.abs(y)) or 1.0
+    some = np.flatnonzero(np.max(np.abs(y), axis=0) >= 1e-9 * size)
+    largest = some[np.argsort(-np.max(np.abs(x - y), axis=0)[some], kind="stable")][:_MOST_CURVES]
+    shape = values.shape[1:]
+    axis = lambda c: "xyz"[c] if shape[-1] == 3 else str(c)
+    name = {0: lambda c: check.of, 1: axis, 2: lambda c: f"{c // shape[-1]}.{axis(c % shape[-1])}"}.get(len(shape), str)
+    return [(int(c), name(int(c))) for c in sorted(largest)]
+
+
 def curves_plot(verdict, ours):
     """Plot of both curves, and below it of their difference with the tolerance band."""
     check = verdict.check
-    x, y = verdict.values
-    x, y = (v.reshape(len(v), -1) for v in (x, y))
-    if x.shape[1] > 6:
-        return None
-    size = np.max(np.abs(y)) or 1.0
+    x, y = (v.reshape(len(v), -1) for v in verdict.values)
+    of = check.of
+    if check.scale == "displacement":
+        # particles stand far apart, beside which their motion is small
+        x, y, of = x - y[0], y - y[0], f"change of {of}"
     unit = ours.series[check.of].unit
     figure, (top, low) = plt.subplots(2, 1, figsize=(6.2, 3.6), sharex=True, height_ratios=(2, 1))
-    for c in range(x.shape[1]):
-        if np.max(np.abs(y[:, c])) < 1e-9 * size:
-            continue
-        top.plot(verdict.steps, x[:, c], f"C{c}-", lw=1.6, alpha=0.7)
+    shown = _shown(check, verdict.values[1], x, y)
+    for k, (c, name) in enumerate(shown):
+        top.plot(verdict.steps, x[:, c], f"C{k}-", lw=1.6, alpha=0.7, label=name)
         top.plot(verdict.steps, y[:, c], "k--", lw=0.7)
-        low.plot(verdict.steps, x[:, c] - y[:, c], f"C{c}-", lw=0.9)
+        low.plot(verdict.steps, x[:, c] - y[:, c], f"C{k}-", lw=0.9)
+    if len(shown) > 1:
+        top.legend(fontsize=7, ncols=2, title=None if x.shape[1] <= _MOST_CURVES else f"the largest differences of {x.shape[1]}", title_fontsize=7)
     bound = (check.known[1] if check.known else check.tolerance) * compare.scale_of(check.scale, verdict.values[1])
     low.axhspan(-bound, bound, color="green", alpha=0.12, lw=0)
-    top.set(ylabel=f"{check.of}\n{unit}", title=f"{verdict.variant}: {verdict.reference} (colour), {verdict.peer} (dashed)")
+    top.set(ylabel=f"{of}\n{unit}", title=f"{check.name} · {verdict.variant}: {verdict.reference} (color), {verdict.peer} (dashed)")
     low.set(ylabel=f"difference\n{unit}", xlabel=verdict.axis)
     most = max(bound, float(np.max(np.abs(x - y))))
     low.set_ylim(-1.3 * most, 1.3 * most)
@@ -186,14 +199,13 @@ def _case(case, round_):
         if verdict.growth is not None:
             groups.setdefault((verdict.check.name, verdict.check.of), []).append(verdict)
     plots = [difference_plot(group) for group in groups.values()]
+    # of each pair of a check the worst variant
     seen, curves = set(), []
     for verdict in sorted(verdicts, key=lambda v: -_RANK[v.status]):
-        if verdict.values is None or verdict.growth is None or (verdict.check.name, verdict.peer) in seen or len(curves) >= 4:
-            continue
-        plot = curves_plot(verdict, results[verdict.variant, verdict.reference])
-        if plot:
-            curves.append(plot)
-            seen.add((verdict.check.name, verdict.peer))
+        which = verdict.check.name, verdict.reference, verdict.peer
+        if verdict.values is not None and verdict.growth is not None and which not in seen:
+            seen.add(which)
+            curves.append((f"{verdict.check.name}: {verdict.reference} and {verdict.peer}", curves_plot(verdict, results[verdict.variant, verdict.reference])))
     pictures = []
     for task in case.tasks[:2]:
         mine = [(e, r) for (v, e), r in results.items() if v == task.variant and e not in ("analytic", "table") and not e.endswith("-np2")][:3]

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import cli, mutate, project, registry, rounds, runner, start, starter
+from concordem_validate import cli, mutate, project, registry, report, rounds, runner, start, starter
 from concordem_validate.engines import command, concordem, lammps
 from concordem_validate.errors import HarnessError, NotInstalled, Unsupported
 from conftest import CASE, SCENARIO, Fake, judged, need
@@ -656,6 +656,32 @@ def test_spins_count_also_in_a_table_without_fields(folder, engines, plane, shar
         engines["one"].change, engines["one"].number = change, str(number)
         verdict = judged(folder).verdicts[0]
         assert verdict.status == status and verdict.cause in ("", "difference"), (number, verdict.message, verdict.difference)
+
+
+def test_a_report_has_the_curves_of_each_check_and_peer(folder, engines):
+    """Also of many particles, of which it shows the curves that differ most, and of more than a few checks."""
+    def crowd(off):
+        def apply(result):
+            one = result.series["position"]
+            one.values = np.concatenate([one.values + 0.01 * k for k in range(10)], axis=1)
+            one.values[-1, 17, 1] += off
+        return apply
+
+    engines["one"].change, engines["two"].change, engines["three"].change = crowd(0.0), crowd(3e-9), crowd(0.0)
+    more = ("force", "position", "position", "position")
+    write_case(folder, "".join(f'[[check]]\nname = "{of} {k}"\nkind = "series"\npeer = ["two", "three"]\nof = "{of}"\ntolerance = 1e-6\n'
+                               f'scale = "{"displacement" if of == "position" else "maximum"}"\nreason = "rounding"\n' for k, of in enumerate(more)),
+               '["two", "three"]')
+    round_ = judged(folder)
+    assert {v.status for v in round_.verdicts} == {"pass"}, [v.message for v in round_.verdicts]
+    page = report.write(folder / "report.html", [cases.load("small", folder / "cases")], round_, {}).read_text()
+    wanted = [f'alt="curves of {of} {k}: one and {peer}"' for k, of in enumerate(more) for peer in ("two", "three")]
+    assert [page.count(text) for text in wanted] == [1] * 8
+    # sphere 17 has moved along y
+    verdict = next(v for v in round_.verdicts if v.check.of == "position" and v.peer == "two")
+    x, y = (v.reshape(len(v), -1) for v in verdict.values)
+    names = [name for _, name in report._shown(verdict.check, verdict.values[1], x, y)]
+    assert "17.y" in names and len(names) == 6
 
 
 def test_a_history_has_a_curve_for_each_check(folder, engines, no_page, capsys):
