@@ -133,8 +133,9 @@ class Runner:
         also = getattr(one, "also", lambda _: "")(task)
         if engine == concordem.NAME and task.peer:
             also += self.key(self.with_start(copy.copy(task), task.peer), task.peer)
-        text = json.dumps([engine, self.version(engine), harness_hash(), case_hash(task), _hash_of(task.start), plant, task.check_threads, also],
-                          default=str)
+        # only our program runs again with other threads
+        threads = task.check_threads and engine.split("@")[0] == concordem.NAME
+        text = json.dumps([engine, self.version(engine), harness_hash(), case_hash(task), _hash_of(task.start), plant, threads, also], default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def with_start(self, task, engine):

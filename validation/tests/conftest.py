@@ -25,6 +25,8 @@ def need(*engines):
             pytest.skip(str(error))
 
 
+# where the rounds of the suite store their runs
+FOLDER = cases.ROOT.parents[1] / "target" / "validate"
 SCENARIO = """version = 1
 [packing]
 kind = "spheres"

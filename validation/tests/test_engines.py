@@ -1,14 +1,18 @@
 """Running engines: missing, hanging, and crashing peers, stored runs, bitwise equal results."""
 import math
+import os
+import shutil
+import sys
 import time
 
 import pytest
 from concordem_validate import case as cases
 from concordem_validate import cli, process, quirks, report, rounds, runner, scenario
+from concordem_validate import start as starts
 from concordem_validate.engines import concordem, esys, lammps, liggghts, translate, yade
 from concordem_validate.errors import Crashed, NotInstalled, TimedOut, Unsupported
 from concordem_validate.result import Result
-from conftest import need
+from conftest import FOLDER, need
 
 
 def test_a_hanging_engine_is_stopped_with_its_children(tmp_path):
@@ -16,6 +20,30 @@ def test_a_hanging_engine_is_stopped_with_its_children(tmp_path):
     with pytest.raises(TimedOut, match="hello"):
         process.run(["bash", "-c", "echo hello; sleep 60 & wait"], tmp_path, 0.5)
     assert time.perf_counter() - start < 10
+
+
+def test_ranks_share_a_processor_unless_their_time_counts(tmp_path, monkeypatch):
+    """Each on its own, beside other work, they wait for a time slice in each step: 15 to 30 s in place of 1 to 4."""
+    count = "import os; print(len(os.sched_getaffinity(0)))"
+    alone, _ = process.run(process.on_one_processor([sys.executable, "-c", count]), tmp_path, 60)
+    assert alone.strip() == "1"
+    # another processor at the next call, if there is one
+    places = {process.on_one_processor(["x"])[2] for _ in range(len(os.sched_getaffinity(0)))}
+    assert places == {str(k) for k in os.sched_getaffinity(0)}
+    commands = []
+
+    def told(command, *_):
+        commands.append(command)
+        raise Crashed("not run")
+
+    monkeypatch.setattr(process, "run", told)
+    task = cases.load("chung-ooi").tasks[0]
+    task.start = starts.state(task.scenario, task.folder)
+    for engine, timed, first in ((liggghts.TWO, False, "taskset"), (liggghts.TWO, True, "mpirun"), (liggghts.ONE, False, "liggghts")):
+        task.timed = timed
+        with pytest.raises(Crashed):
+            engine.run(task, tmp_path, 60)
+        assert commands[-1][0] == first
 
 
 def test_a_crashing_engine_is_reported_with_its_last_words(tmp_path):
@@ -82,12 +110,18 @@ ROUND = [("cpm-bond", ["mixed"], []), ("slip-to-roll", ["finite", "yade-spinning
 
 
 def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
+    """Runs that are stored for the rounds of the suite, each made from nothing, and the same once more."""
     need("concordem", "yade", "operators")
+    few = lambda: [cases.load(name).only(variants, peers) for name, variants, peers in ROUND]
     folders = tmp_path / "a", tmp_path / "b"
-    for folder in folders:
-        few = [cases.load(name).only(variants, peers) for name, variants, peers in ROUND]
-        round_ = runner.Runner(folder, quiet=True).run(few)
-        assert all(o.status == "done" and not o.kept for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
+    stored = runner.Runner(FOLDER, quiet=True).run(few())
+    fresh = runner.Runner(folders[1], quiet=True).run(few())
+    for outcomes in (stored.outcomes.values(), fresh.outcomes.values()):
+        assert all(o.status == "done" for o in outcomes), [o.message for o in outcomes]
+    assert not any(o.kept for o in fresh.outcomes.values())
+    (folders[0] / "runs").mkdir(parents=True)
+    for outcome in stored.outcomes.values():
+        shutil.copy(outcome.path, folders[0] / "runs")
     assert cli.main(["compare", *map(str, folders)]) == 0
     assert "12 results compared, all bitwise equal" in capsys.readouterr().out
     # one changed bit is detected, and so is a missing result

@@ -9,9 +9,8 @@ from concordem_validate import runner, scenario, stability, start
 from concordem_validate.engines import concordem
 from concordem_validate.errors import HarnessError, Incomparable, Unsupported
 from concordem_validate.quantity import si
-from conftest import need
+from conftest import FOLDER, need
 
-FOLDER = cases.ROOT.parents[1] / "target" / "validate"
 FAST = [name for name in cases.names() if cases.load(name).tier == "fast"]
 # a random packing is the program's; its radii, density, overlaps, and contacts are checked
 OF_THE_PROGRAM = {"places in the packing"}

@@ -477,7 +477,9 @@ class Liggghts:
         command = [*map(str, program), "-log", "log.liggghts"]
         if self.ranks > 1:
             command = ["mpirun", "-np", str(self.ranks), "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", *command]
-        text, wall = process.run(command, folder, limit, {**process.ONE_THREAD, **MPI})
+        # a run whose time counts has its processors
+        shared = self.ranks > 1 and not task.timed
+        text, wall = process.run(process.on_one_processor(command) if shared else command, folder, limit, {**process.ONE_THREAD, **MPI})
         if not (folder / "dump.txt").exists():
             raise Crashed("LIGGGHTS ended without a dump (see log.txt)")
         count = len(task.start.radius)
