@@ -30,14 +30,48 @@ BULK = ["silo", "drum", "penetration"]
 FULL = ["penetration-25000"]
 # engines that have no particles, and therefore no time
 TIMELESS = {"analytic", "table"}
+# What the publication and YADE's deck of it (examples/DEM2020Benchmark) run: spheres, steps, and the small case with the same process.
+# How many spheres the drum has is in a file that we do not have.
+PUBLISHED = [("silo, M1, 5 s", 122_000, 3_333_333, "silo"), ("silo, M2, 5 s", 122_000, 2_500_000, "silo"),
+             ("drum, 5 s, per 10,000 spheres", 10_000, 6_250_000, "drum"),
+             *((f"penetration, {n:,} spheres, 0.1 s", n + 1, 200_000, "penetration") for n in (25_000, 50_000, 100_000))]
+# of ten spheres in flight: nearly all of its time is the start of a program
+START = "hertz-restitution"
 NAMES = {"concordem": "ConcorDEM", "yade": "YADE", "liggghts": "LIGGGHTS", "liggghts-np2": "LIGGGHTS, 2 processes", "analytic": "closed form",
          "table": "published"}
 
 
-def measured(name, folder):
-    """All engines on all variants of a case, one after the other: times of their processes, and all verdicts."""
+def timed(made, task, engine, limit):
+    """What an engine did, and the seconds of a processor that it took. A run that an interrupted study has finished is kept with its seconds."""
+    outcome, seconds = None, None
+    for again in (False, True):
+        # a stored run without its seconds is that of another study
+        made.fresh = again
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        outcome = made.one(copy.copy(task), engine, limit)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if outcome.status != "done":
+            break
+        note = _note(outcome)
+        if not outcome.kept:
+            note.write_text(repr(sum(getattr(after, key) - getattr(before, key) for key in ("ru_utime", "ru_stime"))))
+        if note.exists():
+            seconds = float(note.read_text())
+            break
+    return outcome, seconds
+
+
+def _note(outcome):
+    return outcome.path.with_suffix(".seconds")
+
+
+def measured(name, folder, few=()):
+    """All engines on all variants of a case, or the `few` that are named, one after the other: times of their processes, and all verdicts."""
     case = cases.load(name)
-    made = runner.Runner(folder, jobs=1, fresh=True, quiet=True, time_factor=20)
+    left_out = [e for e in case.engines if few and e not in few]
+    if left_out:
+        case = case.only([t.variant for t in case.tasks], [case.reference, *few])
+    made = runner.Runner(folder, jobs=1, quiet=True, time_factor=20)
     round_, times = Round(), []
     for task in case.tasks:
         # a second run with two threads is no part of the time
@@ -45,24 +79,49 @@ def measured(name, folder):
         # the start state is made before, once
         made.with_start(copy.copy(task), "yade")
         for engine in [case.reference, *case.engines_of[task.variant]]:
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            outcome = made.one(copy.copy(task), engine, case.time_limit)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            outcome, seconds = timed(made, task, engine, case.time_limit)
             round_.outcomes[name, task.variant, engine] = outcome
             if outcome.status == "done" and engine not in TIMELESS:
                 numbers = outcome.result().numbers
-                spent = sum(getattr(after, key) - getattr(before, key) for key in ("ru_utime", "ru_stime"))
-                times.append(dict(variant=task.variant, engine=engine, processor_s=round(spent, 3), particles=numbers.get("particles"),
+                times.append(dict(variant=task.variant, engine=engine, processor_s=round(seconds, 3), particles=numbers.get("particles"),
                                   steps=numbers.get("steps")))
+                print(f"{name} · {task.variant} · {engine}: {seconds:.1f} s", flush=True)
+    curves = {}
+    for (_, variant, engine), outcome in round_.outcomes.items():
+        if outcome.status == "done" and hasattr(case.module, "curves"):
+            task = next(t for t in case.tasks if t.variant == variant)
+            for label, (x, y) in case.module.curves(task, outcome.result()).items():
+                curves.setdefault(label, {})[engine] = [[float(f"{v:.5g}") for v in values] for values in (x, y)]
     # ratios of run times are checks of the harness, with both engines in turn
     case.checks = [check for check in case.checks if check.kind != "speed"]
     kept = ("variant", "check", "reference", "peer", "status", "cause", "difference", "tolerance", "known")
     verdicts = [{k: v for k, v in describe(one).items() if k in kept} for one in compare.judge(case, round_.outcomes)]
     states = {f"{o.variant} · {o.engine}": f"{o.status}: {o.message}" for o in round_.outcomes.values() if o.status != "done"}
     versions = {e: made.version(e) for e in dict.fromkeys(o.engine for o in round_.outcomes.values() if o.status == "done") if e not in TIMELESS}
-    return dict(title=case.title, source=case.source, times=times, verdicts=verdicts, not_done=states, versions=versions,
+    done = [o for o in round_.outcomes.values() if o.status == "done"]
+    for outcome in done:
+        # the next study measures again
+        _note(outcome).unlink(missing_ok=True)
+    return dict(title=case.title, source=case.source, times=times, verdicts=verdicts, not_done=states, left_out=left_out, curves=curves, versions=versions,
                 date=datetime.now(timezone.utc).isoformat(timespec="seconds"), processor=provenance.processor(), host=platform.platform(),
                 load_average=[round(x, 1) for x in os.getloadavg()], commit=provenance.of_tree())
+
+
+def _estimates(data):
+    """Lines of the page: hours of a processor for what is published, by the steps of a sphere that each engine makes in a second."""
+    found = [row for row in PUBLISHED if row[-1] in data]
+    if START not in data or not found:
+        return []
+    start = {t["engine"]: t["processor_s"] for t in data[START]["times"]}
+    engines = [t["engine"] for t in data[found[0][-1]]["times"]]
+    lines = ["", "## Published sizes", "",
+             "Estimates: spheres times steps, at the speed of the small case less the start of the program. Spheres that leave the silo count as if they",
+             "stayed. 122,000 spheres do not fit into the caches that hold 580, so that each step of a sphere takes longer.", "",
+             "| Published | Steps | " + " | ".join(f"{NAMES.get(e, e)}, hours" for e in engines) + " |", "|---|---|" + "---|" * len(engines)]
+    for label, spheres, steps, name in found:
+        times = {t["engine"]: (t["processor_s"] - start[t["engine"]]) / (t["particles"] * t["steps"]) for t in data[name]["times"]}
+        lines.append(f"| {label} | {steps:,} | " + " | ".join(f"{times[e] * spheres * steps / 3600:.2g}" for e in engines) + " |")
+    return lines
 
 
 def _number(value):
@@ -92,7 +151,10 @@ def page(data):
              "same start state. Written by `validation/round_robin.py` from `validation/results/round-robin.json`.", "",
              "The published packings are files that we do not have, and the cases of Dosta et al. are small: their materials, restitutions, frictions, and",
              "counted quantities follow the publication and YADE's deck of it, sizes and speeds do not. So codes are compared with each other there,",
-             "not with published curves. Penetration of the published size: `--full`.", "", "## Times", "",
+             "not with published curves. Penetration of the published size: `validation/round_robin.py --full`; `--engines liggghts` leaves YADE out. An",
+             "interrupted study keeps the engines that have finished.", "",
+             "![Curves of the three bulk processes, each in three codes](../images/round-robin.png)", "",
+             "*What the benchmark counts, in small, in all codes from the same start. Low is x > 0 > z in the drum, high x < 0 < z.*", "", "## Times", "",
              "Seconds of processor time of one process, with start and output. They compare codes on one machine in one hour, and say nothing of another.", ""]
     engines = list(dict.fromkeys(t["engine"] for one in data.values() for t in one["times"]))
     lines += ["| Case | Particles | Steps | " + " | ".join(NAMES.get(e, e) for e in engines) + " |", "|---|---|---|" + "---|" * len(engines)]
@@ -103,10 +165,13 @@ def page(data):
             label = name if variant == "main" else f"{name}, {variant}"
             lines.append(f"| {label} | {first['particles']} | {first['steps']} | " + " | ".join(
                 f"{rows[e]['processor_s']:.3g}" if e in rows else "" for e in engines) + " |")
+    lines += _estimates(data)
     for name, one in data.items():
         lines += ["", f"## {one['title']}", "", f"Case `{name}`, {one['date'][:10]}, {one['processor']}. Source: {one['source']}.", "",
                   "| Check | Reference | Peer | Largest difference | Allowed | Verdict |", "|---|---|---|---|---|---|", *_rows(one)]
         lines += [f"\nNot done: {key}: {message}." for key, message in one["not_done"].items()]
+        if one.get("left_out"):
+            lines.append(f"\nNot run: {', '.join(NAMES.get(e, e) for e in one['left_out'])}.")
     return "\n".join(lines) + "\n"
 
 
@@ -114,12 +179,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--full", action="store_true", help="also the cases of full size")
     parser.add_argument("--only", help="names of cases, separated by commas; they run again")
+    parser.add_argument("--engines", help="only these beside the reference, separated by commas")
     parser.add_argument("--page", action="store_true", help="write the page, run nothing")
     options = parser.parse_args()
     data = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     wanted = options.only.split(",") if options.only else [n for n in [*IMPACTS, *BULK, *(FULL if options.full else [])] if n not in data]
     for name in [] if options.page else wanted:
-        one = measured(name, ROOT / "target/validate/round-robin")
+        one = measured(name, ROOT / "target/validate/round-robin", options.engines.split(",") if options.engines else ())
         # another process may have added cases meanwhile
         data = (json.loads(RESULTS.read_text()) if RESULTS.exists() else {}) | {name: one}
         order = [*IMPACTS, *BULK, *FULL]

@@ -322,7 +322,27 @@ def paper(runs):
     save(figure, "paper")
 
 
+def round_robin(_runs):
+    """What Dosta et al. count, in small, in three codes from one start: as recorded by validation/round_robin.py."""
+    data = json.loads((BOOK.parents[1] / "validation/results/round-robin.json").read_text(encoding="utf-8"))
+    # one or two spheres are no curve
+    curves = [(name, label, by_engine) for name in ("silo", "penetration", "drum") for label, by_engine in data[name]["curves"].items()
+              if name != "drum" or max(by_engine["concordem"][1]) > 2]
+    figure, axes = plt.subplots(2, -(-len(curves) // 2), figsize=(12, 6), layout="constrained")
+    styles = {"concordem": ("ConcorDEM", "-", BLUE, 3.0), "yade": ("YADE", "--", ORANGE, 1.8), "liggghts": ("LIGGGHTS", ":", RED, 1.8)}
+    for axis, (name, label, by_engine) in zip(axes.flat, curves):
+        for engine, (x, y) in by_engine.items():
+            word, line, color, width = styles[engine]
+            axis.plot(x, y, line, color=color, linewidth=width, label=word)
+        axis.set(title=f"{name}: {label}", xlabel="time, s", ylim=(None if name == "penetration" else 0, None))
+    axes.flat[0].legend()
+    for axis in axes.flat[len(curves):]:
+        axis.remove()
+    save(figure, "round-robin")
+
+
 PICTURES = {
+    "round-robin": round_robin,
     "emissions": emissions,
     "fragments": fragments,
     "first-specimen": first_specimen,

@@ -58,3 +58,14 @@ def measures(task, result):
         out["center"] += [float(x.mean()), float(z.mean())]
         out |= {f"low {name}": float(((x > 0) & (z < 0)).mean()), f"high {name}": float(((x < 0) & (z > 0)).mean())}
     return {**out, "low": out["low M1"]}
+
+
+def curves(task, result):
+    """What the benchmark counts: time in s, and spheres of each material in the two quadrants."""
+    series, radius = result.series["position"], result.fields["radius"][0]
+    x, z = series.values[:, :, 0], series.values[:, :, 2]
+    out = {}
+    for name, chosen in (("small", radius < radius.max()), ("large", radius == radius.max())):
+        for place, inside in (("low", (x > 0) & (z < 0)), ("high", (x < 0) & (z > 0))):
+            out[f"{name} spheres, {place}"] = (series.steps * result.dt, inside[:, chosen].sum(axis=1))
+    return out

@@ -3,4 +3,4 @@ import runpy
 from pathlib import Path
 
 _SMALL = runpy.run_path(str(Path(__file__).parents[1] / "penetration" / "case.py"))
-scenario, measures = _SMALL["scenario"], _SMALL["measures"]
+scenario, measures, curves = (_SMALL[name] for name in ("scenario", "measures", "curves"))

@@ -28,3 +28,9 @@ def measures(task, result):
     """Height of the ball over time, and its way."""
     height = result.series["position"].values[:, -1, 2]
     return {"way": (height[0] - height[1:]).tolist(), "depth": float(height[0] - height.min())}
+
+
+def curves(task, result):
+    """What the benchmark counts: time in s, and height of the ball in m."""
+    series = result.series["position"]
+    return {"height of the ball, m": (series.steps * result.dt, series.values[:, -1, 2])}

@@ -57,3 +57,9 @@ def measures(task, result):
     late = int(np.argmax(left >= quarter))
     arrival = float(np.interp(quarter, left[late - 1:late + 1], times[late - 1:late + 1])) if left[-1] >= quarter else math.inf
     return {"left": left[1:].tolist(), "retained": retained.tolist(), "quarter": arrival}
+
+
+def curves(task, result):
+    """What the benchmark counts: time in s, and spheres in the silo."""
+    series = result.series["position"]
+    return {"spheres in the silo": (series.steps * result.dt, (series.values[:, :, 2] > 0).sum(axis=1))}
