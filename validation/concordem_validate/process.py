@@ -19,8 +19,8 @@ _CONTROLS = re.compile("[^\t\n\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010
 
 
 def on_one_processor(command):
-    """The command with all its processes on one processor, another one at each call. A rank that waits yields it to the one that it waits for;
-    on two processors, beside other work, it waits for a time slice in each step."""
+    """The command with all its processes on one processor, another one at each call: a rank that waits yields it to the one that it waits for,
+    and takes no processor from other work. For programs that yield."""
     if not (shutil.which("taskset") and hasattr(os, "sched_getaffinity")):
         return command
     allowed = sorted(os.sched_getaffinity(0))

@@ -23,7 +23,7 @@ def test_a_hanging_engine_is_stopped_with_its_children(tmp_path):
 
 
 def test_ranks_share_a_processor_unless_their_time_counts(tmp_path, monkeypatch):
-    """Each on its own, beside other work, they wait for a time slice in each step: 15 to 30 s in place of 1 to 4."""
+    """A rank that waits yields to the other, not to other work. For a time it must have a processor of its own."""
     count = "import os; print(len(os.sched_getaffinity(0)))"
     alone, _ = process.run(process.on_one_processor([sys.executable, "-c", count]), tmp_path, 60)
     assert alone.strip() == "1"

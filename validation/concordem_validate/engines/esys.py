@@ -53,9 +53,9 @@ def run(task, folder, limit):
         change(data)
     (folder / "task.json").write_text(json.dumps(data))
     (folder / "esys_driver.py").write_text(_DRIVER)
-    # one master and one worker process, of which one waits
-    command = ["mpirun", "-np", "2", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "esysparticle", "esys_driver.py"]
-    _, wall = process.run(process.on_one_processor(command), folder, limit, {**process.ONE_THREAD, **MPI})
+    # one master and one worker process
+    _, wall = process.run(["mpirun", "-np", "2", "--oversubscribe", "--bind-to", "none", "esysparticle", "esys_driver.py"], folder, limit,
+                          {**process.ONE_THREAD, **MPI})
     if not (folder / "out.json").exists():
         raise Crashed("ESyS-Particle ended without a result (see log.txt)")
     out = json.loads((folder / "out.json").read_text())
