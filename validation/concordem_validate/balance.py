@@ -27,6 +27,16 @@ def _momentum(task, result):
     return (m * v).sum(axis=1), float((m[:, 0] * np.linalg.norm(v, axis=2)).sum(axis=1).max())
 
 
+def _inertia(task, result):
+    """Moments of inertia about each axis, one row per particle; those of a body that is no sphere turn with it, which no series tells."""
+    values = np.asarray(_of_particles(task, result, "inertia"), float)
+    if values.ndim == 1:
+        return values[:, None]
+    if task.scenario.get("dimension", 3) != 2 and not np.allclose(values, values[:, :1], rtol=1e-12, atol=0):
+        raise Incomparable("error", f"`inertia` of {result.engine} depends on the axis; the balance is for spheres")
+    return values
+
+
 def _angular_momentum(task, result):
     """About the origin, with spins if the result has them. Leapfrog has its velocities half a step before its positions."""
     m, v = _of_particles(task, result, "mass")[:, None], _velocity(result)
@@ -39,7 +49,7 @@ def _angular_momentum(task, result):
     if "angular_velocity" in result.series:
         if not np.array_equal(result.series["angular_velocity"].steps, result.series["velocity"].steps):
             raise Incomparable("error", "`angular_velocity` and `velocity` have different steps")
-        spins = _of_particles(task, result, "inertia")[:, None] * meeting.of(result, "angular_velocity").values
+        spins = _inertia(task, result) * meeting.of(result, "angular_velocity").values
     else:
         spins = np.zeros_like(each)
     size = np.linalg.norm(each, axis=2) + np.linalg.norm(spins, axis=2)

@@ -27,6 +27,7 @@ _SHORT = {"pass": "agree", "known": "known", "fail": "FAIL", "missing": "not ins
 _RANK = {"none": 0, "pass": 1, "known": 2, "skipped": 3, "missing": 3, "fail": 4}
 _MOST_PLOTTED = 8
 _MOST_CURVES = 6
+_MARGINS = dict(left=0.16, right=0.97, top=0.91)
 
 
 def _code(text):
@@ -34,9 +35,12 @@ def _code(text):
     return markupsafe.Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(text))))
 
 
-def _figure(figure):
+def _figure(figure, margins=None):
+    """A figure as text of a page. With given margins it is drawn once, else twice, to find them."""
     data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=100, bbox_inches="tight")
+    if margins:
+        figure.subplots_adjust(**margins)
+    figure.savefig(data, format="png", dpi=100, bbox_inches=None if margins else "tight")
     plt.close(figure)
     return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode()
 
@@ -66,10 +70,13 @@ def difference_plot(verdicts):
         else:
             axes.axhline(check.tolerance, color=colour, ls="--", lw=0.8)
     axes.set(yscale="log", xlabel=verdicts[0].axis, ylabel="difference / scale", title=verdicts[0].check.name)
+    # a hundred small ticks of fifteen decades take most of the time
+    axes.minorticks_off()
     axes.set_ylim(bottom=5e-18)
     axes.grid(alpha=0.3)
+    axes.title.set_fontsize(9)
     axes.legend(fontsize=7, loc="best")
-    return _figure(figure)
+    return _figure(figure, {**_MARGINS, "bottom": 0.17})
 
 
 def _shown(check, values, x, y):
@@ -107,9 +114,11 @@ def curves_plot(verdict, ours):
     most = max(bound, float(np.max(np.abs(x - y))))
     low.set_ylim(-1.3 * most, 1.3 * most)
     for axes in (top, low):
+        # short numbers, for which there is room
+        axes.ticklabel_format(axis="y", scilimits=(-3, 4))
         axes.grid(alpha=0.3)
         axes.title.set_fontsize(9)
-    return _figure(figure)
+    return _figure(figure, {**_MARGINS, "bottom": 0.14})
 
 
 def picture(results, task):

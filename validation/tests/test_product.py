@@ -651,11 +651,22 @@ def test_spins_count_also_in_a_table_without_fields(folder, engines, plane, shar
                 result.add(name, range(0, 101, 10), values, unit)
         return apply
 
+    def told(rows):
+        """With the moments about each axis, as YADE has them."""
+        def apply(result):
+            rubbing(inertia)(result)
+            result.fields["inertia"] = inertia[:, None] * rows, "kg*m^2"
+        return apply
+
     inertia = share * mass * 1e-6
-    for number, (change, status) in enumerate(((rubbing(inertia), "pass"), (rubbing(1.001 * inertia), "fail"), (rubbing(inertia, "other"), "fail"))):
+    unequal = np.array([1.0, 2.0, 1.0])
+    for number, (change, status) in enumerate((
+            (rubbing(inertia), "pass"), (rubbing(1.001 * inertia), "fail"), (rubbing(inertia, "other"), "fail"), (told(np.ones(3)), "pass"),
+            (told(1.001 * np.ones(3)), "fail"), (told(unequal), "pass" if plane else "fail"))):
         engines["one"].change, engines["one"].number = change, str(number)
         verdict = judged(folder).verdicts[0]
-        assert verdict.status == status and verdict.cause in ("", "difference"), (number, verdict.message, verdict.difference)
+        assert verdict.status == status, (number, verdict.message, verdict.difference)
+        assert verdict.cause == ("" if status == "pass" else "error" if number == 5 else "difference")
 
 
 def test_a_report_has_the_curves_of_each_check_and_peer(folder, engines):
