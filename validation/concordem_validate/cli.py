@@ -1,6 +1,7 @@
 """Command line of the harness."""
 import argparse
 import math
+import os
 import sys
 from pathlib import Path
 
@@ -12,6 +13,10 @@ from .result import Result
 _CODES = ("Exit codes: 0: all checks are within tolerance; 1: a check failed or could not be made; 2: wrong arguments or an unreadable case; "
           "3: a required engine is missing or computed nothing (those of `require` in validate.toml; all with --strict, or with CI and without "
           "validate.toml); 5: nothing was checked, or a merged round lacks cases.")
+
+
+# as a shell tells a program that SIGPIPE has ended
+_PIPE_CLOSED = 141
 
 
 def _number(text, least, kind=float):
@@ -104,7 +109,13 @@ def _parser():
 def main(arguments=None):
     options = _parser().parse_args(arguments)
     try:
-        return globals()[f"_{options.command}"](options)
+        code = globals()[f"_{options.command}"](options)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # `head` has what it wants; what is left in the buffer goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _PIPE_CLOSED
     except HarnessError as error:
         print(f"concordem-validate: {error}", file=sys.stderr)
         return rounds.WRONG_INPUT

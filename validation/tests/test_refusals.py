@@ -1,5 +1,9 @@
 """What must not pass, or end in a traceback: results, limits, names, and arguments that a stranger has tried."""
+import os
+import subprocess
+import sys
 import xml.dom.minidom
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -275,3 +279,12 @@ def test_two_zero_curves_compare_nothing(tmp_path, capsys):
         (tmp_path / f"{name}.csv").write_text("time,force\ns,N\n0,0\n1,0\n")
     assert cli.main(["compare", str(tmp_path / "a.csv"), str(tmp_path / "b.csv")]) == rounds.FAILED
     assert "zero in both" in capsys.readouterr().out
+
+
+def test_a_reader_that_closes_its_pipe_is_no_mistake_of_a_path():
+    read, write = os.pipe()
+    os.close(read)
+    ran = subprocess.run([sys.executable, "-m", "concordem_validate", "list"], stdout=write, stderr=subprocess.PIPE, text=True,
+                         env={**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])})
+    os.close(write)
+    assert (ran.returncode, ran.stderr) == (141, "")
