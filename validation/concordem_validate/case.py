@@ -91,7 +91,6 @@ class Task:
     command: str = "run"
     about: str = ""
     check_threads: bool = False
-    timed: bool = False  # the run time counts
     place: Path = None  # file of the scenario
     plant: dict = field(default_factory=dict)
 

@@ -1,8 +1,6 @@
 """Runs an engine in a separate process, which is stopped with all its children at the time limit."""
-import itertools
 import os
 import re
-import shutil
 import signal
 import subprocess
 import time
@@ -12,19 +10,9 @@ from .errors import Crashed, Refused, TimedOut
 # One thread per peer: sums must not depend on threads (YADE), and peers must not compete for cores.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 _TAIL = 1 << 16
-_turns = itertools.count()
 # colors and other commands to a terminal, and what XML and JSON readers refuse
 _ESCAPES = re.compile("\x1b(?:\\[[0-?]*[ -/]*[@-~]|\\][^\x07\x1b]*(?:\x07|\x1b\\\\)?|.)?")
 _CONTROLS = re.compile("[^\t\n\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-
-
-def on_one_processor(command):
-    """The command with all its processes on one processor, another one at each call: a rank that waits yields it to the one that it waits for,
-    and takes no processor from other work. For programs that yield."""
-    if not (shutil.which("taskset") and hasattr(os, "sched_getaffinity")):
-        return command
-    allowed = sorted(os.sched_getaffinity(0))
-    return ["taskset", "--cpu-list", str(allowed[next(_turns) % len(allowed)]), *command]
 
 
 def plain(text):

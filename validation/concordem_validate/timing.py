@@ -66,7 +66,7 @@ def _samples(result):
 
 def _time(runner, case, task, name, samples):
     own = copy.copy(task)
-    own.check_threads, own.timed = False, True
+    own.check_threads = False
     runner.with_start(own, name)
     if name != "concordem" and own.peer_scenario:
         own.scenario = own.peer_scenario

@@ -1,14 +1,11 @@
 """Running engines: missing, hanging, and crashing peers, stored runs, bitwise equal results."""
 import math
-import os
 import shutil
-import sys
 import time
 
 import pytest
 from concordem_validate import case as cases
 from concordem_validate import cli, process, quirks, report, rounds, runner, scenario
-from concordem_validate import start as starts
 from concordem_validate.engines import concordem, esys, lammps, liggghts, translate, yade
 from concordem_validate.errors import Crashed, NotInstalled, TimedOut, Unsupported
 from concordem_validate.result import Result
@@ -20,30 +17,6 @@ def test_a_hanging_engine_is_stopped_with_its_children(tmp_path):
     with pytest.raises(TimedOut, match="hello"):
         process.run(["bash", "-c", "echo hello; sleep 60 & wait"], tmp_path, 0.5)
     assert time.perf_counter() - start < 10
-
-
-def test_ranks_share_a_processor_unless_their_time_counts(tmp_path, monkeypatch):
-    """A rank that waits yields to the other, not to other work. For a time it must have a processor of its own."""
-    count = "import os; print(len(os.sched_getaffinity(0)))"
-    alone, _ = process.run(process.on_one_processor([sys.executable, "-c", count]), tmp_path, 60)
-    assert alone.strip() == "1"
-    # another processor at the next call, if there is one
-    places = {process.on_one_processor(["x"])[2] for _ in range(len(os.sched_getaffinity(0)))}
-    assert places == {str(k) for k in os.sched_getaffinity(0)}
-    commands = []
-
-    def told(command, *_):
-        commands.append(command)
-        raise Crashed("not run")
-
-    monkeypatch.setattr(process, "run", told)
-    task = cases.load("chung-ooi").tasks[0]
-    task.start = starts.state(task.scenario, task.folder)
-    for engine, timed, first in ((liggghts.TWO, False, "taskset"), (liggghts.TWO, True, "mpirun"), (liggghts.ONE, False, "liggghts")):
-        task.timed = timed
-        with pytest.raises(Crashed):
-            engine.run(task, tmp_path, 60)
-        assert commands[-1][0] == first
 
 
 def test_a_crashing_engine_is_reported_with_its_last_words(tmp_path):

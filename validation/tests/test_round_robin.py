@@ -63,6 +63,10 @@ def test_estimates_scale_with_spheres_and_steps():
     rows = lines[lines.index("| Published | Steps | YADE, hours |") + 2:]
     for row, (label, spheres, steps, _) in zip(rows, round_robin.PUBLISHED, strict=True):
         assert row.startswith(f"| {label} | {steps:,} | ") and float(row.split("|")[3]) == pytest.approx(spheres * steps * 1e-6 / 3600, rel=0.05)
+    # a larger case, with half the speed, tells more
+    larger = round_robin._estimates({round_robin.START: times(1.0, 10, 1), **small, "penetration-25000": times(1.0 + 2.0, 1000, 1000)})
+    assert larger[-1] != lines[-1] and larger[-6:-3] == lines[-6:-3]
+    assert float(larger[-1].split("|")[3]) == pytest.approx(100_001 * 200_000 * 2e-6 / 3600, rel=0.05)
 
 
 def test_the_picture_has_the_recorded_curves_of_all_codes():
