@@ -198,10 +198,9 @@ def rows_of_geometry(geom: Addresses) -> tuple[tuple[tuple[str, int], ...], NDAr
     return _WATCHED_GEOMETRY, _core.memory_rows(geom, [(host().layout[f"ScGeom6D.{name}"], size) for name, size in _WATCHED_GEOMETRY])
 
 
-def new_objects() -> tuple[Any, Any]:
+def classes() -> tuple[str, str]:
     """See :class:`._histories.Law`."""
-    wrapper = host().wrapper
-    return wrapper.ScGeom6D(), wrapper.CohFrictPhys()
+    return "ScGeom6D", "CohFrictPhys"
 
 
 making = contextlib.nullcontext

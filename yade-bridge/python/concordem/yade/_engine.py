@@ -402,6 +402,8 @@ class BondedEngine:
             omega.bodies[int(number)].groupMask = int(distinct[0]) | bit
         collider.avoidSelfInteractionMask |= bit
         self._kind["mask"] = bit
+        if self.law and self._mirror is None and (kept := _interactions.kept_between(self.ids)):
+            self.mirror().adopt(kept)
         _interactions.clear_between(self.ids)
         sort_anew()
 
@@ -429,6 +431,11 @@ class BondedEngine:
             collider = engine_of("InsertionSortCollider")
             collider.avoidSelfInteractionMask &= ~bit
             sort_anew()
+
+    def hand_over_objects(self) -> None:
+        """Let the objects that a script has kept share what YADE has got."""
+        if self._mirror is not None:
+            self._mirror.hand_over()
 
     def _put_in(self) -> None:
         """Undo :meth:`_take_out`."""

@@ -67,8 +67,8 @@ class Law(Protocol):
     def rows_of_geometry(self, geom: Addresses) -> tuple[tuple[tuple[str, int], ...], NDArray[np.uint8]] | None:
         """Names and bytes of what a script may change in the geometry, and these."""
 
-    def new_objects(self) -> tuple[Any, Any]:
-        """Objects of YADE for a contact: geometry and physics."""
+    def classes(self) -> tuple[str, str]:
+        """Names of YADE's classes of geometry and physics."""
 
     def making(self) -> AbstractContextManager[None]:
         """Within this, YADE makes interactions whose histories are written afterwards."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 from typing import Any, Iterator, Protocol
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from .. import _core
 from . import _changes, _histories
 from ._concrete import class_of, create_interactions, scatter, sort_anew, write_contacts, write_images
+from ._memory import known_address_of, known_pointer
 from ._rules import refuse
 from ._scene import Interactions, Ints, Reals, at_rest, gather, host, interactions, of_class
 
@@ -46,6 +48,30 @@ def clear_between(ids: Ints) -> None:
     own.eraseNonReal()
 
 
+#: Owners of an interaction of YADE, and of its geometry and physics, if no script has kept one: the container, and both bodies.
+_OWNERS = {"": 3, "Interaction.geom": 1, "Interaction.phys": 1}
+
+
+def kept_between(ids: Ints) -> list[Any]:
+    """The real interactions between these bodies of which a script has kept the object, or a part."""
+    found, layout = interactions(), host().layout
+    vector = known_pointer(known_address_of(host().omega._sceneObj) + layout["Scene.interactions"]) + layout["interactions.vector"]
+    start, end = (ctypes.c_uint64 * 2).from_address(vector)
+    pointers = np.ctypeslib.as_array((ctypes.c_uint64 * ((end - start) // 8)).from_address(start)).reshape(-1, 2) if end > start else np.zeros((0, 2), np.uint64)
+    order = np.argsort(pointers[:, 0])
+    owner = order[np.searchsorted(pointers[order, 0], found.address)]
+    kept = np.zeros(len(found.address), bool)
+    for field, usual in _OWNERS.items():
+        # Beside the target, a shared pointer has the address of its counter, whose number follows the address of its class.
+        if field:
+            counter = _core.memory_rows(found.address, [(layout[field] + 8, 8)]).view(np.uint64).reshape(-1)
+        else:
+            counter = np.ascontiguousarray(pointers[owner, 1])
+        kept |= _core.memory_rows(counter, [(8, 4)]).view(np.int32).reshape(-1) > usual
+    kept &= np.isin(found.id1, ids) & np.isin(found.id2, ids)
+    return [host().interactions[int(one), int(two)] for one, two in zip(found.id1[kept], found.id2[kept])]
+
+
 #: YADE's law of the bonds of each kind of engine; others have laws that YADE does not have.
 LAWS = {"concrete": "Law2_ScGeom_CpmPhys_Cpm", **{kind: law.FUNCTORS["lawDispatcher"] for kind, law in _histories.LAWS.items()}}
 
@@ -73,6 +99,9 @@ class Bonds(Protocol):
 
     def update_states(self) -> None:
         """Write CpmState."""
+
+    def hand_over_objects(self) -> None:
+        """Let the objects that a script has kept share what YADE has got."""
 
     def _take_out(self) -> None: ...
     def _put_in(self) -> None: ...
@@ -110,6 +139,7 @@ def hand_over(engine: Bonds) -> dict[str, int]:
     engine._take_out()
     try:
         counts = _write_contacts(engine)
+        engine.hand_over_objects()
     except BaseException:
         # Nothing is lost: the bonds act again.
         clear_between(engine.ids)

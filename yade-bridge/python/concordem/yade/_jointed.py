@@ -166,10 +166,9 @@ def _is_six() -> bool:
     return is_a(functor, _SIX)
 
 
-def new_objects() -> tuple[Any, Any]:
+def classes() -> tuple[str, str]:
     """See :class:`._histories.Law`."""
-    wrapper = host().wrapper
-    return (wrapper.ScGeom6D if _is_six() else wrapper.ScGeom)(), wrapper.JCFpmPhys()
+    return ("ScGeom6D" if _is_six() else "ScGeom"), "JCFpmPhys"
 
 
 @contextlib.contextmanager

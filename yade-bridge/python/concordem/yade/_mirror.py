@@ -8,6 +8,8 @@ changes in them is found by comparison and followed before the next step, or ref
 from __future__ import annotations
 
 import math
+import sys
+import weakref
 from typing import Any, Callable, Iterable
 
 import numpy as np
@@ -60,6 +62,10 @@ class Mirror:
         #: Reference lengths, bit by bit. A contact that opened and closed between two looks has another one, and nothing of the earlier contact.
         self._reference = np.zeros(0, np.int64)
         self._contacts: list[Any] = []
+        #: Objects of contacts that have ended, which scripts have kept, by the pair.
+        self._ended: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
+        #: Objects that a script has kept from YADE, by the pair; those of Python are others.
+        self._adopted: dict[int, Any] = {}
         none: Addresses = np.zeros(0, np.uint64)
         self._address, self._geom, self._phys = none, none, none
         self._one = self._two = np.zeros(0, np.int32)
@@ -86,6 +92,18 @@ class Mirror:
         #: The objects as they are written, for :meth:`_hand_out`; None if they must be read.
         self._written: list[_changes.Rows] | None = None
 
+    @property
+    def classes(self) -> tuple[str, str]:
+        """Names of YADE's classes of geometry and physics."""
+        if self._kind in _histories.LAWS:
+            return _histories.LAWS[self._kind].classes()
+        return {"concrete": ("ScGeom", "CpmPhys"), "scenario": ("ScGeom", "NormShearPhys")}[self._kind]
+
+    @property
+    def stays(self) -> bool:
+        """Whether each reading must ask for the step: the native engine does not tell its steps."""
+        return not self._parameters
+
     # -- reading ------------------------------------------------------------------------------------------------------
 
     def refresh(self) -> None:
@@ -93,7 +111,8 @@ class Mirror:
         moment = self._moment()
         if moment == self._at:
             return
-        self.refuse_late_changes()
+        if self.out:
+            self._refuse_late_changes()
         bonds = self._bonds()
         # While YADE runs in another thread, a step may end between two calls.
         for _ in range(1000):
@@ -103,7 +122,8 @@ class Mirror:
             if again == moment:
                 break
             moment = again
-        self._write(bonds, table, bodies)
+        with _reading.filling():
+            self._write(bonds, table, bodies)
         self._at, self._before, self._filled = moment, [], filled
 
     def refresh_stiffness(self) -> None:
@@ -170,16 +190,29 @@ class Mirror:
         new = np.flatnonzero(~known)
         physics = self._constants(one[new], two[new])
         wrapper = host().wrapper
+        shapes, parts = (getattr(wrapper, name) for name in self.classes)
+        # A script may have kept the object of a contact that is another one now, between the same bodies, or none.
+        gone = np.setdiff1d(np.arange(len(old)), place[known])
+        earlier = {int(self._keys[k] >> 1): (old[k], int(self._reference[k])) for k in gone.tolist()}
+        references = _bits(table["reference_length"])
         for k, given in zip(new.tolist(), physics):
-            contact = wrapper.Interaction()
-            if self._kind in _histories.LAWS:
-                shape, made = _histories.LAWS[self._kind].new_objects()
+            pair = int(keys[k] >> 1)
+            contact, reference = earlier.pop(pair, (self._ended.pop(pair, None) or self._adopted.get(pair), 0))
+            if contact is not None and reference == int(references[k]):
+                # A bond that has broken, and is a contact without cohesion.
+                shape, made = contact.geom, contact.phys
             else:
-                shape = wrapper.ScGeom()
-                made = wrapper.CpmPhys(isCohesive=bool(keys[k] & 1), **given) if given is not None else wrapper.NormShearPhys(kn=math.nan, ks=math.nan)
-            _reading.put(contact, shape, made)
+                contact = contact or wrapper.Interaction()
+                shape, made = shapes(), parts(kn=math.nan, ks=math.nan) if self._kind == "scenario" else parts()
+                _reading.put(contact, shape, made)
+            if given is not None:
+                for name, value in {**given, "isCohesive": bool(keys[k] & 1)}.items():
+                    setattr(made, name, value)
             contacts[k] = contact
             address[k], geom[k], phys[k] = known_address_of(contact), known_address_of(shape), known_address_of(made)
+        for pair, (contact, _) in earlier.items():
+            _reading.put(contact, None, None)
+            self._ended[pair] = contact
         layout = host().layout
         for name, ids in (("Interaction.id1", one), ("Interaction.id2", two)):
             _core.memory_scatter_i32(address[new], layout[name], ids[new])
@@ -214,9 +247,8 @@ class Mirror:
         # What a script has erased is gone at once. Before the next look, the engine has the number.
         if self._moment() == self._at:
             return len(self._contacts)
-        if changed := self._changes():
-            self._before = []
-            self._refuse_late(changed)
+        if self.out:
+            self._refuse_late_changes()
         return int(self._bonds().solver.contact_count)
 
     def contacts(self) -> list[Any]:
@@ -275,6 +307,11 @@ class Mirror:
                 return
         self.fill()
 
+    def match(self) -> None:
+        """Let those objects be real whose contacts exist after the last step."""
+        if self._moment() != self._at and (self._filled is None or not np.array_equal(self._bonds().solver.contact_rows(), self._filled)):
+            self.fill()
+
     def fill(self) -> None:
         """Write the values of the last step into the objects, for a script that may change them."""
         self._waits_at = None
@@ -284,6 +321,35 @@ class Mirror:
             if not self._before:
                 self._before = self._written or self._read()
             self._written = None
+
+    # -- objects that a script has kept from YADE, or keeps when YADE gets the bonds back --------------------------------------------
+
+    def adopt(self, contacts: list[Any]) -> None:
+        """Have these interactions of YADE, whose contacts the engine has taken over."""
+        bonds = self._bonds()
+        self._kind = bonds._kind["kind"]
+        table = _table(bonds)
+        row = {tuple(sorted(pair)): k for k, pair in enumerate(zip(table["a"].tolist(), table["b"].tolist()))}
+        rows = np.array([row[tuple(sorted((contact.id1, contact.id2)))] for contact in contacts])
+        keys = keys_of(*(table[name][rows] for name in ("a", "b", "bonded")))
+        order = np.argsort(keys)
+        self._contacts = [contacts[k] for k in order.tolist()]
+        self._keys, self._reference = keys[order], _bits(table["reference_length"][rows[order]])
+        self._adopted = dict(zip((self._keys >> 1).tolist(), self._contacts))
+        self._one, self._two = ((self._keys >> shift & 0x7FFFFFFF).astype(np.int32) for shift in (32, 1))
+        parts = [(contact, contact.geom, contact.phys) for contact in self._contacts]
+        self._address, self._geom, self._phys = (np.array([known_address_of(part[k]) for part in parts], np.uint64) for k in range(3))
+        _reading.wait(self)
+
+    def hand_over(self) -> None:
+        """Let the objects that a script has kept share the parts of the interactions that YADE has made of the same contacts."""
+        own = host().interactions
+        with _reading.filling():
+            for contact in self._contacts:
+                # The list, the name, and the argument.
+                if sys.getrefcount(contact) > 3 and own.has(contact.id1, contact.id2):
+                    made = own[contact.id1, contact.id2]
+                    _reading.put(contact, made.geom, made.phys)
 
     # -- changes by scripts -------------------------------------------------------------------------------------------
 
@@ -312,6 +378,8 @@ class Mirror:
         if changed and self._moment() != self._at:
             self._refuse_late(changed)
         self.out = False
+        # What the script has kept is filled when it reads it again.
+        _reading.wait(self)
         return bool(changed or self._erased)
 
     def followed(self) -> None:
@@ -323,10 +391,8 @@ class Mirror:
         """Attributes of the physics that the law reads, row by row."""
         return _changes.values(self._phys)
 
-    def refuse_late_changes(self) -> None:
-        """Raise YadeError if an object that a script has kept from an earlier step was changed: its values are not the present ones."""
-        if not self._before:
-            return
+    def _refuse_late_changes(self) -> None:
+        """Raise YadeError if a script has changed objects before a step that has not followed."""
         changed = self._changes()
         self._before = []
         if changed:
@@ -335,8 +401,8 @@ class Mirror:
     def _refuse_late(self, changed: dict[str, int]) -> None:
         name, row = next(iter(changed.items()))
         raise refuse(
-            f"{name} of the contact of bodies {self._one[row]} and {self._two[row]} was changed in an object of an earlier step, so the change was "
-            "lost; take the contact from O.interactions again in the step in which you change it",
+            f"{name} of the contact of bodies {self._one[row]} and {self._two[row]} was changed in a run of the native engine, which follows between two steps "
+            "only, so the change was lost; change it when O.run has ended",
             "Changed",
         )
 

@@ -77,6 +77,12 @@ class NativeBonds:
         write_states(self.solver)
         update_lost(self._native)
 
+    def hand_over_objects(self) -> None:
+        """Let the objects that a script has kept share what YADE has got."""
+        found = _mirrors.get(address_of(self._native))
+        if found is not None:
+            found.hand_over()
+
     def _take_out(self) -> None:
         """The engine ends when the bonds are in O.interactions: until then they would be lost by an error."""
 

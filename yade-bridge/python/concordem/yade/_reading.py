@@ -1,12 +1,15 @@
-"""Fills the objects of bonds when a script reads the first one, not when it asks for them: a loop that reads nothing then costs no values.
+"""Fills the objects of bonds when a script reads one: an object that it asks for, or that it has kept from an earlier step. Loops that read nothing cost
+no values.
 
-Between both, `Interaction.geom` and `Interaction.phys` are other attributes, which fill the objects and put YADE's own back.
+After each step, the attributes of interactions, and of the geometry and physics of bonds, are others. The first one that a script reads fills the
+objects and puts YADE's own attributes back.
 """
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from typing import Any, Protocol
+from typing import Any, Iterator, Protocol
 
 from ._scene import host
 
@@ -14,25 +17,51 @@ from ._scene import host
 class Waiting(Protocol):
     """Objects of a bonded engine whose values are not those of the last step."""
 
+    @property
+    def classes(self) -> tuple[str, str]:
+        """Names of YADE's classes of their geometry and physics."""
+
+    @property
+    def stays(self) -> bool:
+        """Whether each reading must ask, because the engine does not tell its steps."""
+
     def fill(self) -> None:
         """Write the values of the last step into the objects."""
 
+    def match(self) -> None:
+        """Let those objects be real whose contacts exist after the last step."""
 
-_NAMES = ("geom", "phys")
-#: YADE's own attributes, while others stand in their place.
-_own: dict[str, Any] = {}
+
+_PARTS = ("geom", "phys")
+#: What is read of an interaction itself.
+_OF_CONTACT = (*_PARTS, "cellDist", "dict", "updateAttrs")
+#: YADE's own attributes, while others stand in their place; None: those of the base class.
+_own: dict[tuple[Any, str], Any] = {}
 _waiting: list[Waiting] = []
+_is_filling = False
+
+
+@contextlib.contextmanager
+def filling() -> Iterator[None]:
+    """Within this, objects are filled, and their attributes are YADE's own."""
+    global _is_filling
+    before, _is_filling = _is_filling, True
+    try:
+        yield
+    finally:
+        _is_filling = before
 
 
 def wait(objects: Waiting) -> None:
     """Fill these objects when a script reads one."""
     if objects not in _waiting:
         _waiting.append(objects)
-    if not _own:
-        kind = host().wrapper.Interaction
-        for name in _NAMES:
-            _own[name] = getattr(kind, name)
-            setattr(kind, name, property(functools.partial(_read, name), functools.partial(_write, name)))
+    wrapper = host().wrapper
+    for kind in (wrapper.Interaction, *(getattr(wrapper, name) for name in objects.classes)):
+        for name, (own, other) in _others(kind).items():
+            if (kind, name) not in _own:
+                _own[kind, name] = own
+                setattr(kind, name, other)
 
 
 def end(objects: Waiting | None) -> None:
@@ -42,29 +71,67 @@ def end(objects: Waiting | None) -> None:
 
 
 def put(contact: Any, geometry: Any, physics: Any) -> None:
-    """Give a new interaction its parts, whether objects wait or not."""
-    for name, value in zip(_NAMES, (geometry, physics)):
-        if _own:
-            _own[name].__set__(contact, value)
-        else:
+    """Give an interaction its parts, whether objects wait or not."""
+    kind = host().wrapper.Interaction
+    for name, value in zip(_PARTS, (geometry, physics)):
+        own = _own.get((kind, name))
+        if own is None:
             setattr(contact, name, value)
+        else:
+            own.__set__(contact, value)
+
+
+@functools.cache
+def _others(kind: Any) -> dict[str, tuple[Any, property]]:
+    """The attributes of a class that are read, with those that fill the objects before: name, YADE's own in this class, other."""
+    is_contact = kind is host().wrapper.Interaction
+    names = _OF_CONTACT if is_contact else [name for name in dir(kind) if not name.startswith("_")]
+    found = {}
+    for name in names:
+        own = getattr(kind, name)
+        if isinstance(own, property) or callable(own):
+            found[name] = (vars(kind).get(name), property(functools.partial(_read, own), functools.partial(_write, own)))
+    if is_contact:
+        found["isReal"] = (vars(kind)["isReal"], property(functools.partial(_is_real, kind.isReal)))
+    return found
+
+
+def _put_back(names: list[tuple[Any, str]]) -> None:
+    for kind, name in names:
+        own = _own.pop((kind, name))
+        if own is None:
+            delattr(kind, name)
+        else:
+            setattr(kind, name, own)
 
 
 def _fill() -> None:
     """Fill all objects that wait, and put YADE's attributes back."""
-    for name in _NAMES:
-        setattr(host().wrapper.Interaction, name, _own.pop(name))
-    while _waiting:
-        _waiting.pop().fill()
+    if _is_filling:
+        return
+    objects = [one for one in _waiting]
+    _waiting[:] = [one for one in objects if one.stays]
+    if not _waiting:
+        _put_back(list(_own))
+    for one in objects:
+        one.fill()
 
 
-def _read(name: str, contact: Any) -> Any:
-    if _own:
-        _fill()
-    return getattr(contact, name)
+def _read(own: Any, part: Any) -> Any:
+    _fill()
+    return own.__get__(part, type(part))
 
 
-def _write(name: str, contact: Any, value: Any) -> None:
-    if _own:
-        _fill()
-    setattr(contact, name, value)
+def _write(own: Any, part: Any, value: Any) -> None:
+    _fill()
+    own.__set__(part, value)
+
+
+def _is_real(own: Any, contact: Any) -> Any:
+    """Whether a contact is real, which needs no values."""
+    for one in [] if _is_filling else list(_waiting):
+        one.match()
+    name = (host().wrapper.Interaction, "isReal")
+    if name in _own and not any(one.stays for one in _waiting):
+        _put_back([name])
+    return own.__get__(contact, type(contact))
