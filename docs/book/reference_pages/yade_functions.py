@@ -9,8 +9,10 @@ RESULTS = ROOT / "yade-bridge/tests/yade/functions.json"
 TITLES = {
     "functions": ("Functions", "Functions of the modules that scripts import."),
     "engines": ("Engines", "Engines and recorders, behind the others in `O.engines`."),
-    "laws": ("Methods of laws", "Methods of functors of laws that need no arguments."),
+    "laws": ("Methods of laws", "Methods of the functors of all laws in `O.engines`, beside that of the bonds."),
 }
+#: Scenes of the test.
+KINDS = {"concrete": "Beside bonds of concrete", "cohesive": "Beside contacts of `CohFrictMat`"}
 
 
 def _grouped(outcomes):
@@ -33,7 +35,8 @@ def _short(outcome):
     kind, _, reason = outcome.partition(": ")
     words = {
         "as YADE": "answers as stock YADE" + (", which raises an error in the scene of the test" if reason else ""),
-        "not called": f"not called in the test: {reason}",
+        "no bonds": "finds no bonds, and answers for other contacts: stock YADE takes bonds for contacts of this law without a look at their class, which gives "
+        "numbers without meaning, or ends it",
         "ends stock YADE in this scene": "ends stock YADE in the scene of the test",
     }
     return words.get(kind, "refused")
@@ -42,7 +45,7 @@ def _short(outcome):
 def pages():
     """The page, by file name."""
     kept = json.loads(RESULTS.read_text(encoding="utf-8"))
-    versions = sorted({version for found in kept.values() for version in found})
+    versions = sorted({version for kinds in kept.values() for found in kinds.values() for version in found})
     lines = [
         "# Functions and engines of YADE beside a bonded engine", "",
         "A test calls each of them in a scene of stock YADE and in the same scene after `take_over()`. A number that differs by more than 1e-9 is an error, "
@@ -50,12 +53,14 @@ def pages():
     ]
     for what, (title, meaning) in TITLES.items():
         lines += [f"## {title}", "", meaning, ""]
-        short = defaultdict(list)
-        for outcome, names in _grouped(kept.get(what, {})).items():
-            short[_short(outcome)] += names
-        refused = sorted(name for name in short.pop("refused", []))
-        for outcome in sorted(short):
-            lines += [f"{outcome[0].upper()}{outcome[1:]}", f": {', '.join(sorted(short[outcome]))}", ""]
-        if refused:
-            lines += ["Refused, with the remedy", f": {', '.join(refused)}", ""]
+        for kind, scene in KINDS.items():
+            lines += [f"### {scene}: {title.lower()}", ""]
+            short = defaultdict(list)
+            for outcome, names in _grouped(kept.get(what, {}).get(kind, {})).items():
+                short[_short(outcome)] += names
+            refused = sorted(name for name in short.pop("refused", []))
+            for outcome in sorted(short):
+                lines += [f"{outcome[0].upper()}{outcome[1:]}", f": {', '.join(sorted(short[outcome]))}", ""]
+            if refused:
+                lines += ["Refused, with the remedy", f": {', '.join(refused)}", ""]
     return {"yade-functions.md": "\n".join(lines)}

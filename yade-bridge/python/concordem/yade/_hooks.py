@@ -95,6 +95,17 @@ READING_FUNCTIONS = (
     *("interactionAnglesHistogram", "intrsOfEachBody", "maxOverlapRatio", "normalShearStressTensors", "numIntrsOfEachBody", "sumFacetNormalForces"),
     *("stressTensorOfPeriodicCell", "totalForceInVolume", "unbalancedForce"),
 )
+#: Laws of bonds that the methods of a law read; "": those of bond(), for which they are refused. Methods of all other laws find no bonds: some take every
+#: interaction for one of theirs, which can end the process.
+METHODS_OF_LAWS = {
+    "Law2_ScGeom_CpmPhys_Cpm": ("", "Law2_ScGeom_CpmPhys_Cpm"),
+    "Law2_ScGeom6D_CohFrictPhys_CohesionMoment": ("", "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"),
+    "Law2_ScGeom_JCFpmPhys_JointedCohesiveFrictionalPM": ("", "Law2_ScGeom_JCFpmPhys_JointedCohesiveFrictionalPM"),
+    # They read every FrictPhys.
+    "Law2_ScGeom_FrictPhys_CundallStrack": ("Law2_ScGeom6D_CohFrictPhys_CohesionMoment",),
+    "Law2_ScGeom_FrictViscoPhys_CundallStrackVisco": ("Law2_ScGeom6D_CohFrictPhys_CohesionMoment",),
+    "Law2_PolyhedraGeom_PolyhedraPhys_Volumetric": ("Law2_ScGeom6D_CohFrictPhys_CohesionMoment",),
+}
 
 
 def bonded() -> list[Bonded]:
@@ -309,14 +320,15 @@ def install() -> None:
     replace_everywhere("createInteraction", yade.utils.createInteraction, _creating(yade.utils.createInteraction))
     for name in dir(yade.wrapper):
         kind = getattr(yade.wrapper, name)
-        # Methods of other laws find no contacts of theirs among the bonds; some take all interactions for theirs, which can end the process.
-        is_law = name in LAWS.values()
-        reads = is_law or name in ("TesselationWrapper", "TriaxialStressController")
+        reads = name in METHODS_OF_LAWS or name in ("TesselationWrapper", "TriaxialStressController")
         for method, function in list(vars(kind).items()) if reads or name.startswith("Law2_") else ():
             if reads and not method.startswith("_") and type(function).__name__ == "function":
-                setattr(kind, method, _reading(f"{name}.{method}()", function, name if is_law else ""))
+                setattr(kind, method, _reading(f"{name}.{method}()", function, METHODS_OF_LAWS.get(name)))
             elif isinstance(function, staticmethod):
                 setattr(kind, method, staticmethod(_refusing(f"{name}.{method}()", function.__func__)))
+    cohesion = yade.wrapper.Ip2_CohFrictMat_CohFrictMat_CohFrictPhys
+    if hasattr(cohesion, "setCohesion"):
+        cohesion.setCohesion = _filling(cohesion.setCohesion)
     _container_of_bonds(yade.wrapper)
     _lost_of_states(yade.wrapper.CpmState)
     _joints_of_states(yade.wrapper.JCFpmState)
@@ -492,12 +504,12 @@ def _refusing(name: str, function: Any, why: str = _OF_ITS_LAW) -> Any:
     return checked
 
 
-def _reading(name: str, function: Any, law: str = "") -> Any:
-    """A function of YADE that reads interactions, and finds the bonds; a method of a law finds those of this law."""
+def _reading(name: str, function: Any, laws: Sequence[str] | None = None) -> Any:
+    """A function of YADE that reads interactions, and finds the bonds; a method of a law finds those of these `laws`."""
 
     @functools.wraps(function)
     def with_bonds(*arguments: Any, **named: Any) -> Any:
-        hidden = [engine for engine in _hidden() if not law or engine.law in ("", law)]
+        hidden = [engine for engine in _hidden() if laws is None or engine.law in laws]
         if not hidden:
             return function(*arguments, **named)
         if not all(engine.law for engine in hidden):
@@ -523,6 +535,18 @@ def _called(engine: Any, call: Callable[[], Any]) -> Any:
         one.update_lost()
     with lent(hidden):
         return call()
+
+
+def _filling(function: Any) -> Any:
+    """A function of YADE in C++ that changes an interaction, which may be a bond."""
+
+    @functools.wraps(function)
+    def with_values(*arguments: Any, **named: Any) -> Any:
+        for engine in _hidden():
+            engine.mirror().fill()
+        return function(*arguments, **named)
+
+    return with_values
 
 
 def _creating(function: Any) -> Any:

@@ -22,6 +22,7 @@ FOLLOWED = (
 #: Engines that read O.interactions, where they do not find the bonds of other engines than take_over(), with their replacements; all but those
 #: of FOLLOWED do not find those of take_over() either.
 BLIND = {
+    "CapillarityEngine": _NOTHING,
     "CapillaryStressRecorder": _STRESS,
     "CohesiveFrictionalContactLaw": "use InteractionLoop",
     "CpmStateUpdater": "use BondedEngine_Rust(updateStates=n)",
