@@ -199,6 +199,46 @@ def test_a_periodic_cell():
     assert abs(np.array(utils.getStress()).T - engine.stress()).max() < 1e-9 * abs(engine.stress()).max()
 
 
+def test_clumps():
+    """Members of clumps in a packing that breaks, bonded to others; clumps from the start, and of bodies that have been bonded, whose contact within the clump
+    must be erased. A force on a member moves its clump."""
+    members = [[36, 37], [52, 56, 57], [44, 61]]
+
+    def pull(ours, late, **take):
+        made = []
+        lattice(rate=4.0, law=dict(useIncrementalForm=True), before=None if late else lambda: made.extend(O.bodies.clump(ids) for ids in members))
+        if late:
+            made.extend(O.bodies.clump(ids) for ids in members)
+            if ours:
+                with raises(YadeError, "bodies 52 and 56 interact, but belong to one clump; erase the interaction"):
+                    bridge.take_over()
+            for one, two in ((36, 37), (52, 56), (56, 57)):
+                O.interactions.erase(one, two)
+        engine = bridge.take_over(**take) if ours else None
+        O.run(100, True)
+        for member in (36, 61):
+            O.forces.setPermF(member, (0.3, -0.2, 0.1))
+        O.run(200, True)
+        # Stock YADE makes erased contacts within a clump anew, which move nothing.
+        within = {pair: row for pair, row in state_of_contacts().items() if any(set(pair) <= set(ids) for ids in members)}
+        assert not within or late and not ours
+        others = {pair: row for pair, row in state_of_contacts().items() if pair not in within}
+        return displacements(), others, [Vector3(O.bodies[k].state.pos) for k in made], engine
+
+    for late in (False, True):
+        wanted, contacts, places, _ = pull(False, late)
+        found, ours, centers, engine = pull(True, late)
+        assert differ(wanted, found) < MANY, differ(wanted, found)
+        same_contacts(contacts, ours)
+        assert max((one - two).norm() for one, two in zip(places, centers)) < MANY * RADIUS
+        of_members = [pair for pair in contacts if pair[0] in sum(members, []) or pair[1] in sum(members, [])]
+        # Some of the bonds of members have broken.
+        assert len(of_members) > 10 and engine.bond_count == sum(not i.phys.cohesionBroken for i in O.interactions) < 220
+    with raises(YadeError, "clump"):
+        lattice(before=lambda: O.bodies.clump(members[0]))
+        bridge.take_over(motion=True)
+
+
 def test_new_contacts_and_other_bodies():
     """Fragments and a box: contacts that begin later, between spheres and with what stays YADE's."""
 
