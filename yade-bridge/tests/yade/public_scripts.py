@@ -466,4 +466,123 @@ for k in range(20):
         # Contacts break, which amplifies rounding: 1e-10 in 2023.02a, 8e-10 in 2025.2.0.
         tolerance=1e-8,
     ),
+    "triax_of_cohesion": Script(
+        _YADE + "test/triax-cohesive.py",
+        "A triaxial test of CohFrictMat in six boxes of FrictMat (TriaxialCompressionEngine), with GlobalStiffnessTimeStepper; two laws; engines are "
+        "asked by their numbers.",
+        """
+O.materials.append(CohFrictMat(young=15e6, poisson=.4, density=2600, frictionAngle=radians(30), normalCohesion=1e6, shearCohesion=1e6, momentRotationLaw=True, etaRoll=.1, label='spheres'))
+O.materials.append(FrictMat(young=15e6, poisson=.4, frictionAngle=0, density=0, label='frictionlessWalls'))
+lattice((5, 5, 5), .1, 0)
+wallIds = O.bodies.append(aabbWalls(material='frictionlessWalls'))
+triax = TriaxialCompressionEngine(wall_bottom_id=wallIds[2], wall_top_id=wallIds[3], wall_left_id=wallIds[0], wall_right_id=wallIds[1], wall_back_id=wallIds[4],
+                                  wall_front_id=wallIds[5], internalCompaction=False, sigmaIsoCompaction=-50e3, sigmaLateralConfinement=-50e3, max_vel=10,
+                                  strainRate=2., label='triax')
+law = Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)
+frictional = Law2_ScGeom_FrictPhys_CundallStrack()
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()]),
+    InteractionLoop([Ig2_Sphere_Sphere_ScGeom6D(), Ig2_Box_Sphere_ScGeom()],
+                    [Ip2_FrictMat_FrictMat_FrictPhys(), Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(label='cohesiveIp')], [frictional, law]),
+    GlobalStiffnessTimeStepper(active=1, timeStepUpdateInterval=10, timestepSafetyCoefficient=.5),
+    triax,
+    NewtonIntegrator(damping=.4),
+]
+rows = []
+def history():
+    rows.append((*O.engines[4].strain, *(1e-5 * O.engines[4].stress(k)[k // 2] for k in (0, 2, 4)), 1e3 * O.dt))
+O.engines = O.engines[:5] + [PyRunner(iterPeriod=20, command='history()', label='recorder')] + O.engines[5:]
+cohesiveIp.setCohesionNow = True
+O.dt = .3 * PWaveTimeStep()
+O.run(2, True)
+cohesiveIp.setCohesionNow = False
+O.run(1, True)
+#TAKE_OVER
+O.run(200, True)
+found = rows[1:] + [tuple(b.state.displ()) for b in O.bodies] + [(frictional.elasticEnergy(), 1e3 * unbalancedForce())]
+assert min(found[-1]) > 0
+""",
+        native="InteractionLoop has no Ip2_CpmMat_CpmMat_CpmPhys",
+        # Sums in another order of the forces on walls, which a servo follows.
+        tolerance=1e-8,
+    ),
+    "triple_pendulum": Script(
+        _YADE + "triple-pendulum/triple-pendulum-simple.py",
+        "Four small spheres in a row, far apart, with contacts of CohFrictMat that the script makes (`createInteraction`), whose plastic overlap `unp` it sets, "
+        "so that they act as rods; spheres of one groupMask never touch (avoidSelfInteractionMask).",
+        """
+L, n = .1, 4
+O.materials.append(CohFrictMat(young=1e5, poisson=0, density=1e1, frictionAngle=0, normalCohesion=1e7, shearCohesion=1e7, momentRotationLaw=False, label='mat'))
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb()], label='ISCollider', avoidSelfInteractionMask=True),
+    InteractionLoop([Ig2_Sphere_Sphere_ScGeom6D()], [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionNow=True, setCohesionOnNewContacts=False)],
+                    [Law2_ScGeom6D_CohFrictPhys_CohesionMoment()]),
+    NewtonIntegrator(gravity=(0, -9.81, 0), damping=.1, label='newton'),
+]
+O.dt = 1e-5
+for i in range(n):
+    O.bodies.append(sphere([i * L / n * cos(.35), i * L / n * sin(.35), 0], L / 100, color=(1, .5, 0), material='mat'))
+for i, j in zip(range(n - 1), range(1, n)):
+    inter = createInteraction(i, j)
+    inter.phys.unp = -(O.bodies[j].state.pos - O.bodies[i].state.pos).norm() + O.bodies[i].shape.radius + O.bodies[j].shape.radius
+O.bodies[0].dynamic = False
+O.run(2, True)
+#TAKE_OVER
+found = []
+for k in range(20):
+    O.run(500, True)
+    found.append((*O.bodies[3].state.pos, *O.bodies[1].state.pos, 1e2 * inter.phys.normalForce.norm()))
+assert found[-1][1] < 0
+""",
+        refused="body 0 is excluded from contacts by the collider's avoidSelfInteractionMask",
+        line="take",
+        native="InteractionLoop has no Ip2_CpmMat_CpmMat_CpmPhys",
+    ),
+    "energy_tracking": Script(
+        _YADE + "simple-scene/simple-scene-energy-tracking.py",
+        "Two spheres of CohFrictMat on a box, without cohesion, whose energies are tracked by YADE (O.trackEnergy).",
+        """
+O.materials.append(CohFrictMat(young=3e8, poisson=.3, frictionAngle=radians(30), density=2600, isCohesive=False, alphaKr=.031, alphaKtw=.031, momentRotationLaw=False, etaRoll=5.))
+law = Law2_ScGeom6D_CohFrictPhys_CohesionMoment(always_use_moment_law=False)
+O.trackEnergy = True
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()]),
+    InteractionLoop([Ig2_Sphere_Sphere_ScGeom6D(), Ig2_Box_Sphere_ScGeom6D()], [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys()], [law]),
+    NewtonIntegrator(damping=.2, kinSplit=True, gravity=(0, 0, -9.81)),
+]
+O.bodies.append(box(center=[0, 0, 0], extents=[.5, .5, .5], fixed=True, color=(1, 0, 0), material=0))
+O.bodies.append([sphere([0, 0, 1.499], 1, color=(0, 1, 0), material=0), sphere([0, 0, 3.498], 1, color=(0, 1, 0), material=0)])
+O.dt = .002 * PWaveTimeStep()
+O.run(5, True)
+#TAKE_OVER
+O.run(100, True)
+found = []
+""",
+        refused="O.trackEnergy is True",
+        line="take",
+        native="InteractionLoop has no Ip2_CpmMat_CpmMat_CpmPhys",
+    ),
+    "tesselation": Script(
+        _YADE + "tesselationwrapper/tesselationWrapper.py; fold-and-thrust belts (Nanjing University): strains",
+        "Volumes of Voronoi cells and strains of the particles between two states (TesselationWrapper).",
+        """
+prism(rate=40)
+O.run(40, True)
+#TAKE_OVER
+TW = TesselationWrapper()
+TW.triangulate()
+TW.computeVolumes()
+volumes = [TW.volume(k) for k in range(len(O.bodies))]
+TW.setState(0)
+O.run(100, True)
+TW.setState(1)
+TW.computeDeformations()
+found = [(1e9 * v,) for v in volumes] + [tuple(TW.deformation(k, a, c) for a in (1, 2, 3) for c in (1, 2, 3)) for k in range(len(O.bodies))]
+""",
+        # One bit of one coordinate makes 1.6e-7 in stock YADE: Voronoi cells of a nearly regular packing amplify rounding.
+        tolerance=2e-6,
+    ),
 }

@@ -151,7 +151,8 @@ def test_scripts_by_others():
                 wrong.append(f"{name} {'native' if form else 'without headers'}: {error}")
     print("largest differences:", *(f"{name} {'native ' if form else ''}{w:.0e}" for (name, form), w in worst.items() if w is not None))
     assert not wrong, "\n".join(wrong)
-    assert sum(w is not None for w in worst.values()) >= 12 and len(SCRIPTS) == 18
+    # With the three that examples.py runs whole, these are all scripts that the tests know.
+    assert sum(w is not None for w in worst.values()) >= 16 and len(SCRIPTS) == 22
 
 
 def test_the_doctor_names_the_lines():
