@@ -18,7 +18,7 @@ trap 'rm -rf --one-file-system "$work"' EXIT
 mkdir -p "$work/repo/yade-bridge/tests" "$work/repo/tests/golden" "$work/lib"
 cp -r "$target/python" "$work/site"
 cp -r "$here" "$work/repo/yade-bridge/tests/native"
-cp yade-bridge/tests/yade/{harness,specimen,cohesive_scene,jointed_scene,random_histories,own_run,examples,example_driver,run_examples,public_scripts,functions}.py "$work/repo/yade-bridge/tests/native/"
+cp yade-bridge/tests/yade/{harness,specimen,cohesive_scene,jointed_scene,random_histories,random_scripts,own_run,examples,example_driver,run_examples,public_scripts,functions}.py "$work/repo/yade-bridge/tests/native/"
 cp yade-bridge/tests/yade/{test_*.py,functions.json} "$work/repo/yade-bridge/tests/native/"
 # The chroot has no documentation, which contains YADE's examples.
 cp -r "${YADE_EXAMPLES:-/usr/share/doc/yade/examples/concrete}" "$work/examples"

@@ -1,23 +1,18 @@
 """Random scripts that meddle with spheres under a law with histories (CohFrictMat, JCFpmMat) in mid-run, for test_random_cohesive.py and
 test_random_jointed.py: actions that both have, and the comparison with stock YADE."""
 
-import collections
-import math
-import os
 import random
 
 import numpy as np
+import random_scripts
 from yade import *
 from yade import utils
 from yade.minieigenHP import Vector3
 
 import concordem.yade as bridge
-from concordem import YadeError
 
-COUNT = int(os.environ.get("CONCORDEM_SCRIPTS", "20"))
-FIRST = int(os.environ.get("CONCORDEM_SEED", "1"))
 RADIUS = 0.01
-#: Of the largest displacement; beyond it, a script may differ by a hundred times what one bit of one coordinate makes in stock YADE.
+#: Of the largest displacement.
 TOLERANCE = 1e-7
 
 
@@ -122,75 +117,33 @@ MAY_BE_REFUSED = (softer_material, grow, clump)
 def drawn(number, followed, may_be_refused):
     """The chance of a script, and its actions with their steps and seeds."""
     chance = random.Random(number)
-    kinds = [may_be_refused if chance.random() < 0.12 else followed for _ in range(chance.randrange(2, 7))]
-    actions = sorted(((chance.randrange(1, 90), chance.choice(kind), chance.randrange(1 << 30)) for kind in kinds), key=lambda action: action[0])
-    return chance, actions
-
-
-def ahead(goal):
-    if O.iter < goal:
-        O.run(goal - O.iter, True)
+    return chance, random_scripts.actions(chance, followed, may_be_refused)
 
 
 def run(case, lattice, cohesive, ours, nudged=False):
-    """Displacements at the end, the pairs, and whether each has cohesion; or the refusal."""
+    """Displacements at the end, the pairs with whether each has cohesion, and the actions."""
     lattice(**case["scene"])
     O.run(20, True)
-    start = O.iter
-    taken = []
     if nudged:
-        state = O.bodies[37].state
-        state.pos = Vector3(math.nextafter(state.pos[0], 1.0), state.pos[1], state.pos[2])
-    try:
-        if ours:
-            bridge.take_over(motion=case["motion"])
-        for step, action, seed in case["actions"]:
-            ahead(start + step)
-            action(random.Random(seed), dict(motion=case["motion"]) if ours else None)
-            taken.append(action.__name__)
-        ahead(start + 100)
-    except YadeError as error:
-        assert ours
-        return "refused", str(error), taken
+        random_scripts.nudge()
+
+    def one(step, action, chance):
+        random_scripts.ahead(step)
+        action(chance, dict(motion=case["motion"]) if ours else None)
+
+    taken = random_scripts.taken_actions(case, one, ours)
     found = np.array([tuple(b.state.pos - b.state.refPos) for b in O.bodies if b is not None])
-    return "ran", (found, sorted((i.id1, i.id2, cohesive(i.phys)) for i in O.interactions if i.isReal)), taken
+    return found, {"contacts": sorted((i.id1, i.id2, cohesive(i.phys)) for i in O.interactions if i.isReal)}, taken
 
 
 def compare(script, lattice, cohesive, may_be_refused):
     """Compare many scripts. `script(number)`: a dict of actions, scene, and motion; `cohesive`: what tells whether a contact has cohesion."""
-    followed, refused, worst, sensitive = collections.Counter(), collections.Counter(), 0.0, 0
-    for number in range(FIRST, FIRST + COUNT):
-        case = script(number)
-        names = [(step, action.__name__) for step, action, _ in case["actions"]]
-        try:
-            kind, found, taken = run(case, lattice, cohesive, ours=True)
-            if kind == "refused":
-                may = {action.__name__ for action in may_be_refused}
-                blamed = [name for _, name in names[: len(taken) + 1] if name in may]
-                assert (blamed or case["motion"]) and "\n" not in found and len(found) > 40, found
-                refused[blamed[-1] if blamed else "motion"] += 1
-                continue
-            _, wanted, _ = run(case, lattice, cohesive, ours=False)
-            scale = abs(wanted[0]).max()
-            difference = abs(wanted[0] - found[0]).max() / scale
-            allowed = TOLERANCE
-            if difference > allowed:
-                other = run(case, lattice, cohesive, ours=False, nudged=True)[1][0]
-                bit = abs(wanted[0] - other).max() / scale
-                print(f"script {number}: {difference:.1e}, one bit in stock YADE makes {bit:.1e}")
-                sensitive += 1
-                allowed = 100 * bit
-            assert difference < allowed, f"displacements differ by {difference:.1e}"
-            if difference > TOLERANCE:
-                continue
-            assert wanted[1] == found[1], f"contacts differ: {sorted(set(wanted[1]) ^ set(found[1]))[:6]}"
-            worst = max(worst, difference)
-            followed.update(taken)
-        except Exception as error:
-            raise AssertionError(f"script {number}: {case}: {type(error).__name__}: {error}") from error
-    print("followed", dict(followed))
-    print("refused", dict(refused))
-    print("largest difference: %.1e" % worst)
-    if COUNT >= 20:
-        assert sensitive < COUNT // 5 + 1, "most scripts say something"
-        assert len(followed) > 10 and sum(followed.values()) > 2 * COUNT and refused
+
+    def one(case, ours, nudged=False):
+        return run(case, lattice, cohesive, ours, nudged)
+
+    count = random_scripts.how_many(20)
+    followed, refused, sensitive = random_scripts.compare(script, one, may_be_refused, count, TOLERANCE)
+    if count >= 20:
+        assert sensitive < count // 5 + 1, "most scripts say something"
+        assert len(followed) > 10 and sum(followed.values()) > 2 * count and refused

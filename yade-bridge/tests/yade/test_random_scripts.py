@@ -1,13 +1,10 @@
 """Random scripts that meddle with bonds in mid-run: each does in stock YADE what it does with a bonded engine, or is refused in one sentence.
 
 A script is a list of actions at random steps. O.interactions.eraseNonReal() is not among them: after it, stock YADE misses contacts of spheres that come
-closer until its collider sorts anew (1 % of the displacements in 60 steps). 30 per run; CONCORDEM_SCRIPTS sets another number, CONCORDEM_SEED the first one. A script that fails
-prints its number, with which it runs alone.
+closer until its collider sorts anew (1 % of the displacements in 60 steps). 30 per run; more of them: random_scripts.py.
 """
 # threads: 1
 
-import collections
-import math
 import os
 import random
 import sys
@@ -21,13 +18,11 @@ from specimen import *
 from harness import main
 from yade import utils
 
-import concordem.yade as bridge
-from concordem import YadeError
+from random_scripts import *
 
-COUNT = int(os.environ.get("CONCORDEM_SCRIPTS", "30"))
-FIRST = int(os.environ.get("CONCORDEM_SEED", "1"))
-#: Of the largest displacement. Sums in another order differ by 1e-16 of a force, which breaking bonds amplify. Beyond it, a script may differ by a hundred
-#: times what one bit of one coordinate makes in stock YADE.
+import concordem.yade as bridge
+
+#: Of the largest displacement. Sums in another order differ by 1e-16 of a force, which breaking bonds amplify.
 TOLERANCE = 1e-6
 
 
@@ -263,11 +258,8 @@ MAY_BE_REFUSED = (other_material, softer_material, grow, clump, connect, functor
 def script(number):
     """The actions of a script, by step, and its scene."""
     chance = random.Random(number)
-    kinds = [MAY_BE_REFUSED if chance.random() < 0.12 else FOLLOWED for _ in range(chance.randrange(2, 7))]
-    actions = [(chance.randrange(1, 90), chance.choice(kind), chance.randrange(1 << 30)) for kind in kinds]
-    actions.sort(key=lambda action: action[0])
     return dict(
-        actions=actions,
+        actions=actions(chance, FOLLOWED, MAY_BE_REFUSED),
         rate=chance.choice([4.0, 12.0, -20.0]),
         law=chance.choice([None, dict(omegaThreshold=0.95), dict(epsSoft=-3e-4, relKnSoft=0.3)]),
         motion=chance.random() < 0.3,
@@ -276,17 +268,8 @@ def script(number):
     )
 
 
-def ahead(goal, single=False):
-    """Run until this iteration. (O.run(0) would run forever.)"""
-    if single:
-        while O.iter < goal:
-            O.step()
-    elif O.iter < goal:
-        O.run(goal - O.iter, True)
-
-
 def run(case, ours, nudged=False):
-    """Displacements at the end, the pairs, and the actions that were taken; or the refusal. `nudged`: one bit of a coordinate is another."""
+    """Displacements at the end, pairs and lost bonds, and the actions. `nudged`: one bit of a coordinate is another."""
     import builtins
 
     chance = random.Random(1)
@@ -299,73 +282,32 @@ def run(case, ours, nudged=False):
         + O.engines[3:]
     )
     O.run(60, True)
-    start = O.iter
-    taken = []
     if nudged:
-        state = O.bodies[37].state
-        state.pos = Vector3(math.nextafter(state.pos[0], 1.0), state.pos[1], state.pos[2])
-    try:
-        if ours:
-            bridge.take_over(motion=case["motion"])
-        for step, action, seed in case["actions"]:
-            if case["within"] and action in (erase_bonds, damage, push, erase_bodies, count, ask):
-                # From a PyRunner of this step.
-                builtins.act = lambda: action(random.Random(seed), ours) if O.iter == start + step else None
-                O.engines = O.engines + [PyRunner(command="act()", iterPeriod=1)]
-                ahead(start + step + 1)
-                O.engines = O.engines[:-1]
-            else:
-                ahead(start + step, case["single"])
-                action(random.Random(seed), dict(motion=case["motion"]) if ours else None)
-            taken.append(action.__name__)
-        ahead(start + 100)
-    except YadeError as error:
-        assert ours
-        return "refused", str(error), taken
+        nudge()
+
+    def one(step, action, chance):
+        if case["within"] and action in (erase_bonds, damage, push, erase_bodies, count, ask):
+            # From a PyRunner of this step.
+            builtins.act = lambda: action(chance, ours) if O.iter == step else None
+            O.engines = O.engines + [PyRunner(command="act()", iterPeriod=1)]
+            ahead(step + 1)
+            O.engines = O.engines[:-1]
+        else:
+            ahead(step, case["single"])
+            action(chance, dict(motion=case["motion"]) if ours else None)
+
+    taken = act(case, one, ours)
     found = np.array([tuple(b.state.pos - b.state.refPos) for b in O.bodies if b is not None])
-    return "ran", (found, sorted((i.id1, i.id2) for i in O.interactions if i.isReal), sum(b.state.numBrokenCohesive for b in O.bodies if b is not None and isinstance(b.state, CpmState))), taken
+    pairs = sorted((i.id1, i.id2) for i in O.interactions if i.isReal)
+    return found, {"pairs": pairs, "lost bonds": sum(b.state.numBrokenCohesive for b in O.bodies if b is not None and isinstance(b.state, CpmState))}, taken
 
 
 def test_random_scripts():
-    followed, refused, worst = collections.Counter(), collections.Counter(), 0.0
-    sensitive = 0
-    for number in range(FIRST, FIRST + COUNT):
-        case = script(number)
-        names = [(step, action.__name__) for step, action, _ in case["actions"]]
-        try:
-            kind, found, taken = run(case, ours=True)
-            if kind == "refused":
-                may = {action.__name__ for action in MAY_BE_REFUSED}
-                blamed = [name for _, name in names[: len(taken) + 1] if name in may]
-                assert (blamed or case["motion"]) and "\n" not in found and len(found) > 40, found
-                refused[blamed[-1] if blamed else "motion"] += 1
-                continue
-            _, wanted, _ = run(case, ours=False)
-            scale = abs(wanted[0]).max()
-            difference = abs(wanted[0] - found[0]).max() / scale
-            allowed = TOLERANCE
-            if difference > allowed:
-                other = run(case, ours=False, nudged=True)[1][0]
-                assert other.shape == wanted[0].shape
-                bit = abs(wanted[0] - other).max() / scale
-                print(f"script {number}: {difference:.1e}, one bit in stock YADE makes {bit:.1e}")
-                sensitive += 1
-                allowed = 100 * bit
-            assert difference < allowed, f"displacements differ by {difference:.1e}"
-            if difference > TOLERANCE:
-                continue
-            assert wanted[1] == found[1], f"pairs differ: {sorted(set(wanted[1]) ^ set(found[1]))[:6]}"
-            assert wanted[2] == found[2], f"lost bonds differ: {wanted[2]} {found[2]}"
-            worst = max(worst, difference)
-            followed.update(taken)
-        except Exception as error:
-            raise AssertionError(f"script {number}: {case}: {type(error).__name__}: {error}") from error
-    print("followed", dict(followed))
-    print("refused", dict(refused))
-    print("largest difference: %.1e" % worst)
-    if COUNT >= 30:
-        assert sensitive < COUNT // 5, "most scripts say something"
-        assert len(followed) > 12 and sum(followed.values()) > 2 * COUNT and len(refused) > 2
+    scripts = how_many(30)
+    followed, refused, sensitive = compare(script, run, MAY_BE_REFUSED, scripts, TOLERANCE)
+    if scripts >= 30:
+        assert sensitive < scripts // 5, "most scripts say something"
+        assert len(followed) > 12 and sum(followed.values()) > 2 * scripts and len(refused) > 2
 
 
 main(globals())
