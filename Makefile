@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks yade-scripts test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -18,7 +18,7 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, msrv, test-bigbig, ptx, fuzz, combinations, servos, faults, host-decks, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, msrv, test-bigbig, ptx, fuzz, combinations, servos, faults, host-decks, yade-scripts, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make new-operator   a new operator, in a copy of the sources: scenario, result, report, book, Python (minutes)"
 	@echo "make new-wall       a new kind of wall, in a copy of the sources: scenario, servo, restart, report, book, Python (minutes)"
@@ -29,6 +29,7 @@ help:
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 inputs for each reader of files, found by the code that they reach, under AddressSanitizer (hours; resumable); INPUTS=N, SEED=N"
 	@echo "make host-decks     500 random scripts and 500 of random commands in LIGGGHTS and LAMMPS, public decks, and bodies that migrate on up to 16 processes (hours); DECKS=N, SEED=N"
+	@echo "make yade-scripts   500 random scripts of each kind that meddle with bonds in YADE, against stock YADE (minutes to hours); SCRIPTS=N, SEED=N"
 	@echo "make faults         each call of the system that writes fails once, in every command (hours; resumable; EVERY=N tries each N-th)"
 	@echo "make miri           laws, C interface, and the emulated device under Miri, where a nightly compiler has it"
 	@echo "make servos         servos of cells and walls over many rates, stiffnesses, targets, and sizes (hours; resumable)"
@@ -170,7 +171,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates msrv test-bigbig ptx fuzz combinations servos faults host-decks mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates msrv test-bigbig ptx fuzz combinations servos faults host-decks yade-scripts mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
@@ -218,6 +219,11 @@ DECKS ?= 500
 host-decks: test-build
 	CONCORDEM_HOST_DECKS=$(DECKS) CONCORDEM_HOST_DECKS_SEED=$(SEED) CONCORDEM_HOST_RECORD=$(CURDIR)/validation/results/host-decks.json \
 	  $(CARGO) test $(TESTED) --test decks --test migration --test host_commands --test public_decks -- --include-ignored --test-threads=1
+
+# Random scripts that meddle with bonds in YADE; make test runs the first 30 and 20 of them.
+SCRIPTS ?= 500
+yade-scripts:
+	yade-bridge/tests/yade/run.sh many $(SCRIPTS) --seed $(SEED)
 
 # The packages in bare Debian 12 and 13, beside h5py, in another Python, with LAMMPS, and with YADE; and the steps of the recipe of the image.
 test-install: wheel deb

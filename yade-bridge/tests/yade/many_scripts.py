@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Runs hundreds of random scripts (test_random_scripts.py, test_random_cohesive.py, test_random_jointed.py) against stock YADE and keeps what they did in many_scripts.json.
 
-    many_scripts.py [GOAL]     up to script GOAL (500) of each kind; continues where the file ends
+    run.sh many [GOAL]           up to script GOAL (500) of each kind; continues where the file ends
+    run.sh many GOAL --seed N    GOAL scripts of each kind from number N on, without the file (nightly); fails if one does
 
-Needs what run.sh sets: PYTHONPATH with the package. A script that fails is kept with its message; delete its entry to run it again.
+A script that fails is kept with its message; delete its entry to run it again.
 """
 
+import argparse
 import ast
 import collections
 import json
@@ -37,12 +39,16 @@ def counts(out, word):
 
 
 def main():
-    goal = int(sys.argv[1]) if len(sys.argv) > 1 else 500
-    kept = json.loads(FILE.read_text()) if FILE.exists() else {}
+    parser = argparse.ArgumentParser()
+    parser.add_argument("goal", type=int, nargs="?", default=500)
+    parser.add_argument("--seed", type=int)
+    wanted = parser.parse_args()
+    kept = json.loads(FILE.read_text()) if FILE.exists() and wanted.seed is None else {}
+    before = (wanted.seed or 1) - 1
     for kind, test in KINDS.items():
         row = kept.setdefault(kind, {"scripts": 0, "followed": {}, "refused": {}, "sensitive": 0, "failed": {}})
-        while row["scripts"] < goal:
-            first, count = row["scripts"] + 1, min(AT_ONCE, goal - row["scripts"])
+        while row["scripts"] < wanted.goal:
+            first, count = before + row["scripts"] + 1, min(AT_ONCE, wanted.goal - row["scripts"])
             out, _ = played(test, first, count)
             for number in [first] if out else range(first, first + count):
                 if not out:
@@ -55,8 +61,10 @@ def main():
                     row[word] = dict(sorted((collections.Counter(row[word]) + counts(text, word)).items()))
                 row["sensitive"] += text.count(", one bit in stock YADE makes")
             row["scripts"] += count
-            FILE.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n")
-            print(kind, row["scripts"], "failed:", sorted(row["failed"]), flush=True)
+            if wanted.seed is None:
+                FILE.write_text(json.dumps(kept, indent=1, sort_keys=True) + "\n")
+            print(kind, row["scripts"], "failed:", row["failed"], flush=True)
+    sys.exit(any(row["failed"] for row in kept.values()))
 
 
 main()

@@ -51,7 +51,7 @@ class Refused(Exception):
         self.taken = taken
 
 
-def act(case, one, ours):
+def taken_actions(case, one, ours):
     """Take the actions of a case, `one(step, function, seed)` each; returns their names."""
     start, taken = O.iter, []
     try:

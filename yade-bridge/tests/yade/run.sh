@@ -1,5 +1,7 @@
 #!/usr/bin/env bash
 # Runs the tests of the bridge in stock YADE, headless, with the wheel that test.sh has installed for Debian's Python.
+#   run.sh          the tests
+#   run.sh many …   hundreds of random scripts (many_scripts.py)
 set -euo pipefail
 cd "$(dirname "$0")"
 command -v yade >/dev/null || { echo "yade is not installed: apt-get install yade" >&2; exit 2; }
@@ -7,6 +9,7 @@ site=$(../../../.venv-debian/bin/python -c 'import sysconfig; print(sysconfig.ge
 export PYTHONPATH=$site
 # Waiting threads must not spin while other tests need the processors.
 export OMP_WAIT_POLICY=passive
+[ "${1:-}" != many ] || exec python3 many_scripts.py "${@:2}"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 failed=0

@@ -296,7 +296,7 @@ def run(case, ours, nudged=False):
             ahead(step, case["single"])
             action(chance, dict(motion=case["motion"]) if ours else None)
 
-    taken = act(case, one, ours)
+    taken = taken_actions(case, one, ours)
     found = np.array([tuple(b.state.pos - b.state.refPos) for b in O.bodies if b is not None])
     pairs = sorted((i.id1, i.id2) for i in O.interactions if i.isReal)
     return found, {"pairs": pairs, "lost bonds": sum(b.state.numBrokenCohesive for b in O.bodies if b is not None and isinstance(b.state, CpmState))}, taken
