@@ -420,6 +420,28 @@ def test_kept_objects():
             assert max(worst) < 1e-7 and apart < 1e-9 * 0.5e-3, (worst, apart)
 
 
+def test_a_kept_container():
+    """O.interactions in a variable of the script, from before the take-over, has the bonds as long as the engine has them."""
+    block(rate=0.0)
+    kept = O.interactions
+    pairs = sorted((i.id1, i.id2) for i in kept if i.isReal)
+    for native in FORMS:
+        e = taken_over(native)
+        O.step()
+        assert len(e.contacts()["cpm"]) > 500 and sorted((i.id1, i.id2) for i in kept if i.isReal) == pairs
+        assert kept.countReal() == len(pairs) == len(kept) == len(kept.all()) and kept.has(*pairs[3]) and kept[pairs[3]].isReal
+        assert kept.withBody(60) == O.bodies[60].intrs() and len(kept.own) == 0
+        # One of spheres that do not touch; others would touch again.
+        apart = next(i for i in kept if i.geom.penetrationDepth < -1e-4)
+        assert kept.nth(pairs.index((apart.id1, apart.id2))) == apart
+        kept.erase(apart.id1, apart.id2)
+        pairs.remove((apart.id1, apart.id2))
+        O.step()
+        assert kept.countReal() == len(pairs) and sorted((i.id1, i.id2) for i in kept) == pairs, (kept.countReal(), len(pairs))
+        e.give_back()
+        assert sorted((i.id1, i.id2) for i in kept if i.isReal) == pairs and kept.countReal() == len(pairs)
+
+
 def test_changes_within_the_block_are_refused():
     """Within `with engine.interactions():` the bonds are interactions of YADE, which end with the block."""
     for change in (lambda: setattr(next(iter(O.interactions)).phys, "E", 1e9), lambda: O.interactions.erase(*[(i.id1, i.id2) for i in O.interactions][7])):

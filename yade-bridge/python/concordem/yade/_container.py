@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import functools
 import itertools
-from typing import Any, Iterator, Protocol, Sequence
+from typing import Any, Callable, Iterator, Protocol, Sequence
 
 import numpy as np
 
@@ -30,17 +31,56 @@ class Owner(Protocol):
         """Raise YadeError if bonds cannot be erased now."""
 
 
+#: YADE's own methods of the container, by name; empty until others stand in their place.
+_of_yade: dict[str, Any] = {}
+
+
+class Own:
+    """YADE's container with YADE's own methods."""
+
+    def __init__(self, container: Any) -> None:
+        self._container = container
+
+    def __getattr__(self, name: str) -> Any:
+        own = _of_yade.get(name)
+        return getattr(self._container, name) if own is None else functools.partial(own, self._container)
+
+    def __iter__(self) -> Any:
+        return _of_yade["__iter__"](self._container)
+
+    def __len__(self) -> int:
+        return int(_of_yade["__len__"](self._container))
+
+    def __getitem__(self, pair: tuple[int, int]) -> Any:
+        return _of_yade["__getitem__"](self._container, pair)
+
+
+def install(kind: Any, hidden: Callable[[], Sequence[Owner]]) -> None:
+    """Let all objects of YADE's class of the container, also those that a script has kept, answer with the bonds of the engines that `hidden` gives."""
+    for name in ("__iter__", "__len__", "__getitem__", "countReal", "has", "nth", "withBody", "withBodyAll", "all", "erase", "clear", "eraseNonReal"):
+        _of_yade[name] = getattr(kind, name)
+        setattr(kind, name, _with_bonds(name, hidden))
+    kind.own = property(Own)
+
+
+def _with_bonds(name: str, hidden: Callable[[], Sequence[Owner]]) -> Any:
+    own = _of_yade[name]
+
+    @functools.wraps(own)
+    def method(self: Any, *arguments: Any, **named: Any) -> Any:
+        engines = hidden()
+        return getattr(Contacts(Own(self), engines), name)(*arguments, **named) if engines else own(self, *arguments, **named)
+
+    return method
+
+
 class Contacts:
     """`O.interactions` with the bonds, which come first, ordered by the ids of their bodies."""
 
-    def __init__(self, own: Any, engines: Sequence[Owner]) -> None:
-        #: YADE's container.
+    def __init__(self, own: Own, engines: Sequence[Owner]) -> None:
         self.own = own
         self._engines = engines
         self._mirrors = [engine.mirror() for engine in engines]
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.own, name)
 
     def __iter__(self) -> Iterator[Any]:
         return itertools.chain(*(mirror.contacts() for mirror in self._mirrors), self.own)
@@ -77,15 +117,15 @@ class Contacts:
 
     def withBody(self, number: int) -> list[Any]:
         """Real interactions of one body."""
-        return [contact for mirror in self._mirrors for contact in mirror.of_body(number)] + self.own.withBody(number)
+        return [contact for mirror in self._mirrors for contact in mirror.of_body(number)] + list(self.own.withBody(number))
 
     def withBodyAll(self, number: int) -> list[Any]:
         """Interactions of one body."""
-        return [contact for mirror in self._mirrors for contact in mirror.of_body(number)] + self.own.withBodyAll(number)
+        return [contact for mirror in self._mirrors for contact in mirror.of_body(number)] + list(self.own.withBodyAll(number))
 
     def all(self, onlyReal: bool = False) -> list[Any]:
         """All interactions."""
-        return [contact for mirror in self._mirrors for contact in mirror.contacts()] + self.own.all(onlyReal)
+        return [contact for mirror in self._mirrors for contact in mirror.contacts()] + list(self.own.all(onlyReal))
 
     def erase(self, id1: int, id2: int) -> None:
         """Erase one interaction. A bond is gone before the next step."""

@@ -18,8 +18,8 @@ from typing import Any, Callable, Iterator, Protocol, Sequence
 import numpy as np
 
 from .._errors import YadeError
-from . import _lending, _pause, _rules
-from ._container import Contacts, lent
+from . import _container, _lending, _pause, _rules
+from ._container import lent
 from ._interactions import LAWS
 from ._mirror import Mirror
 from ._scene import is_at_rest
@@ -354,11 +354,8 @@ def _forgetting(function: Any) -> Any:
 
 def _container_of_bonds(wrapper: Any) -> None:
     """Let `O.interactions` and `Body.intrs()` have the bonds."""
-    interactions, intrs = wrapper.Omega.interactions, wrapper.Body.intrs
-
-    def get(self: Any) -> Any:
-        found, hidden = interactions.fget(self), _hidden()
-        return Contacts(found, hidden) if hidden else found
+    _container.install(wrapper.InteractionContainer, _hidden)
+    intrs = wrapper.Body.intrs
 
     @functools.wraps(intrs)
     def with_bonds(self: Any) -> Any:
@@ -367,7 +364,6 @@ def _container_of_bonds(wrapper: Any) -> None:
             found = engine.mirror().of_body(self.id) + found
         return found
 
-    wrapper.Omega.interactions = property(get, interactions.fset, None, interactions.__doc__)
     wrapper.Body.intrs = with_bonds
 
 
