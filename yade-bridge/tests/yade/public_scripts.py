@@ -25,6 +25,8 @@ class Script(NamedTuple):
     """The same as `refused` for `BondedEngine_Rust`; None: as without headers."""
     tolerance: float = 1e-9
     """Of the largest number of each record."""
+    needs: str = ""
+    """A class that not every build of YADE has: that of Debian 13 is without CGAL."""
     one_thread: bool = False
     """Whether stock YADE's own runs differ too much on two threads."""
 
@@ -584,5 +586,6 @@ found = [(1e9 * v,) for v in volumes] + [tuple(TW.deformation(k, a, c) for a in 
 """,
         # One bit of one coordinate makes 1.6e-7 in stock YADE: Voronoi cells of a nearly regular packing amplify rounding.
         tolerance=2e-6,
+        needs="TesselationWrapper",
     ),
 }

@@ -503,7 +503,9 @@ def compare(what, kind, found):
         with open(RESULTS, "w") as file:
             json.dump(kept, file, indent=1, sort_keys=True)
             file.write("\n")
-    assert kept.get(what, {}).get(kind, {}).get(version) == found, f"functions.json is not up to date; write it with CONCORDEM_WRITE=1: {what}, {kind}"
+    told = kept.get(what, {}).get(kind, {}).get(version, {})
+    other = {name: (told.get(name), found.get(name)) for name in {**told, **found} if told.get(name) != found.get(name)}
+    assert not other, f"functions.json is not up to date; write it with CONCORDEM_WRITE=1: {what}, {kind}: {other}"
 
 
 main(globals())

@@ -236,10 +236,11 @@ def bond_later(chance, ours):
 
 def bond_now(chance, ours):
     """The same at a distance, with the bonds that YADE makes in one step."""
-    bound, geometry = O.engines[1].boundDispatcher.functors[0], loop().geomDispatcher.functors[0]
+    collider = next(e for e in O.engines if type(e).__name__ == "InsertionSortCollider")
+    bound, geometry = collider.boundDispatcher.functors[0], loop().geomDispatcher.functors[0]
     loop().physDispatcher.functors[0].cohesiveThresholdIter = O.iter + 2
     bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1.1
-    O.engines[1].doSort = True
+    collider.doSort = True
     O.step()
     bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1.0
 

@@ -48,11 +48,13 @@ class Mirror:
     """Objects of YADE for all bonds and contacts of a bonded engine.
 
     `bonds`: gives the engine, or, for the native one, a copy of its bonds. `moment`: gives a value that differs after each step. `parameters`:
-    the engine follows changes of the parameters of bonds.
+    the engine follows changes of the parameters of bonds. `exists`: whether the engine still has its bonds; others tell their end.
     """
 
-    def __init__(self, bonds: Callable[[], Bonds], moment: Callable[[], Any], parameters: bool = False) -> None:
-        self._bonds, self._moment, self._parameters = bonds, moment, parameters
+    def __init__(
+        self, bonds: Callable[[], Bonds], moment: Callable[[], Any], parameters: bool = False, exists: Callable[[], bool] = lambda: True
+    ) -> None:
+        self._bonds, self._moment, self._parameters, self._exists = bonds, moment, parameters, exists
         self._at: Any = None
         #: The last step whose normals and normal forces are written, and the rows of the solver then, with their order in the objects.
         self._stiff_at: Any = None
@@ -309,12 +311,17 @@ class Mirror:
 
     def match(self) -> None:
         """Let those objects be real whose contacts exist after the last step."""
-        if self._moment() != self._at and (self._filled is None or not np.array_equal(self._bonds().solver.contact_rows(), self._filled)):
+        if not self._exists():
+            _reading.end(self)
+        elif self._moment() != self._at and (self._filled is None or not np.array_equal(self._bonds().solver.contact_rows(), self._filled)):
             self.fill()
 
     def fill(self) -> None:
         """Write the values of the last step into the objects, for a script that may change them."""
         self._waits_at = None
+        if not self._exists():
+            _reading.end(self)
+            return
         self.refresh()
         if not self.out:
             self.out = True

@@ -109,7 +109,10 @@ def mirror(engine: Any) -> Mirror:
             now = here()
             return known_address_of(host().omega._sceneObj), host().omega.iter, now.steps, now.broken
 
-        _mirrors[address] = Mirror(lambda: NativeBonds(here()), moment)
+        def exists() -> bool:
+            return any(address_of(e) == address and e.selfMask for e in host().omega.engines)
+
+        _mirrors[address] = Mirror(lambda: NativeBonds(here()), moment, exists=exists)
     return _mirrors[address]
 
 
