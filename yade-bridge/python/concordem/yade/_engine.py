@@ -300,7 +300,7 @@ class BondedEngine:
         self._watched: list[Any] = []
         if self.law:
             _, first = np.unique(self._materials, return_index=True)
-            self._watched = [omega.bodies[int(self.ids[k])].material for k in first]
+            self._watched = [omega.bodies[int(self.ids[k])].material for k in np.sort(first)]
         self._settings = _rules.settings(omega.engines, self._watched) if self._watched else {}
 
     @property
