@@ -48,13 +48,11 @@ class Mirror:
     """Objects of YADE for all bonds and contacts of a bonded engine.
 
     `bonds`: gives the engine, or, for the native one, a copy of its bonds. `moment`: gives a value that differs after each step. `parameters`:
-    the engine follows changes of the parameters of bonds. `exists`: whether the engine still has its bonds; others tell their end.
+    the engine follows changes of the parameters of bonds, and asks in each step, so that objects that a script has kept stay current.
     """
 
-    def __init__(
-        self, bonds: Callable[[], Bonds], moment: Callable[[], Any], parameters: bool = False, exists: Callable[[], bool] = lambda: True
-    ) -> None:
-        self._bonds, self._moment, self._parameters, self._exists = bonds, moment, parameters, exists
+    def __init__(self, bonds: Callable[[], Bonds], moment: Callable[[], Any], parameters: bool = False) -> None:
+        self._bonds, self._moment, self._parameters = bonds, moment, parameters
         self._at: Any = None
         #: The last step whose normals and normal forces are written, and the rows of the solver then, with their order in the objects.
         self._stiff_at: Any = None
@@ -101,11 +99,6 @@ class Mirror:
             return _histories.LAWS[self._kind].classes()
         return {"concrete": ("ScGeom", "CpmPhys"), "scenario": ("ScGeom", "NormShearPhys")}[self._kind]
 
-    @property
-    def stays(self) -> bool:
-        """Whether each reading must ask for the step: the native engine does not tell its steps."""
-        return not self._parameters
-
     # -- reading ------------------------------------------------------------------------------------------------------
 
     def refresh(self) -> None:
@@ -113,8 +106,7 @@ class Mirror:
         moment = self._moment()
         if moment == self._at:
             return
-        if self.out:
-            self._refuse_late_changes()
+        self._refuse_late_changes()
         bonds = self._bonds()
         # While YADE runs in another thread, a step may end between two calls.
         for _ in range(1000):
@@ -249,8 +241,7 @@ class Mirror:
         # What a script has erased is gone at once. Before the next look, the engine has the number.
         if self._moment() == self._at:
             return len(self._contacts)
-        if self.out:
-            self._refuse_late_changes()
+        self._refuse_late_changes()
         return int(self._bonds().solver.contact_count)
 
     def contacts(self) -> list[Any]:
@@ -311,17 +302,12 @@ class Mirror:
 
     def match(self) -> None:
         """Let those objects be real whose contacts exist after the last step."""
-        if not self._exists():
-            _reading.end(self)
-        elif self._moment() != self._at and (self._filled is None or not np.array_equal(self._bonds().solver.contact_rows(), self._filled)):
+        if self._moment() != self._at and (self._filled is None or not np.array_equal(self._bonds().solver.contact_rows(), self._filled)):
             self.fill()
 
     def fill(self) -> None:
         """Write the values of the last step into the objects, for a script that may change them."""
         self._waits_at = None
-        if not self._exists():
-            _reading.end(self)
-            return
         self.refresh()
         if not self.out:
             self.out = True
@@ -385,8 +371,9 @@ class Mirror:
         if changed and self._moment() != self._at:
             self._refuse_late(changed)
         self.out = False
-        # What the script has kept is filled when it reads it again.
-        _reading.wait(self)
+        if self._parameters:
+            # What the script has kept is filled when it reads it again.
+            _reading.wait(self)
         return bool(changed or self._erased)
 
     def followed(self) -> None:
@@ -399,7 +386,9 @@ class Mirror:
         return _changes.values(self._phys)
 
     def _refuse_late_changes(self) -> None:
-        """Raise YadeError if a script has changed objects before a step that has not followed."""
+        """Raise YadeError if a script has changed objects before a step that has not followed; the native engine tells no step."""
+        if not self.out and self._parameters:
+            return
         changed = self._changes()
         self._before = []
         if changed:
@@ -408,8 +397,8 @@ class Mirror:
     def _refuse_late(self, changed: dict[str, int]) -> None:
         name, row = next(iter(changed.items()))
         raise refuse(
-            f"{name} of the contact of bodies {self._one[row]} and {self._two[row]} was changed in a run of the native engine, which follows between two steps "
-            "only, so the change was lost; change it when O.run has ended",
+            f"{name} of the contact of bodies {self._one[row]} and {self._two[row]} was changed in an object of an earlier step, so the change was "
+            "lost; take the contact from O.interactions again in the step in which you change it",
             "Changed",
         )
 

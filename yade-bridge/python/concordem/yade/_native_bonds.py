@@ -109,10 +109,7 @@ def mirror(engine: Any) -> Mirror:
             now = here()
             return known_address_of(host().omega._sceneObj), host().omega.iter, now.steps, now.broken
 
-        def exists() -> bool:
-            return any(address_of(e) == address and e.selfMask for e in host().omega.engines)
-
-        _mirrors[address] = Mirror(lambda: NativeBonds(here()), moment, exists=exists)
+        _mirrors[address] = Mirror(lambda: NativeBonds(here()), moment)
     return _mirrors[address]
 
 

@@ -21,10 +21,6 @@ class Waiting(Protocol):
     def classes(self) -> tuple[str, str]:
         """Names of YADE's classes of their geometry and physics."""
 
-    @property
-    def stays(self) -> bool:
-        """Whether each reading must ask, because the engine does not tell its steps."""
-
     def fill(self) -> None:
         """Write the values of the last step into the objects."""
 
@@ -109,12 +105,9 @@ def _fill() -> None:
     """Fill all objects that wait, and put YADE's attributes back."""
     if _is_filling:
         return
-    objects = [one for one in _waiting]
-    _waiting[:] = [one for one in objects if one.stays]
-    if not _waiting:
-        _put_back(list(_own))
-    for one in objects:
-        one.fill()
+    _put_back(list(_own))
+    while _waiting:
+        _waiting.pop().fill()
 
 
 def _read(own: Any, part: Any) -> Any:
@@ -132,6 +125,6 @@ def _is_real(own: Any, contact: Any) -> Any:
     for one in [] if _is_filling else list(_waiting):
         one.match()
     name = (host().wrapper.Interaction, "isReal")
-    if name in _own and not any(one.stays for one in _waiting):
+    if name in _own:
         _put_back([name])
     return own.__get__(contact, type(contact))
