@@ -136,6 +136,7 @@ test-studies:
 	@.ci/timed elastic validation/elastic.py
 	@.ci/timed mesoscale validation/mesoscale.py
 	@.ci/timed laboratory .venv/bin/python validation/laboratory.py
+	@.ci/timed confinement .venv/bin/python validation/confinement.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
 	@.ci/timed thermal-shock .venv/bin/python validation/thermal_shock.py
 	@.ci/timed instructions validation/instructions.py
@@ -330,6 +331,7 @@ validate-full: $(CONCORDEM)
 	validation/elastic.py --full
 	validation/mesoscale.py --full
 	.venv/bin/python validation/laboratory.py --full
+	.venv/bin/python validation/confinement.py --full
 	.venv/bin/python validation/fineness.py --full
 	.venv/bin/python validation/thermal_shock.py --full
 	.venv/bin/python validation/round_robin.py --full
