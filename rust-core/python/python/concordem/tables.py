@@ -1669,8 +1669,8 @@ class StageStop(TypedDict, total=False):
     `steps` after every step."""
 
     drop_to: Quantity | None
-    """The stress drops to this fraction of its peak since the start of the run, whether the stage loads or unloads. Example: `drop_to = 0.5`.
-    Range: ≥ 0, < 1."""
+    """The stress drops to this fraction of its peak in the stage, to which the stress at its start belongs: a stage that unloads drops from there.
+    Example: `drop_to = 0.5`. Range: ≥ 0, < 1."""
     steps: int | np.integer[Any] | None
     """Steps since the start of the stage. Example: `steps = 2000`. Range: ≥ 1."""
     strain: Quantity | None
