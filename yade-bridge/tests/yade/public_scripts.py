@@ -133,8 +133,8 @@ found = [tuple(a / 1e6 for a in p3d.stress), tuple(a / 1e-3 for a in p3d.strain)
 """,
         native="Peri3dController",
         tolerance=1e-5,
-        # Five stresses are held at 0. Of 566 runs of stock YADE 2025.2.0 with -j2, two ended at other stresses, 1.6 times the largest apart; why is
-        # not known. With -j1, all are equal in every bit.
+        # Five stresses are held at 0. Of 566 runs of stock YADE 2025.2.0 with -j2, two ended at other stresses, 1.6 times the largest apart, and with
+        # -j1 one of some 36 in one process; why is not known.
         one_thread=True,
     ),
     "agglomerate": Script(
