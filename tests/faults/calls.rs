@@ -482,6 +482,8 @@ const LONG: Case = Case {
         "0.2",
         "--tensile-strength",
         "3 MPa",
+        "--compressive-strength",
+        "30 MPa",
         "-o",
         "found.toml",
     ],
