@@ -9,7 +9,7 @@ RESULTS = ROOT / "yade-bridge/tests/yade/functions.json"
 TITLES = {
     "functions": ("Functions", "Functions of the modules that scripts import."),
     "engines": ("Engines", "Engines and recorders, behind the others in `O.engines`."),
-    "laws": ("Methods of laws", "Methods of the functors of all laws in `O.engines`, beside that of the bonds."),
+    "laws": ("Methods of laws", "Methods of the functors of all laws in `O.engines`, also of laws that the bonds do not have."),
 }
 #: Scenes of the test.
 KINDS = {"concrete": "Beside bonds of concrete", "cohesive": "Beside contacts of `CohFrictMat`"}
