@@ -49,12 +49,11 @@ def pair(material=None, law=None, physics=None, unequal=False, ratcheting=True):
     bond()
 
 
-def lattice(counts=(4, 4, 6), rate=2.0, material=None, law=None, physics=None, shift=0.01, seed=1, spacing=1.98, before=None, periodic=False):
-    """Spheres on a jittered grid, bonded where they touch; the ends are pulled apart along z, or the cell is deformed."""
+def grid(materials, counts, rate, shift, seed, spacing, periodic):
+    """Spheres of two materials on a jittered grid; the ends are pulled apart along z, or the cell is deformed."""
     chance = random.Random(seed)
     O.reset()
-    for young in (1.0, 2.5):
-        O.materials.append(CohFrictMat(**{**MATERIAL, "young": MATERIAL["young"] * young, **(material or {})}))
+    O.materials.append(materials)
     step = spacing * RADIUS
     length = step * counts[2]
     O.periodic = periodic
@@ -69,6 +68,12 @@ def lattice(counts=(4, 4, 6), rate=2.0, material=None, law=None, physics=None, s
             body.state.vel = Vector3(0, 0, rate * (place[2] - 0.5 * length))
             if z in (0, counts[2] - 1):
                 body.state.blockedDOFs = "zXYZ"
+
+
+def lattice(counts=(4, 4, 6), rate=2.0, material=None, law=None, physics=None, shift=0.01, seed=1, spacing=1.98, before=None, periodic=False):
+    """The grid, bonded where spheres touch."""
+    materials = [CohFrictMat(**{**MATERIAL, "young": MATERIAL["young"] * young, **(material or {})}) for young in (1.0, 2.5)]
+    grid(materials, counts, rate, shift, seed, spacing, periodic)
     O.engines = engines(law, physics)
     O.dt = 0.3 * utils.PWaveTimeStep()
     if before:

@@ -1,13 +1,11 @@
 """Scenes of jointed cohesive frictional spheres (JCFpmMat), created with YADE's functors."""
 
-import random
-
+from cohesive_scene import RADIUS, grid
 from yade import *
 from yade import utils
-from yade.minieigenHP import Matrix3, Vector3
+from yade.minieigenHP import Vector3
 
 MATERIAL = dict(young=1e7, poisson=0.4, frictionAngle=0.5, residualFrictionAngle=0.3, density=2500, tensileStrength=1e5, cohesion=1.5e5)
-RADIUS = 0.01
 
 
 def engines(law=None, physics=None, damping=0.2, ratcheting=True, distance=1.0, six=False):
@@ -49,25 +47,9 @@ def pair(material=None, law=None, physics=None, unequal=False, distance=1.0, ove
 
 
 def lattice(counts=(4, 4, 6), rate=2.0, material=None, law=None, physics=None, shift=0.03, seed=1, spacing=2.02, distance=1.2, before=None, periodic=False, **more):
-    """Spheres on a jittered grid, bonded to their neighbors; the ends are pulled apart along z, or the cell is deformed."""
-    chance = random.Random(seed)
-    O.reset()
-    for young in (1.0, 2.5):
-        O.materials.append(JCFpmMat(**{**MATERIAL, "young": MATERIAL["young"] * young, **(material or {})}))
-    step = spacing * RADIUS
-    length = step * counts[2]
-    O.periodic = periodic
-    if periodic:
-        O.cell.hSize = Matrix3(step * counts[0], 0, 0, 0, step * counts[1], 0, 0, 0, length)
-        O.cell.velGrad = Matrix3(0, 0.5 * rate, 0, 0, 0, 0, 0, 0, rate)
-    for k in range(counts[0] * counts[1] * counts[2]):
-        x, y, z = k % counts[0], k // counts[0] % counts[1], k // (counts[0] * counts[1])
-        place = [(n + 0.5) * step + shift * RADIUS * chance.uniform(-1, 1) for n in (x, y, z)]
-        body = O.bodies[O.bodies.append(utils.sphere(place, RADIUS, material=O.materials[(x + y + z) % 2], color=(1, 1, 1)))]
-        if not periodic:
-            body.state.vel = Vector3(0, 0, rate * (place[2] - 0.5 * length))
-            if z in (0, counts[2] - 1):
-                body.state.blockedDOFs = "zXYZ"
+    """The grid, bonded between neighbors."""
+    materials = [JCFpmMat(**{**MATERIAL, "young": MATERIAL["young"] * young, **(material or {})}) for young in (1.0, 2.5)]
+    grid(materials, counts, rate, shift, seed, spacing, periodic)
     O.engines = engines(law, physics, distance=distance, **more)
     O.dt = 0.3 * utils.PWaveTimeStep()
     if before:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ._concrete import class_of, engine_of, scatter_fields
+from ._concrete import class_of, engine_of, scatter_fields, scatter_geometry
 from ._history_layout import add_geometry, add_physics
 from ._rules import check_distance, functors_of, refuse
 from ._scene import Addresses, Bodies, Interactions, Reals, gather, host
@@ -210,13 +210,7 @@ def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sig
     """See :class:`._histories.Law`."""
     turned = sign[:, None]
     normal = table["normal"] * turned
-    radius = gather(geom, "ScGeom.refR1")
-    overlap = radius + gather(geom, "ScGeom.refR2") - table["length"]
-    scatter_fields(
-        geom,
-        "ScGeom",
-        {"normal": normal, "penetrationDepth": overlap, "contactPoint": first + normal * (radius - 0.5 * overlap)[:, None]},
-    )
+    scatter_geometry(geom, first, normal, table["length"], gather(geom, "ScGeom.refR1"), gather(geom, "ScGeom.refR2"))
     # Of both orientations, YADE's law needs only one relative to the other.
     upright = np.tile([0.0, 0.0, 0.0, 1.0], (len(sign), 1))
     rest = np.concatenate([table["rest_rotation"] * turned, table["rest_rotation_real"][:, None]], axis=1)

@@ -302,6 +302,13 @@ def scatter_fields(addresses: NDArray[np.uint64], kind: str, fields: dict[str, A
     return _core.memory_exchange(np.ascontiguousarray(addresses), rows, read)
 
 
+def scatter_geometry(geom: NDArray[np.uint64], first: Reals, normal: Reals, length: Reals, radius: Reals, other: Reals) -> None:
+    """Write normal, overlap, and contact point, m. `first`: positions of the first bodies; `radius`, `other`: reference radii of both."""
+    overlap = radius + other - length
+    point = first + normal * (radius - 0.5 * overlap)[:, None]
+    scatter_fields(geom, "ScGeom", {"normal": normal, "penetrationDepth": overlap, "contactPoint": point})
+
+
 def gather_fields(addresses: NDArray[np.uint64], kind: str, names: Sequence[str]) -> Iterator[Reals]:
     """Read several numbers of objects of this class, each object once."""
     rows = _core.memory_rows(np.ascontiguousarray(addresses), [(host().layout[f"{kind}.{name}"], 8) for name in names])
@@ -498,10 +505,8 @@ def write_values(
         traction[beyond] *= (bound[beyond] / size[beyond])[:, None]
     stress = stress - prestress
     residual = np.where(bonded, np.where(kappa < onset, 1.0, (1.0 - omega) * kappa / onset), 0.0)
-    overlap = radius + other - table["length"]
     force, shear_force = stress * area, traction * area[:, None]
-    point = first + normal * (radius - 0.5 * overlap)[:, None]
-    scatter_fields(geom, "ScGeom", {"normal": normal, "penetrationDepth": overlap, "contactPoint": point})
+    scatter_geometry(geom, first, normal, table["length"], radius, other)
     return scatter_fields(
         phys,
         "CpmPhys",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ._concrete import class_of, engine_of, scatter_fields
+from ._concrete import class_of, engine_of, scatter_fields, scatter_geometry
 from ._history_layout import add_geometry, add_physics
 from ._rules import check_distance, functors_of, is_a, refuse
 from ._scene import Addresses, Bodies, Interactions, Reals, gather, host
@@ -187,13 +187,7 @@ def write_values(geom: Addresses, phys: Addresses, first: Reals, table: Any, sig
     """See :class:`._histories.Law`."""
     turned = sign[:, None]
     normal = table["normal"] * turned
-    radius = gather(geom, "ScGeom.refR1")
-    overlap = radius + gather(geom, "ScGeom.refR2") - table["length"]
-    scatter_fields(
-        geom,
-        "ScGeom",
-        {"normal": normal, "penetrationDepth": overlap, "contactPoint": first + normal * (radius - 0.5 * overlap)[:, None]},
-    )
+    scatter_geometry(geom, first, normal, table["length"], gather(geom, "ScGeom.refR1"), gather(geom, "ScGeom.refR2"))
     for name, column in _FLAGS.items():
         _core.memory_scatter_u8(phys, host().layout[f"JCFpmPhys.{name}"], table[column].astype(np.uint8))
     return scatter_fields(
