@@ -69,10 +69,20 @@ fn calibrate_concrete_refuses_what_does_not_scale() {
     }
     let rough = template.text.replace("friction_coefficient = 0.8", "friction_coefficient = 20");
     let surface = "yield_surface = \"logarithmic-linear\"\nyield_log_speed = 0.02\nfriction_coefficient";
-    for (given, warned) in [(rough.clone(), true), (rough.replace("friction_coefficient", surface), false)] {
+    let smooth = rough.replace("friction_coefficient", surface);
+    // A second material with a linear surface is warned about, although the surfaces of both have no mean.
+    let table = &rough[rough.find("[[material]]").expect("the table")..rough.find("[bonds]").expect("the end")];
+    let both = smooth.replace("[bonds]", &format!("{}[bonds]", table.replace("\"concrete\"", "\"other\"")));
+    for (given, place, code) in [
+        (rough.clone(), Some("material[0].cpm.friction_coefficient"), exit::DONE),
+        (smooth, None, exit::DONE),
+        (both, Some("material[1].cpm.friction_coefficient"), exit::USAGE),
+    ] {
         let checked = concordem(["check", text(&write(folder.path(), "rough.toml", &given))]);
-        assert_eq!(checked.code, exit::DONE, "{}", checked.err);
-        assert_eq!(checked.err.contains("no solid is so rough"), warned, "{}", checked.err);
+        assert_eq!(checked.code, code, "{}", checked.err);
+        let warnings: Vec<&str> = checked.err.lines().filter(|line| line.contains("no solid is so rough")).collect();
+        assert_eq!(warnings.len(), usize::from(place.is_some()), "{}", checked.err);
+        assert!(place.is_none_or(|place| warnings[0].contains(place)), "{}", checked.err);
     }
 }
 

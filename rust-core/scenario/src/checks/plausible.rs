@@ -227,12 +227,13 @@ impl Checker<'_> {
 
     fn frictions(&mut self) {
         // The slope of a logarithmic surface at no pressure is not the friction beyond.
-        let logarithmic =
-            self.scenario.materials.iter().filter_map(|material| material.cpm.as_ref()).any(|cpm| {
-                matches!(cpm.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear))
-            });
+        let surfaces = self.scenario.materials.iter().map(|material| material.cpm.as_ref()?.yield_surface);
+        let logarithmic: Vec<String> = (surfaces.enumerate())
+            .filter(|(_, surface)| matches!(surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear)))
+            .map(|(k, _)| format!("material[{k}].cpm.friction_coefficient"))
+            .collect();
         for (key, friction) in self.of_laws("friction_coefficient") {
-            if DEGREES.contains(&friction) && !(logarithmic && key.contains(".cpm.")) {
+            if DEGREES.contains(&friction) && !logarithmic.contains(&key) {
                 let tangent = friction.to_radians().tan();
                 let help = format!("write the tangent of the angle: {tangent:.2} for {friction} degrees");
                 self.warn(&key, "is the tangent of the friction angle; no solid is so rough", help);
