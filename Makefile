@@ -137,6 +137,7 @@ test-studies:
 	@.ci/timed mesoscale validation/mesoscale.py
 	@.ci/timed laboratory .venv/bin/python validation/laboratory.py
 	@.ci/timed confinement .venv/bin/python validation/confinement.py
+	@.ci/timed fracture-energy .venv/bin/python validation/fracture_energy.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
 	@.ci/timed thermal-shock .venv/bin/python validation/thermal_shock.py
 	@.ci/timed instructions validation/instructions.py
@@ -332,6 +333,7 @@ validate-full: $(CONCORDEM)
 	validation/mesoscale.py --full
 	.venv/bin/python validation/laboratory.py --full
 	.venv/bin/python validation/confinement.py --full
+	.venv/bin/python validation/fracture_energy.py --full
 	.venv/bin/python validation/fineness.py --full
 	.venv/bin/python validation/thermal_shock.py --full
 	.venv/bin/python validation/round_robin.py --full

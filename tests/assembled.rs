@@ -541,6 +541,26 @@ fn doubtful_bonds_are_reported() {
     assert!(warnings.len() == 1 && warnings[0].contains("so there are no bonds"), "{warnings:?}");
 }
 
+/// Bonds of 2 m with the crack onset strain 1e-4 and a modulus of 25 GPa store 250 J/m² at the onset of cracks: a fracture energy of less is
+/// refused. Below three times as much they soften more steeply than they load, which is reported.
+#[test]
+fn bonds_long_for_their_fracture_energy_are_reported() {
+    let with = |energy: f64| {
+        let law = format!(
+            "cpm = {{ young = 25e9, shear_ratio = 0.2, cohesion = 3e6, crack_onset_strain = 1e-4, fracture_energy = {energy}, \
+             friction_coefficient = 0.8 }}"
+        );
+        bar("")
+            .replace("linear_bond = { normal_stiffness = 1e6, shear_stiffness = 1e5 }", &law)
+            .replace("law = \"linear_bond\"", "law = \"cpm\"")
+    };
+    let (key, message) = refused(&with(249.0));
+    assert!(key == "material[0].cpm" && message.contains("a bond is 2.0000e0 m long"), "{key}: {message}");
+    assert!(message.contains("from 1.9920e0 m on it stores its fracture energy"), "{message}");
+    let warned = |energy| made(&with(energy)).summary.warnings.iter().any(|one| one.key == "material[0].cpm");
+    assert!(warned(251.0) && warned(749.0) && !warned(751.0));
+}
+
 /// Two spheres of 1 m between platens: three contacts of the stiffness `k` in series. Closed by `Δ`, the column bears `kΔ/3`;
 /// stress is that over the given area, strain `Δ/4 m`, both negative. The platens close at 1 mm/s, a thousandth of the speed at which
 /// the column answers, so that inertia and damping leave 1 %.

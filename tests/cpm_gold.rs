@@ -23,7 +23,8 @@ fn material(material: &Row<'_>, law: &Row<'_>) -> CpmTable {
         friction_angle: Some(Angle::new(material.real("friction_angle"))),
         friction_coefficient: None,
         crack_onset_strain: Number::new(material.real("eps_crack_onset")),
-        relative_ductility: Number::new(material.real("rel_ductility")),
+        relative_ductility: Some(Number::new(material.real("rel_ductility"))),
+        fracture_energy: None,
         damage_law: if material.real("dam_law") == 0.0 { DamageLaw::Linear } else { DamageLaw::Exponential },
         omega_threshold: Number::new(law.real("omega_threshold")),
         never_damage: material.flag("never_damage"),
@@ -100,7 +101,7 @@ impl Replay {
         same(p.friction_coefficient, constants.real("tan_friction"), "tan_friction", place);
         same(p.cohesion, constants.real("cohesion"), "cohesion", place);
         same(p.crack_onset_strain, constants.real("eps_crack_onset"), "crack onset strain", place);
-        same(p.softening_strain(), constants.real("eps_fracture"), "softening strain", place);
+        same(p.softening_strain(1.0), constants.real("eps_fracture"), "softening strain", place);
         same(p.shear_contribution, constants.real("shear_contribution"), "shear contribution", place);
         same(p.isotropic_prestress, constants.real("iso_prestress"), "prestress", place);
         assert_eq!(p.never_damage, constants.flag("never_damage"));

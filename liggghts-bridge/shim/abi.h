@@ -419,7 +419,8 @@ int64_t concordem_network_forget(ConcordemNetwork *network,
                                  int64_t count);
 
 /// A time step for which the bonds and contacts of this processor are stable, s: the largest one if `dt` is larger than a quick estimate.
-double concordem_network_stable_step(ConcordemNetwork *network, double dt);
+double concordem_network_stable_step(ConcordemNetwork *network,
+                                     double dt);
 
 /// Find the pairs of a pair style whose forces the network computes: with a contact law all pairs of the group, else the bonded ones.
 /// Sets their `marks` (one per entry, in order, at least `capacity`) to 1 unless it is null. Sets `first` to the ids of the first
@@ -884,4 +885,4 @@ static_assert(offsetof(ConcordemPairArrays, skip) == 136 && sizeof(ConcordemPair
 static_assert(offsetof(ConcordemPairArrays, dt) == 144 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 152 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x964096cd0cea998e)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x30b5e41854864878)

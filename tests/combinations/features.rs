@@ -42,6 +42,7 @@ pub const FEATURES: &[Feature] = &[
     one("cpm", "cpm thesis", |case| case.materials.contains("\"thesis\"")),
     one("cpm", "cpm yade-public", |case| case.materials.contains("yade-public")),
     one("cpm", "cpm woo", |case| case.materials.contains("\"woo\"")),
+    any("cpm fracture energy", |case| case.materials.contains("fracture_energy")),
     any("cpm rate-dependent", |case| ["damage_time", "plasticity_time"].iter().any(|key| case.materials.contains(key))),
     any("hydrostatic strength", |case| case.materials.contains("hydrostatic_strength")),
     any("strength scatter", |case| case.materials.contains("strength_scatter")),

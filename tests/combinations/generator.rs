@@ -344,14 +344,20 @@ fn cpm(random: &mut Random) -> String {
     let mode = random.one_of(&["thesis", "thesis", "thesis", "yade-public", "woo"]);
     let young = random.between(5e9, 3e10);
     let onset = random.one_of(&[1e-4, 5e-4]);
+    let shear_ratio = random.between(0.1, 0.9);
+    let ductility: f64 = random.one_of(&[3.0, 30.0]);
     let mut text = format!(
-        "young = {young:?}, shear_ratio = {:?}, crack_onset_strain = {onset:?}, relative_ductility = {:?}, \
-         cohesion = {:?}, friction_coefficient = {:?}, mode = \"{mode}\"",
-        random.between(0.1, 0.9),
-        random.one_of(&[3.0, 30.0]),
+        "young = {young:?}, shear_ratio = {shear_ratio:?}, crack_onset_strain = {onset:?}, cohesion = {:?}, \
+         friction_coefficient = {:?}, mode = \"{mode}\"",
         young * onset,
         random.between(0.2, 0.9)
     );
+    // That of a bond of 2 mm; the radii are about 1 mm.
+    text += &if mode == "thesis" && random.happens(0.3) {
+        format!(", fracture_energy = {:?}", young * onset * onset * 2e-3 * (ductility + 0.5))
+    } else {
+        format!(", relative_ductility = {ductility:?}")
+    };
     if random.happens(0.3) {
         text += ", damage_law = \"linear\"";
     }

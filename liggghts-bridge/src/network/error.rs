@@ -113,6 +113,21 @@ pub enum NetworkError {
         /// Its type now.
         now: Tag,
     },
+    /// A bond is too long for its law.
+    #[error(
+        "the bond of atoms {a} and {b} is {length:.4e} m long; from {longest:.4e} m on, it stores its fracture energy before it softens: use \
+         smaller atoms, or a larger `fracture_energy`"
+    )]
+    LongBond {
+        /// Atom.
+        a: Tag,
+        /// Atom.
+        b: Tag,
+        /// Length, m.
+        length: f64,
+        /// Length from which on bonds are too long, m.
+        longest: f64,
+    },
     /// A section that refers to the mean radius of the bonded atoms, which is unknown.
     #[error(
         "internal error of fix concordem/bond, please report it: the bond of atoms {a} and {b} has no section, because the mean radius of \

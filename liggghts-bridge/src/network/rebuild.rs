@@ -307,6 +307,11 @@ impl Network {
             }
             let mut reference =
                 Reference { length: if bond.length > 0.0 { bond.length } else { previous.length }, area };
+            let (length, longest) = (reference.length, block.longest_bond(row));
+            if length >= longest {
+                let [a, b] = bond.tags;
+                return Err(NetworkError::LongBond { a, b, length, longest });
+            }
             if let (Some(thermal), Some(heat)) = (&self.thermal, heat) {
                 placed.lengths.push(([self.tags[a], self.tags[b]], reference.length));
                 placed.pairs.push((pair.a, pair.b, previous.normal * previous.length));

@@ -76,6 +76,8 @@ dimensions! {
     Inertia = OfInertia, "moment of inertia", ["kg*m^2", "g*mm^2"];
     /// Stress, modulus, or strength, Pa.
     Stress = OfStress, "stress", ["Pa", "kPa", "MPa", "GPa"];
+    /// Fracture energy, J/m².
+    FractureEnergy = OfFractureEnergy, "fracture energy", ["J/m^2", "mJ/m^2", "N/mm"];
     /// Force, N.
     Force = OfForce, "force", ["N", "mN", "kN", "MN"];
     /// Moment, N·m.

@@ -273,10 +273,11 @@ impl<L: ContactLaw> ContactColumns<L> {
         }
         for (i, &argument) in arguments.iter().enumerate().take(count) {
             if !argument.is_nan() {
+                let reference = self.reference.get(i);
                 let value = if run.scattered {
-                    law.at_temperature(&self.factors(i)).value_ahead(argument)
+                    law.at_temperature(&self.factors(i)).value_ahead(reference, argument)
                 } else {
-                    law.value_ahead(argument)
+                    law.value_ahead(reference, argument)
                 };
                 (self.ahead[0][i], self.ahead[1][i]) = (argument, value);
             }

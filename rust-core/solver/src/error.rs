@@ -41,6 +41,20 @@ pub enum SolverError {
         /// Name of the law.
         law: &'static str,
     },
+    /// A bond is too long for its law.
+    #[error(
+        "the bond of the particles with the ids {} and {} is {length:.4e} m long. From {longest:.4e} m on, a bond of this material stores its \
+         fracture energy before it softens: use smaller particles, or a larger `fracture_energy`",
+        ids[0], ids[1]
+    )]
+    LongBond {
+        /// Ids of the two particles.
+        ids: [u32; 2],
+        /// Length of the bond, m.
+        length: f64,
+        /// Length from which on bonds are too long, m.
+        longest: f64,
+    },
     /// The stiffness of a contact has outgrown the time step.
     #[error(
         "at step {step} (t = {time} s) the contact of the particle with id {id} with {} is about to overlap by {overlap:.4e} m, \

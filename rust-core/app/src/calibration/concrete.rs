@@ -299,6 +299,8 @@ pub struct ConcreteCalibration<'a> {
     pub base: CpmParameters,
     /// Onset strain in the measurements. It should be close to the result, because it slightly affects inertia.
     pub onset: f64,
+    /// Mean length of the bonds, m, to which ductilities refer where the bonds have a fracture energy.
+    pub mean_length: f64,
     /// Whether tension runs continue until the fracture energy is known.
     pub with_energy: bool,
     /// Values measured so far.
@@ -321,7 +323,8 @@ impl<'a> ConcreteCalibration<'a> {
         with_energy: bool,
         table: StrengthTable,
     ) -> Self {
-        Self { pairs, base, onset, with_energy, table, runs: 0, on_measurement: Box::new(|_, _| {}) }
+        let mean_length = mean_length(pairs);
+        Self { pairs, base, onset, mean_length, with_energy, table, runs: 0, on_measurement: Box::new(|_, _| {}) }
     }
 
     /// All strains scale with the onset, so that ratios of strengths do not depend on it.
@@ -330,10 +333,10 @@ impl<'a> ConcreteCalibration<'a> {
             cohesion: arguments.cohesion * self.base.young * onset,
             friction_coefficient: arguments.friction,
             crack_onset_strain: onset,
-            relative_ductility: arguments.ductility,
             soft_strain: self.base.soft_strain * (onset / self.base.crack_onset_strain),
             ..self.base
         }
+        .with_ductility(arguments.ductility, self.mean_length)
     }
 
     /// Runs one packing in tension and in compression.
@@ -450,7 +453,7 @@ impl<'a> ConcreteCalibration<'a> {
     pub fn fit(&mut self, wanted: &StrengthTargets) -> Result<ConcreteFit, ConcreteError> {
         let friction = self.base.friction_coefficient;
         let ratio = wanted.compressive_strength / wanted.tensile_strength;
-        let mut ductility = self.base.relative_ductility;
+        let mut ductility = self.base_ductility();
         if let Some(energy) = wanted.fracture_energy {
             ductility = self.ductility(wanted, energy, friction, ratio)?;
         }
@@ -479,6 +482,11 @@ impl<'a> ConcreteCalibration<'a> {
         })
     }
 
+    /// `ε_f/ε₀` of the scenario, of bonds of the mean length.
+    fn base_ductility(&self) -> f64 {
+        self.base.softening_strain(self.mean_length) / self.base.crack_onset_strain
+    }
+
     /// Relative ductility for a target fracture energy. `G = D f_t²/(Ē T²)` at the cohesion of each ductility.
     fn ductility(
         &mut self,
@@ -488,7 +496,7 @@ impl<'a> ConcreteCalibration<'a> {
         ratio: f64,
     ) -> Result<f64, ConcreteError> {
         let strength = wanted.tensile_strength;
-        let start = self.base.relative_ductility.clamp(DUCTILITY_RANGE.0, DUCTILITY_RANGE.1);
+        let start = self.base_ductility().clamp(DUCTILITY_RANGE.0, DUCTILITY_RANGE.1);
         let mut energy_of = |ductility: f64| -> Result<f64, ConcreteError> {
             let Crossing { cohesion, .. } = self.cohesion(ratio, friction, ductility)?;
             let functions = self.functions(StrengthArguments { cohesion, friction, ductility })?;
@@ -526,6 +534,17 @@ impl<'a> ConcreteCalibration<'a> {
         }
         Ok(if energy / energy_low < energy_high / energy { low } else { high })
     }
+}
+
+/// Mean length of the cpm bonds of the specimens, m.
+fn mean_length(pairs: &[SpecimenPair]) -> f64 {
+    let blocks = pairs.iter().flat_map(|pair| &pair.tension.state.bonds);
+    let lengths = blocks.filter_map(|block| block.as_any().downcast_ref::<ContactBlock<Cpm>>()).map(|b| &b.reference);
+    let (sum, count) = lengths.fold((0.0, 0), |(sum, count), references| {
+        let all = (0..references.len()).map(|k| references.get(k).length);
+        (sum + all.sum::<f64>(), count + references.len())
+    });
+    sum / count as f64
 }
 
 #[cfg(test)]

@@ -118,7 +118,7 @@ fn published(scenario: Option<&Scenario>) -> ReferenceFigures {
             && radius
             && scenario.materials.len() == 1
             && cpm.crack_onset_strain.si() == 1e-4
-            && cpm.relative_ductility.si() == 30.0
+            && cpm.relative_ductility.is_some_and(|ductility| ductility.si() == 30.0)
             && cpm.shear_ratio.si() == 0.2
             && (cpm.friction() - 0.8).abs() < 1e-12;
         match (cpm.young.si(), cpm.cohesion.si()) {

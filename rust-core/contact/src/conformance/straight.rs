@@ -1,7 +1,7 @@
 //! The straight form of a law against its response, bit for bit.
 
 use super::{Finding, Host, LawState, MotionMeasure, PointKinematics, SEEDS, STEPS, Subject, drive};
-use crate::law::{ColumnUse, ContactLaw, EnergySplit, Given, Masses, Response, Status};
+use crate::law::{ColumnUse, ContactLaw, EnergySplit, Given, Masses, Reference, Response, Status};
 
 /// What a straight form returns for a step; `None` if the law has none under this measure.
 pub(super) fn outcome<L: ContactLaw<Kinematics = PointKinematics>>(
@@ -21,9 +21,10 @@ pub(super) fn outcome<L: ContactLaw<Kinematics = PointKinematics>>(
         (motion.geometry.mass_a, motion.geometry.mass_b) = (f64::NAN, f64::NAN);
     }
     if L::LOOKS_AHEAD {
+        let reference = Reference { length: motion.geometry.reference_length, area: motion.geometry.area };
         let argument = L::argument_ahead(old, &law.straight(&motion, old, &given, dt).0.state);
         if !argument.is_nan() {
-            given.ahead = [argument, law.value_ahead(argument)];
+            given.ahead = [argument, law.value_ahead(reference, argument)];
         }
     }
     let (mut response, certain) = law.straight(&motion, old, &given, dt);

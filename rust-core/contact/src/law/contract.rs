@@ -99,9 +99,10 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
         f64::NAN
     }
 
-    /// The value at an argument.
+    /// The value at an argument, for a contact with this reference.
     #[inline(always)]
-    fn value_ahead(&self, argument: f64) -> f64 {
+    fn value_ahead(&self, reference: Reference, argument: f64) -> f64 {
+        let _ = reference;
         argument
     }
 
@@ -242,8 +243,14 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     }
 
     /// Lost fraction of the contact's strength, 0 to 1, if it differs from [`Self::damage`].
-    fn lost_strength(&self, state: &Self::State) -> f64 {
+    fn lost_strength(&self, reference: Reference, state: &Self::State) -> f64 {
+        let _ = reference;
         Self::damage(state)
+    }
+
+    /// Length, m, beyond which the law cannot describe a bond; the solver and the hosts refuse longer ones. Default: none.
+    fn longest_bond(&self) -> f64 {
+        f64::INFINITY
     }
 }
 

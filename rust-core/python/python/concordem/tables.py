@@ -254,6 +254,9 @@ class Cpm(TypedDict, total=False):
     """Exponent of viscous damage; not in mode `yade-public`. Range: > 0."""
     damage_time: Quantity | None
     """Characteristic time of viscous damage, s; rate independent if left out; not in mode `yade-public`. Range: > 0."""
+    fracture_energy: Quantity | None
+    """Energy per area that a bond in tension dissipates, whatever its length, J/m^2; or give `relative_ductility`. Only in mode `thesis`. Range: >
+    0."""
     friction_angle: Quantity | None
     """Angle of friction; or give `friction_coefficient`. Range: ≥ 0."""
     friction_coefficient: Quantity | None
@@ -270,8 +273,8 @@ class Cpm(TypedDict, total=False):
     """Exponent of viscous plasticity; not in mode `yade-public`. Range: > 0."""
     plasticity_time: Quantity | None
     """Characteristic time of viscous plasticity, s; rate independent if left out; not in mode `yade-public`. Range: > 0."""
-    relative_ductility: Required[Quantity]
-    """Softening strain divided by the crack onset strain. Range: > 0."""
+    relative_ductility: Quantity | None
+    """Softening strain divided by the crack onset strain; or give `fracture_energy`. Range: > 0."""
     relative_soft_stiffness: Quantity | None
     """Hardening modulus beyond `soft_strain`, divided by the normal modulus. Range: ≥ 0, ≤ 1."""
     shear_contribution: Quantity

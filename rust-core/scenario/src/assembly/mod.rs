@@ -422,6 +422,7 @@ fn add_bonds(
         bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, counts, severed)?
     };
     warnings.extend(doubtful_bonds(scenario, &count, bulk));
+    warnings.extend(long_bonds(scenario, block.contacts(), particles)?);
     warnings.extend(cuts.without_effect(scenario, &state.particles.position));
     let ends = |k: usize| block.contacts().view(k).pair;
     let numbers = |Pair { a, b }: Pair| [a, b].map(|p| particles.aggregate_of(p as usize));
@@ -519,6 +520,34 @@ fn doubtful_bonds(scenario: &Scenario, count: &BondCount, bulk: Option<(f64, f64
         None => "give a ratio between two distances; 1.01 bonds all particles that touch".to_owned(),
     };
     Some(scenario.warning(key, message, help))
+}
+
+/// Bonds that are long for their fracture energy: an error where they have stored it before they soften, a warning where they soften more
+/// steeply than they load.
+fn long_bonds(
+    scenario: &Scenario,
+    block: &dyn Contacts,
+    particles: &Particles,
+) -> Result<Option<Problem>, AssemblyError> {
+    // Exponential softening begins with the slope Ēε₀/ε_f, which is Ē at the length 2G/(3Ēε₀²), a third of the longest one.
+    let Some((k, ratio)) = block.relatively_longest().filter(|(_, ratio)| *ratio > 1.0 / 3.0) else {
+        return Ok(None);
+    };
+    let length = block.view(k).reference.length;
+    let key = format!("material[{}].{}", particles.material[block.view(k).pair.a as usize], block.law());
+    let longest = length / ratio;
+    if ratio >= 1.0 {
+        let message = format!(
+            "a bond is {length:.4e} m long; from {longest:.4e} m on it stores its fracture energy before it softens. Use smaller particles, or a \
+             larger `fracture_energy`"
+        );
+        return Err(unfit(&key, message));
+    }
+    let message = format!(
+        "its bonds of more than {:.4e} m, up to {length:.4e} m, soften more steeply than they load: the body may break at once, and dissipate more",
+        longest / 3.0
+    );
+    Ok(Some(scenario.warning(&key, message, "use smaller particles, or a larger `fracture_energy`")))
 }
 
 /// Adds empty blocks of contacts between particles and with walls.

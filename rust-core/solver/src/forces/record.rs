@@ -56,7 +56,7 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
         moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
         place: k as u32,
     };
-    ContactRecord { force: Some(force), damage: [L::damage(&state), law.lost_strength(&state)] }
+    ContactRecord { force: Some(force), damage: [L::damage(&state), law.lost_strength(reference, &state)] }
 }
 
 /// Factors on the stiffness and strength of a contact, if it has any.
@@ -124,7 +124,7 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
         moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
         place: k as u32,
     };
-    ContactRecord { force: Some(force), damage: [L::damage(history), law.lost_strength(history)] }
+    ContactRecord { force: Some(force), damage: [L::damage(history), law.lost_strength(contact.reference, history)] }
 }
 
 /// Append the forces of walls on particles.

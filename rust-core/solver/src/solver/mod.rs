@@ -159,6 +159,7 @@ impl Solver {
                 return Err(SolverError::NotDeformable { law: block.law() });
             }
         }
+        refuse_long_bonds(state)?;
         if state.clock.step == 0 && solver.owned.is_empty() {
             wrap::wrap(state);
         }
@@ -553,6 +554,23 @@ fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
 }
 
 /// Fail if the motion, or a force, is NaN or infinite. The sums of the kick show it; only then are the particles read.
+/// Bonds that are too long for their law.
+fn refuse_long_bonds(state: &State) -> Result<(), SolverError> {
+    for block in &state.bonds {
+        let block = block.contacts();
+        if let Some((k, ratio)) = block.relatively_longest().filter(|(_, ratio)| *ratio >= 1.0) {
+            let view = block.view(k);
+            let ids = [view.pair.a, view.pair.b].map(|p| state.particles.id[p as usize]);
+            return Err(SolverError::LongBond {
+                ids,
+                length: view.reference.length,
+                longest: view.reference.length / ratio,
+            });
+        }
+    }
+    Ok(())
+}
+
 fn check_finite(state: &State, report: &StepReport) -> Result<(), SolverError> {
     let kick = &report.kick;
     let (step, time) = (state.clock.step, state.clock.time());

@@ -18,7 +18,7 @@ use crate::output::sealed::write_text;
 use crate::provenance;
 use concordem_contact::law::Cpm;
 use concordem_scenario::assembly::PackingCache;
-use concordem_scenario::schema::quantity::{Number, StrainRate, Stress};
+use concordem_scenario::schema::quantity::{FractureEnergy, Number, StrainRate, Stress};
 use concordem_scenario::schema::{LawName, Loading, Output, Packing, ProblemKind, Scenario, Shape, Stop};
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactBlock;
@@ -51,7 +51,7 @@ pub(super) struct CalibrateConcreteArguments {
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     compressive_strength: f64,
     /// Target energy dissipated in tension per cross-section until the stress has fallen to a tenth of its peak, J/m^2; by
-    /// default, the relative ductility of the scenario is kept
+    /// default, the relative ductility of the scenario is kept. If the scenario gives a fracture energy of bonds, that is what is found
     #[arg(long, value_name = "NUMBER", value_parser = energy)]
     fracture_energy: Option<f64>,
     /// Number of packings, for the scatter; their seeds count up from the seed of the scenario
@@ -79,7 +79,7 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
         return Err(OutputError::Exists { path: path.clone() }.into());
     }
     let scenario = arguments.settings.read(&arguments.scenario)?;
-    fitting(&scenario)?;
+    fitting(&scenario, arguments)?;
     let table_path = arguments.table.clone().unwrap_or_else(|| arguments.scenario.with_extension("strengths.json"));
     let cache = console.cache();
     let display = console.display(&arguments.work);
@@ -98,9 +98,13 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
         ("cpm", "young", parameters.young.into()),
         ("cpm", "shear_ratio", parameters.shear_ratio.into()),
         ("cpm", "crack_onset_strain", parameters.crack_onset_strain.into()),
-        ("cpm", "relative_ductility", parameters.relative_ductility.into()),
         ("cpm", "cohesion", parameters.cohesion.into()),
     ];
+    keys.push(if parameters.fracture_energy > 0.0 {
+        ("cpm", "fracture_energy", parameters.fracture_energy.into())
+    } else {
+        ("cpm", "relative_ductility", parameters.relative_ductility.into())
+    });
     if parameters.soft_strain != 0.0 {
         keys.push(("cpm", "soft_strain", parameters.soft_strain.into()));
     }
@@ -113,7 +117,7 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
 }
 
 /// Refuses a scenario without a suitable specimen.
-fn fitting(scenario: &Scenario) -> Result<(), Failure> {
+fn fitting(scenario: &Scenario, arguments: &CalibrateConcreteArguments) -> Result<(), Failure> {
     let refuse = |key: &str, message: &str, help: &str| {
         Err(Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, message.to_owned(), help)))
     };
@@ -134,6 +138,14 @@ fn fitting(scenario: &Scenario) -> Result<(), Failure> {
         if let Some((key, _)) = absolute.into_iter().find(|(_, given)| *given) {
             let message = "does not scale with the strength, so the parameters would miss their targets";
             return refuse(&format!("material[0].cpm.{key}"), message, "remove it, and give it again afterwards");
+        }
+        if cpm.fracture_energy.is_some() && arguments.fracture_energy.is_none() {
+            let message = "the fracture energy of bonds scales with the strength, so it needs a target";
+            return refuse(
+                "material[0].cpm.fracture_energy",
+                message,
+                "add --fracture-energy, that of the concrete in J/m^2",
+            );
         }
     }
     if !matches!(scenario.loading, Loading::Uniaxial { .. }) {
@@ -280,7 +292,8 @@ fn described(scenario: &Scenario) -> Result<String, Failure> {
     }
     if let Some(cpm) = &mut described.materials[0].cpm {
         cpm.cohesion = Stress::new(0.0);
-        cpm.relative_ductility = Number::new(1.0);
+        cpm.relative_ductility = cpm.relative_ductility.map(|_| Number::new(1.0));
+        cpm.fracture_energy = cpm.fracture_energy.map(|_| FractureEnergy::new(1.0));
         (cpm.friction_angle, cpm.friction_coefficient) = (None, None);
     }
     described.title.clear();
@@ -334,7 +347,11 @@ fn facts(arguments: &CalibrateConcreteArguments, scenario: &Scenario, found: &Co
     facts.add("young of the bonds", format!("{:.6e} Pa", p.young));
     facts.add("shear_ratio", format!("{:.6}", p.shear_ratio));
     facts.add("crack_onset_strain", format!("{:.5e}", p.crack_onset_strain));
-    facts.add("relative_ductility", format!("{:.5}", p.relative_ductility));
+    if p.fracture_energy > 0.0 {
+        facts.add("fracture_energy of the bonds", format!("{:.5e} J/m²", p.fracture_energy));
+    } else {
+        facts.add("relative_ductility", format!("{:.5}", p.relative_ductility));
+    }
     let sure = fit
         .cohesion_deviation
         .map_or_else(String::new, |d| format!(" ± {:.0} % from the scatter of packings", 100.0 * d));

@@ -38,7 +38,13 @@ fn passes_but(report: &Report, known: &[&str]) {
 fn cpm_closed_form(p: CpmParameters, area: f64) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
     let (mut kappa, mut slip) = (0.0_f64, [0.0; 2]);
     let (young, shear_modulus) = (p.young, p.young * p.shear_ratio);
-    let fracture_strain = p.crack_onset_strain * p.relative_ductility;
+    // The area under the stress over the strain of a bond of 2 m is half of the fracture energy.
+    let area_below = p.fracture_energy / (2.0 * young * p.crack_onset_strain);
+    let fracture_strain = match p.damage_law {
+        _ if p.fracture_energy == 0.0 => p.crack_onset_strain * p.relative_ductility,
+        DamageLaw::Linear => 2.0 * area_below,
+        DamageLaw::Exponential => area_below - 0.5 * p.crack_onset_strain,
+    };
     move |now| {
         let strain = now.station.elongation / 2.0;
         kappa = kappa.max(strain);
@@ -69,11 +75,14 @@ fn cpm_closed_form(p: CpmParameters, area: f64) -> impl FnMut(&Observed) -> Opti
     }
 }
 
-/// With either damage function.
+/// With either damage function, and with a ductility or a fracture energy.
 #[test]
 fn cpm_conforms() {
-    for damage_law in [DamageLaw::Exponential, DamageLaw::Linear] {
-        let parameters = CpmParameters { damage_law, ..concrete() };
+    let concretes = [concrete(), CpmParameters { relative_ductility: 0.0, fracture_energy: 18e3, ..concrete() }];
+    let both = |parameters| {
+        [DamageLaw::Exponential, DamageLaw::Linear].map(|law| CpmParameters { damage_law: law, ..parameters })
+    };
+    for parameters in concretes.into_iter().flat_map(both) {
         let subject = cpm("cpm", &parameters);
         let mut report = check(&subject);
         report.findings.extend(atlas(

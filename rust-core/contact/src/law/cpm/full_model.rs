@@ -94,7 +94,7 @@ impl Cpm {
             }
             if equivalent > kappa {
                 kappa = equivalent;
-                omega = self.damage_function(kappa);
+                omega = self.damage_function(kappa, k.geometry.reference_length);
             }
         } else {
             omega = 1.0;

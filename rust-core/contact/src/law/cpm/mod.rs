@@ -17,6 +17,9 @@
 //!   or       (1 − ε₀/κ)/(1 − ε₀/ε_f)           linear softening, 1 for κ ≥ ε_f
 //! σ_N = [1 − ω H(e)] Ē e − σ₀                  f_N = A σ_N
 //! ```
+//! ε_f is `relative_ductility` times ε₀. Or it follows from a fracture energy G (`fracture_energy`) so that every bond, of whatever length,
+//! dissipates G per area in tension, ∫σ dε = G/L (crack band, Bažant & Oh 1983): ε_f = G/(Ēε₀L) − ε₀/2 with exponential, 2G/(Ēε₀L) with
+//! linear softening. A bond must be shorter than 2G/(Ēε₀²), where it would store G at the onset of cracks.
 //! ξ (`shear_contribution`) and σ₀ (`isotropic_prestress`, Šmilauer 2010, "Isotropic confinement") are 0 by default.
 //! Plasticity in compression (Šmilauer 2010, "Compressive plasticity"), if ε_s = `soft_strain` < 0: for
 //! ε_N + σ₀/Ē < ε_s the stress is at least Ē(ε_s + K̃(ε_N + σ₀/Ē − ε_s)) ≤ 0; the difference goes to ε_Np.
@@ -176,30 +179,48 @@ pub struct StressResponse {
 pub struct Cpm {
     parameters: CpmParameters,
     shear_modulus: f64,
-    softening_strain: f64,
     prestress_strain: f64,
-    inverse_softening_strain: f64,
     inverse_shear_modulus: f64,
-    /// `1/(1 − ε₀/ε_f)`, for linear damage.
-    linear_factor: f64,
+    /// Softening of bonds of all lengths; void with a fracture energy.
+    softening: Softening,
+    /// [`CpmParameters::characteristic_length`], m.
+    characteristic_length: f64,
     /// The thesis formulation without options, which has its own code path.
     plain: bool,
+}
+
+/// Softening strain, and what follows from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+struct Softening {
+    /// ε_f.
+    strain: f64,
+    /// 1/ε_f.
+    inverse: f64,
+    /// `1/(1 − ε₀/ε_f)`, for linear damage.
+    linear_factor: f64,
+}
+
+impl Softening {
+    /// With the onset ε₀ and the softening strain ε_f.
+    #[inline(always)]
+    fn of(onset: f64, strain: f64) -> Self {
+        Self { strain, inverse: 1.0 / strain, linear_factor: 1.0 / (1.0 - onset / strain) }
+    }
 }
 
 impl Cpm {
     /// The law with these parameters.
     pub fn new(parameters: &CpmParameters) -> Result<Self, CpmError> {
         parameters.validate()?;
-        let softening_strain = parameters.softening_strain();
         let shear_modulus = parameters.shear_modulus();
         Ok(Self {
             parameters: *parameters,
             shear_modulus,
-            softening_strain,
             prestress_strain: parameters.prestress_strain(),
-            inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if shear_modulus > 0.0 { 1.0 / shear_modulus } else { 0.0 },
-            linear_factor: 1.0 / (1.0 - parameters.crack_onset_strain / softening_strain),
+            softening: Softening::of(parameters.crack_onset_strain, parameters.softening_strain(1.0)),
+            characteristic_length: parameters.characteristic_length(),
             plain: parameters.mode == CpmFormulation::Thesis
                 && parameters.yield_surface == YieldSurface::MohrCoulomb
                 && parameters.shear_contribution == 0.0
@@ -407,8 +428,10 @@ impl ContactLaw for Cpm {
         law.parameters.soft_strain *= strain;
         law.shear_modulus *= stiffness;
         law.inverse_shear_modulus /= stiffness;
-        law.softening_strain *= strain;
-        law.inverse_softening_strain /= strain;
+        law.softening.strain *= strain;
+        law.softening.inverse /= strain;
+        // The characteristic length stays: ε_f follows ε₀, so that ω remains a function of κ/ε₀, and the fracture energy
+        // has the factor strength²/stiffness.
         law
     }
 
@@ -498,8 +521,8 @@ impl ContactLaw for Cpm {
     }
 
     #[inline(always)]
-    fn value_ahead(&self, kappa: f64) -> f64 {
-        self.damage_function(kappa)
+    fn value_ahead(&self, reference: Reference, kappa: f64) -> f64 {
+        self.damage_function(kappa, reference.length)
     }
 
     /// The shear stress follows from the strains, except in YADE's formulation, whose plastic strain is not that of its stress: a
@@ -551,7 +574,12 @@ impl ContactLaw for Cpm {
     }
 
     /// `1 − (1−ω)κ/ε₀` (Stránský 2018, (6.5)–(6.6)).
-    fn lost_strength(&self, state: &CpmState) -> f64 {
-        self.strength_damage(state.kappa)
+    fn lost_strength(&self, reference: Reference, state: &CpmState) -> f64 {
+        self.strength_damage(state.kappa, reference.length)
+    }
+
+    /// Beyond it, a bond would dissipate more than its fracture energy.
+    fn longest_bond(&self) -> f64 {
+        self.parameters.longest_bond()
     }
 }

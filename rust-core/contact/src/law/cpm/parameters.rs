@@ -78,8 +78,11 @@ pub struct CpmParameters {
     pub friction_coefficient: f64,
     /// Crack onset strain ε₀, 1 (YADE `epsCrackOnset`).
     pub crack_onset_strain: f64,
-    /// Ratio ε_f/ε₀, 1 (YADE `relDuctility`).
+    /// Ratio ε_f/ε₀, 1 (YADE `relDuctility`); 0 with a fracture energy.
     pub relative_ductility: f64,
+    /// Energy G per area, J/m², that a bond of any length dissipates in tension until it has no strength; 0 with a ratio ε_f/ε₀.
+    #[cfg_attr(feature = "std", serde(default))]
+    pub fracture_energy: f64,
     /// Form of the damage function.
     #[cfg_attr(feature = "std", serde(default))]
     pub damage_law: DamageLaw,
@@ -155,6 +158,12 @@ pub enum CpmError {
         /// Field of [`CpmParameters`].
         name: &'static str,
     },
+    /// A fracture energy in a published form that has none.
+    #[cfg_attr(feature = "std", error("CPM option `fracture_energy` exists in mode thesis only"))]
+    OnlyInThesis,
+    /// Softening given twice.
+    #[cfg_attr(feature = "std", error("CPM: `relative_ductility` must be 0 with a `fracture_energy`"))]
+    SoftensTwice,
     /// Two materials whose parameters cannot be averaged.
     #[cfg_attr(feature = "std", error("CPM materials with different `{name}` cannot be averaged"))]
     Unlike {
@@ -181,6 +190,7 @@ impl CpmParameters {
             friction_coefficient,
             crack_onset_strain,
             relative_ductility,
+            fracture_energy: 0.0,
             damage_law: DamageLaw::Exponential,
             omega_threshold: 1.0,
             never_damage: false,
@@ -201,7 +211,7 @@ impl CpmParameters {
     ///
     /// As in both programs, Ḡ is the mean ratio times the mean Ē, and ε_f the product of the means of ε₀ and ε_f/ε₀. YADE uses
     /// the tangent of the mean angle of friction, Woo the mean of the tangents; the thesis formulation follows YADE. Equal tangents
-    /// keep their bits. Formulation and yield surface must agree. The damage law must agree too, except in YADE's formulation, which
+    /// keep their bits. Formulation, yield surface, and whether a fracture energy is given must agree. The damage law must agree too, except in YADE's formulation, which
     /// uses that of the first material.
     pub fn average(&self, other: &Self) -> Result<Self, CpmError> {
         if self.mode != other.mode {
@@ -212,6 +222,9 @@ impl CpmParameters {
         }
         if self.damage_law != other.damage_law && self.mode != CpmFormulation::YadePublic {
             return Err(CpmError::Unlike { name: "damage_law" });
+        }
+        if (self.fracture_energy > 0.0) != (other.fracture_energy > 0.0) {
+            return Err(CpmError::Unlike { name: "fracture_energy" });
         }
         let mean = |field: fn(&Self) -> f64| 0.5 * (field(self) + field(other));
         let friction_coefficient =
@@ -228,6 +241,7 @@ impl CpmParameters {
             friction_coefficient,
             crack_onset_strain: mean(|p| p.crack_onset_strain),
             relative_ductility: mean(|p| p.relative_ductility),
+            fracture_energy: mean(|p| p.fracture_energy),
             damage_law: self.damage_law,
             omega_threshold: mean(|p| p.omega_threshold),
             never_damage: self.never_damage || other.never_damage,
@@ -256,8 +270,12 @@ impl CpmParameters {
         let friction = self.friction_coefficient;
         check("friction_coefficient", friction, friction >= 0.0, "zero or positive")?;
         check("crack_onset_strain", self.crack_onset_strain, self.crack_onset_strain > 0.0, "positive")?;
-        let ductility = self.relative_ductility;
+        let (ductility, energy) = (self.relative_ductility, self.fracture_energy);
+        check("fracture_energy", energy, energy >= 0.0, "zero or positive")?;
         match self.damage_law {
+            _ if energy > 0.0 && ductility != 0.0 => return Err(CpmError::SoftensTwice),
+            _ if energy > 0.0 && self.mode != CpmFormulation::Thesis => return Err(CpmError::OnlyInThesis),
+            _ if energy > 0.0 => {}
             DamageLaw::Exponential => check("relative_ductility", ductility, ductility > 0.0, "positive")?,
             DamageLaw::Linear => check("relative_ductility", ductility, ductility > 1.0, "above 1 for linear damage")?,
         }
@@ -311,9 +329,41 @@ impl CpmParameters {
         self.young * self.shear_ratio
     }
 
-    /// Softening strain ε_f, 1.
-    pub fn softening_strain(&self) -> f64 {
-        self.crack_onset_strain * self.relative_ductility
+    /// Softening strain ε_f of a bond of the length `length` (m), 1; see the [module documentation](super). Not positive, or with linear
+    /// damage not above ε₀, if the bond is longer than [`Self::longest_bond`].
+    pub fn softening_strain(&self, length: f64) -> f64 {
+        self.crack_onset_strain
+            * if self.fracture_energy > 0.0 {
+                ductility_of(self.damage_law, self.characteristic_length() / length)
+            } else {
+                self.relative_ductility
+            }
+    }
+
+    /// With the softening strain of `ductility` times ε₀ for a bond of the length `length` (m): by a fracture energy if there is one, for bonds
+    /// of all lengths if not.
+    #[must_use]
+    pub fn with_ductility(mut self, ductility: f64, length: f64) -> Self {
+        if self.fracture_energy > 0.0 {
+            let ratio = match self.damage_law {
+                DamageLaw::Linear => 0.5 * ductility,
+                DamageLaw::Exponential => ductility + 0.5,
+            };
+            self.fracture_energy = ratio * length * self.young * (self.crack_onset_strain * self.crack_onset_strain);
+        } else {
+            self.relative_ductility = ductility;
+        }
+        self
+    }
+
+    /// Length G/(Ēε₀²), m, over which the elastic energy at the onset of cracks is half of the fracture energy; 0 without fracture energy.
+    pub fn characteristic_length(&self) -> f64 {
+        self.fracture_energy / (self.young * self.crack_onset_strain * self.crack_onset_strain)
+    }
+
+    /// Length, m, from which on a bond stores more energy at the onset of cracks than its fracture energy; infinite without one.
+    pub fn longest_bond(&self) -> f64 {
+        if self.fracture_energy > 0.0 { 2.0 * self.characteristic_length() } else { f64::INFINITY }
     }
 
     /// Elastic strain at the plastic limit in compression, of a contact with the strain `strain` beyond it.
@@ -339,6 +389,15 @@ impl CpmParameters {
         } else {
             self.isotropic_prestress / self.young
         }
+    }
+}
+
+/// ε_f/ε₀ of a bond whose characteristic length is `ratio` times its length: the area under its stress over strain is G/L.
+#[inline]
+pub(super) fn ductility_of(damage_law: DamageLaw, ratio: f64) -> f64 {
+    match damage_law {
+        DamageLaw::Linear => 2.0 * ratio,
+        DamageLaw::Exponential => ratio - 0.5,
     }
 }
 

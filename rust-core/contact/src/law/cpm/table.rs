@@ -5,7 +5,7 @@ use crate::law::factors::times;
 use crate::law::table::{Fault, LawTable, RegisteredLaw};
 use crate::law::{ContactLaw, Factors, ParameterError};
 use crate::math;
-use crate::quantity::{Angle, Number, Stress, Time};
+use crate::quantity::{Angle, FractureEnergy, Number, Stress, Time};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,9 +22,12 @@ pub struct CpmTable {
     /// Tensile strain at which damage begins.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub crack_onset_strain: Number,
-    /// Softening strain divided by the crack onset strain.
+    /// Softening strain divided by the crack onset strain; or give `fracture_energy`.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub relative_ductility: Number,
+    pub relative_ductility: Option<Number>,
+    /// Energy per area that a bond in tension dissipates, whatever its length, J/m^2; or give `relative_ductility`. Only in mode `thesis`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub fracture_energy: Option<FractureEnergy>,
     /// Cohesion of the undamaged bond: shear strength without normal stress, Pa.
     #[schemars(extend("minimum" = 0))]
     pub cohesion: Stress,
@@ -120,13 +123,14 @@ impl CpmTable {
             damage_rate_exponent: or(self.damage_rate_exponent, 1.0),
             plasticity_time: time(self.plasticity_time),
             plasticity_rate_exponent: or(self.plasticity_rate_exponent, 1.0),
+            fracture_energy: self.fracture_energy.map_or(0.0, FractureEnergy::si),
             ..CpmParameters::new(
                 self.young.si(),
                 self.shear_ratio.si(),
                 self.cohesion.si(),
                 self.friction(),
                 self.crack_onset_strain.si(),
-                self.relative_ductility.si(),
+                or(self.relative_ductility, 0.0),
             )
         }
     }
@@ -147,6 +151,33 @@ impl CpmTable {
             (None, Some(angle)) if angle.si() >= std::f64::consts::FRAC_PI_2 => {
                 let help = format!("plain numbers are radians; did you mean \"{} deg\"?", angle.si());
                 Some(Fault::range("friction_angle", "must be less than a right angle", help))
+            }
+            _ => None,
+        }
+    }
+
+    /// The fault of the softening keys: given exactly once.
+    fn faults_of_softening(&self) -> Option<Fault> {
+        match (self.relative_ductility, self.fracture_energy) {
+            (None, None) => Some(Fault::missing(
+                "relative_ductility",
+                "neither `relative_ductility` nor `fracture_energy`",
+                "add `relative_ductility = 30`, or `fracture_energy = \"60 J/m^2\"`, which does not depend on the size of the particles",
+            )),
+            (Some(_), Some(_)) => Some(Fault::conflict(
+                "relative_ductility",
+                "both `relative_ductility` and `fracture_energy`",
+                "keep one: bonds get their ductility from the fracture energy and their length",
+            )),
+            (None, Some(_)) if self.mode != CpmFormulation::Thesis => Some(Fault::conflict(
+                "fracture_energy",
+                "the published form of this mode has no fracture energy",
+                "write mode = \"thesis\", or `relative_ductility` in its place",
+            )),
+            (Some(ductility), None) if self.damage_law == DamageLaw::Linear && ductility.si() <= 1.0 => {
+                let help = "it is the strain at zero stress divided by the strain at peak stress";
+                let message = "must be greater than 1 with the linear damage law";
+                Some(Fault::range("relative_ductility", message, help))
             }
             _ => None,
         }
@@ -206,12 +237,7 @@ impl CpmTable {
 
 impl LawTable for CpmTable {
     fn faults(&self) -> Vec<Fault> {
-        let mut faults: Vec<Fault> = self.faults_of_friction().into_iter().collect();
-        if self.damage_law == DamageLaw::Linear && self.relative_ductility.si() <= 1.0 {
-            let help = "it is the strain at zero stress divided by the strain at peak stress";
-            let message = "must be greater than 1 with the linear damage law";
-            faults.push(Fault::range("relative_ductility", message, help));
-        }
+        let mut faults: Vec<Fault> = self.faults_of_friction().into_iter().chain(self.faults_of_softening()).collect();
         if self.relative_soft_stiffness.is_some() && self.soft_strain.is_none() {
             let help = "add `soft_strain = -3e-3`, the strain at which hardening begins, or remove it";
             faults.push(Fault::conflict("relative_soft_stiffness", "has no effect without `soft_strain`", help));
@@ -255,7 +281,9 @@ impl From<CpmError> for ParameterError {
             CpmError::OutOfRange { name, value, requirement } => {
                 Self::OutOfRange { law: Cpm::NAME, parameter: name, value, requirement }
             }
-            CpmError::NotInYade { .. } | CpmError::Unlike { .. } => Self::Cpm(error),
+            CpmError::NotInYade { .. } | CpmError::OnlyInThesis | CpmError::SoftensTwice | CpmError::Unlike { .. } => {
+                Self::Cpm(error)
+            }
         }
     }
 }
@@ -283,20 +311,23 @@ impl RegisteredLaw for Cpm {
     }
 
     /// Stránský 2018, section 8.1: the stress at which damage begins is that of the strength, so the crack onset strain has the
-    /// factor strength/stiffness.
+    /// factor strength/stiffness. The factor of the ductility acts on the fracture energy where that is given; the other two do not.
     fn scaled(table: &CpmTable, factors: &Factors) -> Result<CpmTable, Fault> {
         let Factors { stiffness, strength, ductility } = *factors;
         let scaled = CpmTable {
             young: times(table.young, stiffness),
             cohesion: times(table.cohesion, strength),
             crack_onset_strain: times(table.crack_onset_strain, Number::new(strength.si() / stiffness.si())),
-            relative_ductility: times(table.relative_ductility, ductility),
+            relative_ductility: table.relative_ductility.map(|value| times(value, ductility)),
+            fracture_energy: table.fracture_energy.map(|value| times(value, ductility)),
             ..table.clone()
         };
-        if scaled.damage_law == DamageLaw::Linear && scaled.relative_ductility.si() <= 1.0 {
+        if let (DamageLaw::Linear, Some(ductility)) = (scaled.damage_law, scaled.relative_ductility)
+            && ductility.si() <= 1.0
+        {
             let message = format!(
                 "makes the relative ductility {}, but with the linear damage law it must be greater than 1",
-                scaled.relative_ductility.si()
+                ductility.si()
             );
             return Err(Fault::range("ductility", message, "give a larger factor, or an exponential damage law"));
         }
@@ -314,7 +345,8 @@ mod tests {
             young: Stress::new(25e9),
             shear_ratio: Number::new(0.2),
             crack_onset_strain: Number::new(1e-4),
-            relative_ductility: Number::new(30.0),
+            relative_ductility: Some(Number::new(30.0)),
+            fracture_energy: None,
             cohesion: Stress::new(3e6),
             friction_angle: None,
             friction_coefficient: Some(Number::new(0.8)),

@@ -13,7 +13,11 @@ impl Cpm {
     /// Response in the plain thesis form.
     #[inline(always)]
     pub(super) fn respond_thesis(&self, k: &PointKinematics, old: &CpmState) -> Response<CpmState> {
-        Self::response_of(k, old, &self.evaluate_thesis(k, old, |kappa| self.damage_function(kappa)))
+        Self::response_of(
+            k,
+            old,
+            &self.evaluate_thesis(k, old, |kappa| self.damage_function(kappa, k.geometry.reference_length)),
+        )
     }
 
     /// Stresses, history, and energies; `damage_of` gives the damage ω(κ) of a bond whose κ grows.

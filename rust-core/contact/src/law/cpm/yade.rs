@@ -1,7 +1,7 @@
 //! YADE's public form of the cohesive particle model, `Law2_ScGeom_CpmPhys_Cpm`, bit for bit.
 
 use super::parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface, check};
-use super::{Cpm, CpmState, StressResponse, normal_before, omega_before, release, strain_before};
+use super::{Cpm, CpmState, Softening, StressResponse, normal_before, omega_before, release, strain_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response, Status};
 #[cfg(not(feature = "std"))]
@@ -62,6 +62,7 @@ impl Cpm {
                 friction_coefficient: c.friction_coefficient,
                 crack_onset_strain: c.crack_onset_strain,
                 relative_ductility: softening_strain / c.crack_onset_strain,
+                fracture_energy: 0.0,
                 damage_law: c.damage_law,
                 omega_threshold: c.omega_threshold,
                 never_damage: c.never_damage,
@@ -77,11 +78,10 @@ impl Cpm {
                 plasticity_rate_exponent: 1.0,
             },
             shear_modulus: c.shear_modulus,
-            softening_strain,
             prestress_strain: c.isotropic_prestress / young,
-            inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if c.shear_modulus > 0.0 { 1.0 / c.shear_modulus } else { 0.0 },
-            linear_factor: 1.0 / (1.0 - c.crack_onset_strain / softening_strain),
+            softening: Softening::of(c.crack_onset_strain, softening_strain),
+            characteristic_length: 0.0,
             plain: false,
         }
     }
@@ -222,11 +222,11 @@ impl Cpm {
         }
         match p.damage_law {
             DamageLaw::Linear => {
-                (1.0 - p.crack_onset_strain / kappa) / (1.0 - p.crack_onset_strain / self.softening_strain)
+                (1.0 - p.crack_onset_strain / kappa) / (1.0 - p.crack_onset_strain / self.softening.strain)
             }
             // The system's `exp` as in YADE: this form reproduces the bits of a program that uses the C library.
             DamageLaw::Exponential => {
-                1.0 - (p.crack_onset_strain / kappa) * (-(kappa - p.crack_onset_strain) / self.softening_strain).exp()
+                1.0 - (p.crack_onset_strain / kappa) * (-(kappa - p.crack_onset_strain) / self.softening.strain).exp()
             }
         }
     }

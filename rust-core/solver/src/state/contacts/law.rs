@@ -2,7 +2,7 @@
 
 use concordem_contact::law::{ContactLaw, Kinematics, Reference};
 
-use super::ContactBlock;
+use super::{ContactBlock, ContactFlags};
 use crate::state::particles::Particles;
 
 /// What the law of a block says, besides forces and stiffnesses.
@@ -19,6 +19,11 @@ pub trait LawOfContacts: Send + Sync {
     fn damage(&self, k: usize) -> f64;
     /// Fraction of its strength that contact `k` has lost, 0 to 1.
     fn lost_strength(&self, k: usize) -> f64;
+    /// Longest bond with the pair coefficients `row`, m; see [`ContactLaw::longest_bond`].
+    fn longest_bond(&self, row: u16) -> f64;
+    /// The bond that is longest compared to the longest one of its pair coefficients, and the ratio of these lengths; `None` if any length
+    /// will do.
+    fn relatively_longest(&self) -> Option<(usize, f64)>;
     /// Cross-section of a bond with the pair coefficients `row`, m²; see [`ContactLaw::bonded_area`].
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64;
     /// Axial force of bond `k`, N, at its length in the last evaluation; see [`ContactLaw::axial_force`].
@@ -50,7 +55,18 @@ impl<L: ContactLaw> LawOfContacts for ContactBlock<L> {
         L::damage(&self.history.get(k))
     }
     fn lost_strength(&self, k: usize) -> f64 {
-        self.rows[self.flags[k].row as usize].lost_strength(&self.history.get(k))
+        self.rows[self.flags[k].row as usize].lost_strength(self.reference.get(k), &self.history.get(k))
+    }
+    fn longest_bond(&self, row: u16) -> f64 {
+        self.rows[row as usize].longest_bond()
+    }
+    fn relatively_longest(&self) -> Option<(usize, f64)> {
+        if self.rows.iter().all(|law| law.longest_bond() == f64::INFINITY) {
+            return None;
+        }
+        let ratio = |k: usize| self.reference.get(k).length / self.longest_bond(self.flags[k].row);
+        let bonds = (0..self.flags.len()).filter(|&k| self.flags[k].has(ContactFlags::BONDED));
+        bonds.map(|k| (k, ratio(k))).max_by(|a, b| a.1.total_cmp(&b.1))
     }
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
         self.rows[row as usize].bonded_area(radius_a, radius_b, mean_radius)

@@ -1,6 +1,7 @@
 //! Single contacts driven by strains: stresses, damage, flow, viscosity, and validation.
 
 mod energy;
+mod fracture_energy;
 
 use super::full_model::beta_residual;
 use super::*;
@@ -201,7 +202,7 @@ fn a_broken_bond_has_dissipated_its_fracture_energy() {
         strain += 1e-6;
         bond.pull(strain);
     }
-    let end = law.kappa_of_damage(threshold).expect("in range");
+    let end = law.kappa_of_damage(threshold, 2.0).expect("in range");
     assert!((strain - end).abs() < 1.1e-6);
     let volume = 2.0 * std::f64::consts::PI;
     let expected = volume * 30e9 * 1e-4 * (0.5e-4 + 3e-3 * (1.0 - (-(strain - 1e-4) / 3e-3).exp()));
@@ -481,24 +482,24 @@ fn damage_functions_and_their_inverses() {
         for ductility in [1.5, 30.0, 1e4] {
             let law = law(CpmParameters { damage_law, relative_ductility: ductility, ..concrete() });
             for omega in [1e-12, 1e-6, 0.01, 0.1, 0.5, 0.9, 0.999, 1.0 - 1e-9] {
-                let kappa = law.kappa_of_damage(omega).expect("in range");
+                let kappa = law.kappa_of_damage(omega, 2.0).expect("in range");
                 // The derivative dω/dκ·κ is at most 1+ε₀/ε_f times (1−ω)+…, so errors stay roundings of 1.
-                assert!((law.damage_function(kappa) - omega).abs() < 4e-16 * (1.0 + ductility / 1e4));
-                let hat = law.strength_damage(kappa);
-                let definition = 1.0 - (1.0 - law.damage_function(kappa)) * kappa / 1e-4;
+                assert!((law.damage_function(kappa, 2.0) - omega).abs() < 4e-16 * (1.0 + ductility / 1e4));
+                let hat = law.strength_damage(kappa, 2.0);
+                let definition = 1.0 - (1.0 - law.damage_function(kappa, 2.0)) * kappa / 1e-4;
                 // The definition cancels: 1 − (1−ω)κ/ε₀ loses κ/ε₀ roundings.
                 assert!((hat - definition).abs() < 4e-16 * (1.0 + kappa / 1e-4), "{hat} {definition}");
-                assert!((law.relative_residual_strength(kappa) - (1.0 - hat)).abs() == 0.0);
-                let again = law.kappa_of_strength_damage(omega).expect("in range");
-                assert!((law.strength_damage(again) - omega).abs() < 1e-15 * (1.0 + 1.0 / ductility) * 2.0);
+                assert!((law.relative_residual_strength(kappa, 2.0) - (1.0 - hat)).abs() == 0.0);
+                let again = law.kappa_of_strength_damage(omega, 2.0).expect("in range");
+                assert!((law.strength_damage(again, 2.0) - omega).abs() < 1e-15 * (1.0 + 1.0 / ductility) * 2.0);
             }
-            assert_eq!(law.damage_function(0.99e-4), 0.0);
-            assert_eq!(law.strength_damage(0.5e-4), 0.0);
-            assert_eq!(law.relative_residual_strength(0.5e-4), 1.0);
-            assert_eq!(law.kappa_of_damage(0.0).expect("in range"), 1e-4);
-            assert!(law.kappa_of_damage(1.1).is_err() && law.kappa_of_damage(f64::NAN).is_err());
-            assert!(law.kappa_of_strength_damage(-0.1).is_err());
-            let state = law.damaged_state(0.5).expect("in range");
+            assert_eq!(law.damage_function(0.99e-4, 2.0), 0.0);
+            assert_eq!(law.strength_damage(0.5e-4, 2.0), 0.0);
+            assert_eq!(law.relative_residual_strength(0.5e-4, 2.0), 1.0);
+            assert_eq!(law.kappa_of_damage(0.0, 2.0).expect("in range"), 1e-4);
+            assert!(law.kappa_of_damage(1.1, 2.0).is_err() && law.kappa_of_damage(f64::NAN, 2.0).is_err());
+            assert!(law.kappa_of_strength_damage(-0.1, 2.0).is_err());
+            let state = law.damaged_state(0.5, 2.0).expect("in range");
             assert_eq!(law.respond(&straight(0.0, 1e-6, Vec3::zeros(), true), &state, 1.0).state.omega, 0.5);
         }
     }
@@ -555,12 +556,15 @@ fn options_belong_to_formulations() {
 #[test]
 fn a_closed_crack_does_not_break() {
     let law = law(CpmParameters { omega_threshold: 0.9, ..concrete() });
-    let old = law.damaged_state(0.95).unwrap();
+    let old = law.damaged_state(0.95, 2.0).unwrap();
     for (strain, expected) in [(-1e-5, Status::Lives), (1e-5, Status::Broke)] {
         let answer = law.respond(&straight(0.0, strain, Vec3::zeros(), true), &old, 1.0);
         assert_eq!(answer.status, expected, "{strain}");
     }
     let expected = 1.0 - (1.0 - 0.95) * old.kappa / 1e-4;
     // The inverse of the damage function is exact to some roundings.
-    assert!((law.lost_strength(&old) - expected).abs() < 1e-13 && expected < 0.9, "{expected}");
+    assert!(
+        (law.lost_strength(Reference { length: 2.0, area: 1.0 }, &old) - expected).abs() < 1e-13 && expected < 0.9,
+        "{expected}"
+    );
 }

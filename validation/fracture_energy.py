@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""The fracture energy of concrete over the size of its particles: periodic cells pulled apart, with bonds of a given energy and of a given ductility.
+
+    validation/fracture_energy.py [--full | --table]
+
+Each case is one run of the program. Results are written to validation/results/fracture_energy.json after every case, so that an interrupted
+study continues where it stopped. Without --full, the smallest case runs with the same code and must reproduce the recorded values, and the
+statements about the values on record are checked.
+"""
+
+import subprocess
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+import confinement
+import laboratory
+from concordem_validate import scenario, study as studies
+
+RESULTS = Path(__file__).resolve().parent / "results/fracture_energy.json"
+
+# Radii, mm, over a factor of 4.
+RADII = (1.0, 0.5, 0.25)
+SEEDS = (1, 2, 3, 4, 5)
+#: Both give bonds of a mean length of 2.35 mm, that between spheres of 1 mm, the softening strain of 10 times the onset.
+SOFTENING = {"energy": {"fracture_energy": "6.17 J/m^2"}, "ductility": {"relative_ductility": 10}}
+# The stress at which a cell counts as broken, over its strength.
+BROKEN = 0.03
+
+
+def cell(softening, radius, count, seed):
+    """A cell pulled apart, of the concrete that confinement.py compares with experiments."""
+    document = laboratory.cell((0, 0), (None, None, 0.4), seed, **confinement.MATERIAL)
+    cpm = document["material"][0]["cpm"]
+    del cpm["relative_ductility"]
+    cpm |= SOFTENING[softening]
+    document["packing"] |= {"radius": f"{radius} mm", "count": count}
+    # The opening at which a crack is free does not depend on the cell, the strain does.
+    document["stage"] = [{"name": "load", "stop": {"strain": 8e-3 / radius, "drop_to": BROKEN}}]
+    document["output"]["sample_interval"] = document["sample"][0]["interval"] = 50
+    return document
+
+
+def cases():
+    """Cells of equally many spheres, and cells of equal size (those of 250 spheres of 1 mm)."""
+    for seed in SEEDS:
+        for softening in SOFTENING:
+            for radius in RADII:
+                yield f"{softening}, radius {radius} mm, 1000 spheres, seed {seed}", (softening, radius, 1000, seed)
+    for seed in SEEDS[:3]:
+        for radius in RADII[1:]:
+            yield f"energy, radius {radius} mm, same cell, seed {seed}", ("energy", radius, round(250 / radius**3), seed)
+
+
+CASES = dict(cases())
+REDUCED = ["energy, radius 1.0 mm, 1000 spheres, seed 1"]
+
+
+def test(program, document, options):
+    """Strength, and the energy dissipated per area, of one run."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "test.toml"
+        path.write_text(scenario.dumps(document))
+        begin = time.time()
+        subprocess.run([program, "run", "--quiet", "--force", *options, path], check=True, stdout=subprocess.DEVNULL)
+        found = {"wall_s": round(time.time() - begin, 1)}
+        with h5py.File(path.with_suffix(".h5"), locking=False) as file:
+            samples = file["samples"]
+            edges = file["cell/edges"][()]
+            last = {name: samples[name][-1] for name in ("boundary_work", "kinetic", "stored_normal", "stored_shear", "stress", "strain")}
+            dissipated = last["boundary_work"] - last["kinetic"] - last["stored_normal"] - last["stored_shear"]
+            area = float(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1])))
+            return found | {
+                "particles": len(file["particles/radius"]), "steps": int(samples["step"][-1]), "peak_stress_pa": float(np.max(samples["stress"])),
+                "fracture_energy_j_per_m2": float(dissipated / area), "last_stress_pa": float(last["stress"]), "last_strain": float(last["strain"])}
+
+
+def study(names, known, save, about, program, options):
+    for case in names:
+        if case in known:
+            continue
+        known[case] = test(program, cell(*CASES[case]), options) | about
+        save()
+        print(f"{case}: {known[case]}", flush=True)
+
+
+def mean(known, start, quantity):
+    """Mean and standard error over the seeds of the cases that begin with `start`."""
+    values = np.array([known[case][quantity] for case in CASES if case.startswith(start)])
+    return float(values.mean()), float(values.std(ddof=1) / len(values) ** 0.5)
+
+
+def table(known):
+    """The recorded values as rows of the table in docs/book/evidence/laboratory-tests.md."""
+    if missing(known):
+        return
+    for softening in SOFTENING:
+        for radius in RADII:
+            start = f"{softening}, radius {radius} mm, 1000"
+            (energy, error), (strength, deviation) = mean(known, start, "fracture_energy_j_per_m2"), mean(known, start, "peak_stress_pa")
+            print(f"| {softening} | {radius} mm | {energy:.1f} ± {error:.1f} | {strength * 1e-6:.2f} ± {deviation * 1e-6:.2f} |")
+    for radius in RADII[1:]:
+        energy, error = mean(known, f"energy, radius {radius} mm, same", "fracture_energy_j_per_m2")
+        print(f"same cell, {radius} mm: {energy:.1f} ± {error:.1f}")
+
+
+def missing(known):
+    return [case for case in CASES if case not in known]
+
+
+def check_record(known):
+    """Statements of the book about the values on record that do not hold, as messages."""
+    if missing(known):
+        return [f"not on record: {', '.join(missing(known))}"]
+    wrong = [f"{case}: not broken at the end" for case in CASES if known[case]["last_stress_pa"] > BROKEN * known[case]["peak_stress_pa"]]
+    of = lambda start: mean(known, start, "fracture_energy_j_per_m2")[0]
+    for name, starts in (
+        ("1000 spheres", [f"energy, radius {radius} mm, 1000" for radius in RADII]),
+        ("same cell", [f"energy, radius {radius} mm, same" for radius in RADII[1:]]),
+    ):
+        energies = [of(start) for start in starts]
+        # Within 10 % of their mean over a factor of 4 (2 for cells of one size).
+        middle = sum(energies) / len(energies)
+        if max(abs(energy / middle - 1) for energy in energies) > 0.1:
+            wrong.append(f"fracture energies of {name}: {energies}")
+    energies = [of(f"ductility, radius {radius} mm, 1000") for radius in RADII]
+    # With a ductility, it follows the radius.
+    if not all(1.8 <= large / small <= 2.2 for large, small in zip(energies, energies[1:], strict=False)):
+        wrong.append(f"fracture energies with a ductility: {energies}")
+    return wrong
+
+
+def check_same(found, known):
+    """Differences from the recorded values, as messages."""
+    return [f"{case}: {quantity} is {values[quantity]!r}, but the recorded value is {known[case][quantity]!r}. If that is meant, remove the case "
+            "from the results and run the full study again"
+            for case, values in found.items() for quantity in ("peak_stress_pa", "fracture_energy_j_per_m2", "steps")
+            # Results are bitwise equal on all machines; recorded values have 17 digits.
+            if abs(values[quantity] - known[case][quantity]) > 1e-12 * abs(known[case][quantity])]
+
+
+def main():
+    studies.run(__file__, __doc__, laboratory.PROGRAM, RESULTS, full=partial(study, CASES), reduced=partial(study, REDUCED),
+                check_reduced=check_same, check_record=check_record, table=table)
+
+
+if __name__ == "__main__":
+    main()
