@@ -5,7 +5,7 @@ DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
 # The steps of make test, longest first, so that no long step runs alone at the end.
-TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
+TEST_STEPS := test-yade-native test-rust test-units test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
 .PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks yade-scripts test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
@@ -114,9 +114,14 @@ test-build: test-lint
 	BUILT=1 liggghts-bridge/lammps/build
 	BUILT=1 rust-core/python/test.sh package
 
-# Unit, integration and documentation tests of the library and of the program.
+# Unit tests of all crates, those of the bridge to LIGGGHTS and LAMMPS too.
+test-units:
+	@.ci/timed $@ $(CARGO) test $(TESTED) --lib --bins --no-fail-fast
+
+# Integration and documentation tests of the library and of the program.
 test-rust:
-	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts --no-fail-fast
+	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts --examples --test '*' --no-fail-fast
+	@.ci/timed doc-tests $(CARGO) test $(TESTED) --doc --no-fail-fast
 	@.ci/timed no-driver $(CARGO) test $(TESTED) --features concordem-gpu/cuda --test no_driver
 
 # Our styles inside LIGGGHTS and LAMMPS, under MPI.
