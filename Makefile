@@ -143,6 +143,7 @@ test-studies:
 	@.ci/timed laboratory .venv/bin/python validation/laboratory.py
 	@.ci/timed confinement .venv/bin/python validation/confinement.py
 	@.ci/timed fracture-energy .venv/bin/python validation/fracture_energy.py
+	@.ci/timed strain-rate .venv/bin/python validation/strain_rate.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
 	@.ci/timed thermal-shock .venv/bin/python validation/thermal_shock.py
 	@.ci/timed instructions validation/instructions.py
@@ -339,6 +340,7 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/laboratory.py --full
 	.venv/bin/python validation/confinement.py --full
 	.venv/bin/python validation/fracture_energy.py --full
+	.venv/bin/python validation/strain_rate.py --full
 	.venv/bin/python validation/fineness.py --full
 	.venv/bin/python validation/thermal_shock.py --full
 	.venv/bin/python validation/round_robin.py --full
