@@ -25,7 +25,8 @@ RESULTS = Path(__file__).resolve().parent / "results/fracture_energy.json"
 
 # Radii, mm, over a factor of 4.
 RADII = (1.0, 0.5, 0.25)
-SEEDS = (1, 2, 3, 4, 5)
+# A crack that branches or turns costs up to half as much again, so that few packings do not suffice.
+SEEDS = {"energy": range(1, 11), "ductility": range(1, 6)}
 #: Both give bonds of a mean length of 2.35 mm, that between spheres of 1 mm, the softening strain of 10 times the onset.
 SOFTENING = {"energy": {"fracture_energy": "6.17 J/m^2"}, "ductility": {"relative_ductility": 10}}
 # The stress at which a cell counts as broken, over its strength.
@@ -49,11 +50,11 @@ def cell(softening, radius, count, seed):
 
 def cases():
     """Cells of equally many spheres, and cells of one size with more spheres."""
-    for seed in SEEDS:
-        for softening in SOFTENING:
+    for softening in SOFTENING:
+        for seed in SEEDS[softening]:
             for radius in RADII:
                 yield f"{softening}, radius {radius} mm, 1000 spheres, seed {seed}", (softening, radius, 1000, seed)
-    for seed in SEEDS[:3]:
+    for seed in range(1, 4):
         # As large as the cells of 1,000 spheres of 0.5 mm.
         yield f"energy, radius 0.25 mm, 8000 spheres, seed {seed}", ("energy", 0.25, 8000, seed)
 
