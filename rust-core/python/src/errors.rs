@@ -20,7 +20,7 @@ use concordem::solver::SolverError;
 use concordem::solver::own_thread::with_all_processors;
 use concordem::state::ColumnError;
 use concordem::statics::StaticsError;
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::panic::PanicException;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -110,8 +110,8 @@ fn exception(class: &str, message: &str, debug: &str) -> PyErr {
             let object = py.import("concordem._errors")?.getattr(class)?.call((message,), Some(&options))?;
             Ok(PyErr::from_value(object))
         };
-        // If the class is missing, keep the message.
-        make().unwrap_or_else(|_| PyRuntimeError::new_err(message.to_owned()))
+        // Making it may run the handler of a signal, whose exception goes on.
+        make().unwrap_or_else(|other| other)
     })
 }
 
@@ -196,7 +196,7 @@ fn scenario(class: &str, error: &ScenarioError) -> PyErr {
             let class = py.import("concordem._errors")?.getattr(class)?;
             Ok(PyErr::from_value(class.call1((error.to_string(), &*error.source_text.name, problems))?))
         };
-        make().unwrap_or_else(|_| PyRuntimeError::new_err(error.to_string()))
+        make().unwrap_or_else(|other| other)
     })
 }
 
@@ -219,7 +219,7 @@ pub fn of_call(call: &str, table: &str, error: &ScenarioError) -> PyErr {
             let class = py.import("concordem._errors")?.getattr("ScenarioError")?;
             Ok(PyErr::from_value(class.call1((lines.join("\n"), call, entries))?))
         };
-        make().unwrap_or_else(|_| PyRuntimeError::new_err(lines.join("\n")))
+        make().unwrap_or_else(|other| other)
     })
 }
 

@@ -104,20 +104,61 @@ def cells():
     return lambda: cells.deform(gradient, 2_000_000)
 
 
+LATTICE = {"kind": "lattice", "lattice": "fcc", "radius": "1 mm", "shape": {"kind": "periodic"}}
+TOUCHING = {"law": "linear_bond", "interaction_ratio": 1.01}
+
+
+def block(side):
+    return concordem.Scenario(**(PRISM | {"packing": LATTICE | {"repeats": [side] * 3}, "bonds": TOUCHING, "stop": {"steps": 10}}))
+
+
 def elastic():
-    lattice = {"kind": "lattice", "lattice": "fcc", "radius": "1 mm", "repeats": [40, 40, 40], "shape": {"kind": "periodic"}}
-    bonds = {"law": "linear_bond", "interaction_ratio": 1.01}
-    scenario = concordem.Scenario(**(PRISM | {"packing": lattice, "bonds": bonds}))
+    scenario = block(40)
     return lambda: concordem.elastic_constants(scenario, dynamics=True)
 
 
+SPECIMEN = PRISM | {"packing": {"kind": "random-dense", "count": 100_000, "radius": "1 mm", "seed": 1, "shape": {"kind": "box", "size": ["60 mm"] * 3}}}
+
+
+def pack():
+    scenario = concordem.Scenario(**SPECIMEN)
+    return lambda: scenario.pack(threads=1)
+
+
+def check():
+    scenario = concordem.Scenario(**SPECIMEN)
+    return lambda: concordem.check(scenario, threads=1)
+
+
+def random_dense():
+    return lambda: concordem.packing.random_dense(200_000, 1.0, threads=1)
+
+
+def calibrate_elastic():
+    scenario = block(40)
+    return lambda: concordem.calibrate_elastic(scenario, 30e9, 0.2, threads=1)
+
+
+def calibrate_cohesive_beam():
+    return lambda: concordem.calibrate_cohesive_beam(30e9, 0.2, 2400.0, tensile_strength=3e6, count=200_000, threads=1)
+
+
 WORK = [coarse_grain, region_stress, fabric, affine_fit, solid_fraction, delaunay, power_diagram, neighbors, structure, damage_plastic,
-        cells, elastic]
+        cells, elastic, pack, check, random_dense, calibrate_elastic, calibrate_cohesive_beam]
 
 
 @pytest.mark.parametrize("work", WORK, ids=lambda work: work.__name__)
 def test_long_work_answers_ctrl_c(work):
-    call = work()
+    interrupt(work())
+
+
+def test_loading_answers_ctrl_c(tmp_path):
+    block(24).simulation(threads=1).save(tmp_path / "state.h5")
+    interrupt(lambda: concordem.Simulation.load(tmp_path / "state.h5", threads=1))
+
+
+def interrupt(call):
+    """Ctrl-C after 0.3 s ends the call."""
     start, used = time.monotonic(), time.process_time()
     timer = threading.Timer(0.3, _thread.interrupt_main)
     timer.start()
@@ -128,6 +169,18 @@ def test_long_work_answers_ctrl_c(work):
         timer.join()
     # Time of processors: that of the clock depends on what else the machine does.
     assert time.monotonic() - start >= 0.3 and time.process_time() - used < 3.0
+
+
+def test_ctrl_c_during_a_call_that_fails_is_not_lost():
+    """Too many bonds for the time step, found after the key was pressed: the error does not hide the key."""
+    simulation = block(20).simulation(threads=1)
+    with pytest.raises(concordem.SolverError, match="stability bound"):
+        simulation.make_bonds(1.9)
+    timer = threading.Timer(0.2, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        simulation.make_bonds(1.9)
+    timer.join()
 
 
 def test_handlers_of_other_signals_are_called_meanwhile():
