@@ -88,8 +88,11 @@ def test_a_run_that_has_ended_goes_on(box):
 @pytest.mark.parametrize(
     ("settings", "error", "match"),
     [
-        ({"packing.radius": "2 mm"}, concordem.ScenarioError, "a restart cannot change this key"),
-        ({"material[0].density": 3000}, concordem.ScenarioError, "a restart cannot change this key"),
+        ({"packing.radius": "2 mm"}, concordem.ScenarioError, "particles cannot be added or removed: arrays of `state` are views"),
+        ({"packing.repeats": [2, 2, 3]}, concordem.ScenarioError, "particles cannot be added or removed: arrays of `state` are views"),
+        ({"bonds.interaction_ratio": 1.5}, concordem.ScenarioError, "call make_bonds and break_bonds"),
+        ({"wall": []}, concordem.ScenarioError, "walls cannot be added or removed; call drive_wall and place_wall"),
+        ({"material[0].density": 3000}, concordem.ScenarioError, "a restart cannot change this key\n  help: masses"),
         ({"stop.steps": 3}, ValueError, "already at step"),
         ({"integration.gravity": "9.81 m"}, concordem.ScenarioError, "gravity"),
         ({"nowhere.key": 1}, ValueError, "nowhere"),

@@ -9,6 +9,7 @@ use concordem::assembly::{Assembly, Summary, assemble_with, place};
 use concordem::output::{ResultFile, checkpoint};
 use concordem::program::progress::Progress;
 use concordem::program::recording::{Recording, header};
+use concordem::scenario::ScenarioError;
 use concordem::schedule::Simulation as Run;
 use concordem::schedule::simulation::Written;
 use concordem::state::columns::ColumnStore;
@@ -146,7 +147,7 @@ impl Simulation {
         let scenario = Bound::new(py, before.get().changed(settings)?)?;
         let Scenario { inner, folder } = scenario.get();
         let check = || restart::check(&before.get().inner, inner, Continuation::SameResult);
-        let changes = caught(check)?.or_raise()?;
+        let changes = caught(check)?.map_err(with_reasons).or_raise()?;
         if changes.is_empty() {
             return Ok(());
         }
@@ -184,6 +185,23 @@ impl Simulation {
             (now.loads, now.summary, now.scripted, now.scenario) = (loads, summary, scripted, scenario);
         })
     }
+}
+
+/// Say of keys that cannot change why, or which call of Python does it.
+fn with_reasons(mut error: ScenarioError) -> ScenarioError {
+    for problem in &mut error.problems {
+        let reason = match problem.key.split(['.', '[']).next().unwrap_or_default() {
+            "packing" | "aggregates" | "phases" | "fibers" | "cut" | "clump" => {
+                "particles cannot be added or removed: arrays of `state` are views of memory that stays. Begin a new simulation; "
+            }
+            "bonds" | "bonding" => "call make_bonds and break_bonds, which act on the bonds that there are; ",
+            "wall" => "walls cannot be added or removed; call drive_wall and place_wall to move them; ",
+            "material" => "masses and the rows of the laws follow from it; ",
+            _ => continue,
+        };
+        problem.help.insert_str(0, reason);
+    }
+    error
 }
 
 /// The run that an assembly begins. On a thread of its own and in a box, as assemblies: they have tens of kilobytes, and the caller's thread may
