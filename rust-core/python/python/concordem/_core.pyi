@@ -566,7 +566,7 @@ def region_stress(
 ) -> _types.RegionStress: ...
 def region_stress_from_particles(
     position: ArrayLike,
-    moments: _Reals,
+    moments: ArrayLike,
     region: Region,
     period: Period | None = None,
 ) -> _Reals: ...

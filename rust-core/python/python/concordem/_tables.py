@@ -8,19 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._types import units
+from ._types import _structured, units
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
 __all__ = ["to_pandas", "to_xarray"]
-
-
-def _checked(table: NDArray[np.void]) -> NDArray[np.void]:
-    if not isinstance(table, np.ndarray) or not table.dtype.names:
-        raise TypeError("give a structured array with named columns, such as simulation.events or state.contacts()['walls']")
-    return table
 
 
 def to_pandas(table: NDArray[np.void]) -> pandas.DataFrame:
@@ -43,7 +37,7 @@ def to_pandas(table: NDArray[np.void]) -> pandas.DataFrame:
     >>> concordem.to_pandas(simulation.events).columns[4]  # doctest: +SKIP
     'position_x'
     """
-    _checked(table)
+    _structured(table)
     try:
         import pandas
     except ImportError as error:
@@ -80,7 +74,7 @@ def to_xarray(table: NDArray[np.void]) -> xarray.Dataset:
     ------
     ImportError : xarray is missing. TypeError : not a structured array.
     """
-    _checked(table)
+    _structured(table)
     try:
         import xarray
     except ImportError as error:

@@ -582,6 +582,12 @@ def _table(columns: Sequence[tuple[str, str, NDArray[Any]]]) -> NDArray[Any]:
     return table
 
 
+def _structured(table: Any) -> None:
+    """Refuse what is no table of the package."""
+    if not isinstance(table, np.ndarray) or not table.dtype.names:
+        raise TypeError("give a structured array with named columns, such as simulation.events or state.contacts()['walls']")
+
+
 def units(table: NDArray[Any]) -> dict[str, str]:
     """SI units of the fields of a table; "1" for dimensionless numbers.
 
@@ -590,6 +596,7 @@ def units(table: NDArray[Any]) -> dict[str, str]:
     >>> concordem.units(sim.samples)["stress"]
     'Pa'
     """
+    _structured(table)
     found = {}
     for name in table.dtype.names or ():
         kind = table.dtype[name]

@@ -1,6 +1,7 @@
 //! Conversion of Python tables of contacts and loads.
 
 use concordem::operator::{ContactSet, LoadSet};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Indices, Pairs, Vectors};
@@ -19,22 +20,34 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Contacts<'py> {
     type Error = PyErr;
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         Ok(Self {
-            pair: column(&object, "pair")?,
-            branch: column(&object, "branch")?,
-            point: column(&object, "point")?,
-            force: column(&object, "force")?,
-            moment: column(&object, "moment")?,
+            pair: column(&object, "Contacts", "pair")?,
+            branch: column(&object, "Contacts", "branch")?,
+            point: column(&object, "Contacts", "point")?,
+            force: column(&object, "Contacts", "force")?,
+            moment: column(&object, "Contacts", "moment")?,
         })
     }
 }
 
-/// A column of a table; errors name the column.
-fn column<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(table: &Bound<'py, PyAny>, name: &str) -> PyResult<T> {
-    table.getattr(name)?.extract().map_err(|error: PyErr| {
+/// A column of a table; errors name the column, and the class of the table where something else is given.
+fn column<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(
+    table: &Bound<'py, PyAny>,
+    class: &str,
+    name: &str,
+) -> PyResult<T> {
+    let column = table.getattr_opt(name)?.ok_or_else(|| {
+        let given = table.get_type();
+        PyTypeError::new_err(format!("{given} has no `{name}`; give operators.{class}, or an object with its columns"))
+    })?;
+    column.extract().map_err(|error: PyErr| {
         let py = table.py();
         let message = format!("{name}: {}", error.value(py));
-        // Keep the class of the error.
-        error.get_type(py).call1((message,)).map_or(error, PyErr::from_value)
+        // Keep the class of the error, if a message makes it. The handler of a signal may raise another one meanwhile.
+        match error.get_type(py).call1((message,)) {
+            Ok(named) => PyErr::from_value(named),
+            Err(other) if other.is_instance_of::<PyTypeError>(py) => error,
+            Err(other) => other,
+        }
     })
 }
 
@@ -66,10 +79,10 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Loads<'py> {
     type Error = PyErr;
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         Ok(Self {
-            particle: column(&object, "particle")?,
-            point: column(&object, "point")?,
-            force: column(&object, "force")?,
-            moment: column(&object, "moment")?,
+            particle: column(&object, "Loads", "particle")?,
+            point: column(&object, "Loads", "point")?,
+            force: column(&object, "Loads", "force")?,
+            moment: column(&object, "Loads", "moment")?,
         })
     }
 }

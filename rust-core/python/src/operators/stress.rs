@@ -1,13 +1,12 @@
 //! Stress of particles, regions, and boundaries.
 
-use concordem::math::Mat3;
 use concordem::operator::stress::{self, ParticleVolume};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::Any;
 use super::contacts::{Contacts, Loads, loads_or_none};
-use crate::arrays::{Scalars, Tensor, Vector, Vectors, result, scalars, tensor, tensors, vector};
+use crate::arrays::{Scalars, Tensor, Tensors, Vector, Vectors, result, scalars, tensor, tensors, vector};
 use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, partition, period, truncation};
 use crate::work::answering;
@@ -94,15 +93,6 @@ fn region_stress<'py>(
     result(py, "RegionStress", (tensor(py, &found.stress)?, found.volume, found.full, found.partial))
 }
 
-fn matrices(moments: &Bound<'_, PyAny>) -> PyResult<Vec<Mat3>> {
-    let shape: Vec<usize> = moments.getattr("shape")?.extract()?;
-    let [n, 3, 3] = shape[..] else {
-        return Err(PyValueError::new_err(format!("moments have shape {shape:?}; give shape (n, 3, 3)")));
-    };
-    let flat: Scalars<'_> = moments.call_method1("reshape", (9 * n,))?.extract()?;
-    Ok(flat.get()?.chunks_exact(9).map(Mat3::from_row_slice).collect())
-}
-
 /// Stress of a region as volume average over the particles in it, `σ = (1/V) Σ V_p σ_p`, Pa.
 ///
 /// Args: `position` (n, 3), m; `moments` (n, 3, 3), J, of `particle_moments`. Returns (3, 3).
@@ -112,11 +102,11 @@ fn matrices(moments: &Bound<'_, PyAny>) -> PyResult<Vec<Mat3>> {
 fn region_stress_from_particles<'py>(
     py: Python<'py>,
     position: Vectors<'py>,
-    moments: &Bound<'py, PyAny>,
+    moments: Tensors<'py>,
     region: &Bound<'py, PyRegion>,
     period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
-    let (moments, period) = (matrices(moments)?, self::period(period.as_ref()));
+    let (moments, period) = (moments.get()?, self::period(period.as_ref()));
     let (x, region) = (position.get()?, &region.get().0);
     let found = answering(py, x.len(), || stress::region_stress_from_particles(x, &moments, region, period.as_ref()))?
         .or_raise()?;

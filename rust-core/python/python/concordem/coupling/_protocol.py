@@ -146,6 +146,8 @@ def check_pair(elements: FiniteElements, positions: ArrayLike, time_step: float,
     other, m. Raises CouplingError if the bodies lie apart, if their sizes differ by more than 1000 (a mismatch of units), or if the
     time step of the elements is no multiple of that of the particles.
     """
+    if not isinstance(elements, FiniteElements):
+        raise TypeError(f"{type(elements).__name__} is no FiniteElements; give ScikitDynamics, CallbackElements, or a class with their methods")
     particles = _vectors("positions", positions, None)
     nodes = elements.nodes + elements.displacement
     low, high = nodes.min(axis=0), nodes.max(axis=0)
