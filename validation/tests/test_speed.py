@@ -68,6 +68,7 @@ def test_page_of_the_docs_shows_the_records():
         assert report.insert(page.read_text(), record) == page.read_text(), page
     page = script("instructions").PAGE.read_text()
     assert script("instructions").insert(page) == page
+    assert script("../tests/new_law/speed").insert(page) == page
 
 
 def test_summary_names_what_the_record_measures():
