@@ -4,7 +4,8 @@
 //! must be equal to the last bit. Without a straight form, the solver still measures the motion in columns; a run with the first-order measure,
 //! which has no columns, shows what a contact costs that is stepped alone.
 //!
-//! Run: `cargo run --release -p concordem-solver --example straight_form [ROUNDS]`
+//! Run: `cargo run --release -p concordem-solver --example straight_form [ROUNDS [RUN]]`. RUN, 0 to 3, is the only one then, whose instructions
+//! valgrind counts.
 
 use std::time::Instant;
 
@@ -125,7 +126,8 @@ impl Run {
 }
 
 fn main() {
-    let rounds = std::env::args().nth(1).map_or(20, |word| word.parse().expect("a number of rounds"));
+    let number = |k: usize| std::env::args().nth(k).map(|word| word.parse::<usize>().expect("a number"));
+    let (rounds, only) = (number(1).unwrap_or(20), number(2));
     // One thread, or else the measure would be that of memory and of other programs.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     pool.install(|| {
@@ -137,6 +139,10 @@ fn main() {
             // The same spheres far apart: what a step costs beside its contacts.
             Run::new::<true>(4.0, finite),
         ];
+        if let Some(only) = only {
+            runs[only].time(20 * u32::try_from(rounds).expect("few rounds"));
+            return;
+        }
         // Runs alternate, and the fastest round counts: what else the machine does only adds.
         let mut fastest = [f64::INFINITY; 4];
         for round in 0..=rounds {
