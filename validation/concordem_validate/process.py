@@ -20,6 +20,23 @@ def plain(text):
     return _CONTROLS.sub("", _ESCAPES.sub("", str(text)))
 
 
+def patience(limit):
+    """How long a run may take that needs `limit` seconds alone: where more runs than processors share the machine, each one waits for its turn."""
+    return limit * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+
+
+def _wait(child, limit):
+    """Exit code of a child; raises subprocess.TimeoutExpired. The load may change while it runs, and has the last word."""
+    start = time.perf_counter()
+    while True:
+        elapsed = time.perf_counter() - start
+        try:
+            return child.wait(timeout=max(0.0, patience(limit) - elapsed))
+        except subprocess.TimeoutExpired:
+            if time.perf_counter() - start >= patience(limit):
+                raise
+
+
 def run(command, folder, limit, environment=None, refusal=None):
     """Output and wall time (s) of a command; raises TimedOut or Crashed, or Refused if it ends with the code `refusal`."""
     log = folder / "log.txt"
@@ -30,7 +47,7 @@ def run(command, folder, limit, environment=None, refusal=None):
             # Open MPI 4 fails if two runs create or remove its common folder below /tmp at the same time.
             env={**os.environ, "OMPI_MCA_orte_tmpdir_base": str(folder), **(environment or {})}, start_new_session=True)
         try:
-            code = child.wait(timeout=limit)
+            code = _wait(child, limit)
         except BaseException as error:
             os.killpg(child.pid, signal.SIGKILL)
             child.wait()

@@ -51,7 +51,7 @@ def test_init_gives_a_round_that_agrees_without_our_program(mine, capsys):
 @pytest.mark.parametrize("old, new, cause", [
     ("k * overlap", "1.01 * k * overlap", None), ("steps + 1", "steps // 2", "short"), ("repr(c)", "'nan'", "nan"), ("sys.exit(77)", "sys.exit(77)", ""),
     ('out.writerow(["1", "s"]', 'out.writerow(["1", "ms"]', "error"), ("import csv", "import csv, nothing", "crashed"),
-    ("    for step in range", "    sys.exit(0)\n    for step in range", "empty"), ("import csv", "import time; time.sleep(60)\nimport csv", "timeout"),
+    ("    for step in range", "    sys.exit(0)\n    for step in range", "empty"), ("import csv", "import time; time.sleep(6000)\nimport csv", "timeout"),
 ])
 def test_mistakes_of_a_users_engine_are_verdicts(mine, old, new, cause):
     path = mine / "mine.py"
