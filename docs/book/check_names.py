@@ -71,7 +71,7 @@ AT_BORDERS = {
     },
 }
 # Attributes of YADE.
-OF_OTHERS = {"frictionAngle", "residualFrictionAngle", "tanFrictionAngle", "tangensOfFrictionAngle"}
+OF_OTHERS = {"frictionAngle", "jointFrictionAngle", "residualFrictionAngle", "tanFrictionAngle", "tangensOfFrictionAngle"}
 # Comments, strings, and characters of Rust.
 RUST = re.compile(
     r"""//[^\n]*|/\*.*?\*/|b?r(?P<hashes>\#*)".*?"(?P=hashes)|b?"(?:\\.|[^"\\])*"|b?'(?:\\[^']+|[^'\\])'""", re.S | re.X

@@ -215,7 +215,7 @@ impl<L: ContactLaw> Stepped<L> {
             Some(factors) => law.respond_at(factors, &kinematics, history, how.dt),
             None => law.respond(&kinematics, history, how.dt),
         };
-        Self { kinematics, response }
+        Self { kinematics: law.acting(kinematics, history), response }
     }
 
     /// The motion as that of a point contact.

@@ -92,13 +92,16 @@ pub fn stiffest(state: &State, model: &Model) -> Option<Collision> {
     };
     if let Some(block) = &state.contacts {
         let block = block.contacts();
+        let across_joints = model.joints.rows();
         for a in &bodies {
             for b in &bodies {
                 let Some(row) = model.contact_rows.get(a.material, b.material) else { continue };
                 let geometry = geometry(a, b);
-                let (stiffness, overlap) = block.impact(row, &geometry, speeds.particles);
-                let stiffness = stiffness.times(block.largest_factor(a.material, b.material));
-                take(collision([a, b], &stiffness, [a.radius, b.radius], speeds.particles, overlap));
+                for &row in [row].iter().chain(&across_joints) {
+                    let (stiffness, overlap) = block.impact(row, &geometry, speeds.particles);
+                    let stiffness = stiffness.times(block.largest_factor(a.material, b.material));
+                    take(collision([a, b], &stiffness, [a.radius, b.radius], speeds.particles, overlap));
+                }
             }
         }
     }

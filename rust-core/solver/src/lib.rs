@@ -40,6 +40,7 @@ pub mod forces;
 pub mod fracture;
 pub mod heat;
 pub mod integrate;
+pub mod joints;
 mod lanczos;
 mod lanes;
 pub mod laws;

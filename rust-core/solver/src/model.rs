@@ -9,6 +9,9 @@ use crate::PairCoefficients;
 use crate::fracture::virial::HydrostaticStrength;
 use crate::heat::HeatModel;
 use crate::integrate::Damping;
+use crate::joints::Joints;
+use crate::state::Particles;
+use crate::state::contacts::Pair;
 
 /// Integration scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -38,6 +41,8 @@ pub struct Model {
     pub contact_rows: PairCoefficients,
     /// Pair coefficients of wall contacts by material.
     pub wall_rows: PairCoefficients,
+    /// Joints, whose pair coefficients go before those of the materials.
+    pub joints: Joints,
     /// Skin of the neighbor list, as a fraction of the smallest radius.
     pub skin: f64,
     /// Thresholds of particle-level failure.
@@ -53,6 +58,15 @@ pub struct Model {
     pub watch_contacts: bool,
 }
 
+impl Model {
+    /// Pair coefficients of an unbonded contact of two particles; `None` if they do not interact.
+    pub fn contact_row(&self, particles: &Particles, pair: Pair) -> Option<u16> {
+        let [a, b] = [pair.a, pair.b].map(|p| particles.material[p as usize]);
+        let row = self.contact_rows.get(a, b)?;
+        Some(self.joints.row(particles, pair).unwrap_or(row))
+    }
+}
+
 impl Default for Model {
     fn default() -> Self {
         Self {
@@ -63,6 +77,7 @@ impl Default for Model {
             damage_threshold: 0.9,
             contact_rows: PairCoefficients::default(),
             wall_rows: PairCoefficients::default(),
+            joints: Joints::default(),
             skin: 0.2,
             hydrostatic_strength: HydrostaticStrength::default(),
             strength_scatter: Vec::new(),

@@ -197,6 +197,12 @@ impl PointKinematics {
         (self.length - self.length_old) / dt
     }
 
+    /// Distance from the center of A to the contact point along [`Self::normal`], m, also where forces have no arms
+    /// ([`ContactLaw::acting`](crate::law::ContactLaw::acting)).
+    pub fn to_contact_point(&self) -> f64 {
+        if self.arm_a == 0.0 { self.geometry.radius_a + 0.5 * self.gap } else { self.arm_a }
+    }
+
     /// The same contact between particles that deform. Their surfaces moved towards each other along the normal by `now`
     /// (m, the sum of both), and by `before` until the end of the previous step. The method subtracts these displacements
     /// from the elongations and the gap; center distances and rates stay.

@@ -31,6 +31,17 @@ impl Transport {
         Self::Finite { normal, bisector: normal, cosine: 1.0, sine: 0.0 }
     }
 
+    /// Normal of the previous step; `normal`: now.
+    pub fn normal_before(&self, normal: &Vec3) -> Vec3 {
+        match self {
+            Self::Finite { bisector, .. } => bisector * (2.0 / bisector.norm_squared()) - normal,
+            // n × (n_o × n) = n_o − (n_o·n) n
+            Self::FirstOrder { swing, .. } => {
+                normal * (1.0 - swing.norm_squared()).max(0.0).sqrt() + normal.cross(swing)
+            }
+        }
+    }
+
     /// Rotate the vector `v`, which is perpendicular to the old normal, to the present axes.
     #[inline(always)]
     pub fn apply(&self, v: &Vec3) -> Vec3 {

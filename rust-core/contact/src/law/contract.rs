@@ -137,6 +137,14 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
         Response { state: Self::history_from(&response.state, old, factors), ..response }
     }
 
+    /// The motion with the arms of the forces, and the elongations of the normal spring, if they are not those of the spheres. `old`: the
+    /// history before the step.
+    #[inline(always)]
+    fn acting(&self, kinematics: Self::Kinematics, old: &Self::State) -> Self::Kinematics {
+        let _ = old;
+        kinematics
+    }
+
     /// Upper bounds of the contact's stiffness, for the time step.
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness;
 

@@ -73,7 +73,7 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
             let failed = L::OUTLIVES_FAILURE && L::damage(&self.tile.history.get(k)) >= 1.0;
             self.tile.history.set(k, end(flags, response.status, response.state));
             if response.status.is_broken() {
-                let position = self.context.poses[a].position + normal * arm_a;
+                let position = self.context.poses[a].position + normal * point.to_contact_point();
                 let row = flags.row as usize;
                 let offset = point.geometry.reference_length - self.rows[row].unstrained_length(&point.geometry);
                 let undone = not_released([point.elongation_old + offset, point.elongation + offset], &response.energy);
@@ -99,7 +99,7 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
         let damage = L::damage(&response.state);
         if damage >= self.context.damage_threshold && !flags.has(ContactFlags::REPORTED) {
             flags.bits |= ContactFlags::REPORTED;
-            let position = self.context.poses[a].position + normal * arm_a;
+            let position = self.context.poses[a].position + normal * point.to_contact_point();
             let ((energy, stored, in_shear), fails) = (L::event(response), L::OUTLIVES_FAILURE && damage >= 1.0);
             log_event(&mut totals.bond_events, pair, damage, position, energy, stored, [false, fails, in_shear]);
         }

@@ -38,14 +38,14 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
         let old = self.tile.history.get(k);
         let of_contact = factors.of(pair, strength);
         let how = How { measure: self.context.mode, dt: self.context.dt, factors: Some(of_contact) };
-        let Stepped { response, .. } = Stepped::of(&law, *kinematics, &old, &how);
+        let Stepped { response, kinematics } = Stepped::of(&law, *kinematics, &old, &how);
         // A contact that begins has stored nothing.
         if !begins && !flags.has(ContactFlags::NOT_OWNED) {
             let of_change = 1.0 - factors.past(pair);
             if of_change != 0.0 {
                 let normal_before = self.tile.previous.get(k).normal;
                 self.totals.stiffness_work +=
-                    of_change * reversible_work::<L>(kinematics, &old, &normal_before, &response);
+                    of_change * reversible_work::<L>(&kinematics, &old, &normal_before, &response);
             }
         }
         self.commit_response(pending, kinematics.point(), &response, None);

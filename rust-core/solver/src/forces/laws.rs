@@ -71,3 +71,4 @@ macro_rules! compile_listed {
     ($($key:ident: $Law:ident,)*) => { compile_loops!($(concordem_contact::law::$key::$Law),*); };
 }
 concordem_contact::for_each_law!(compile_listed);
+compile_loops!(concordem_contact::law::jointed::JointedRock);

@@ -51,7 +51,7 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
     let force = ContactForce {
         pair: [pair.a, pair.b],
         branch: ends.branch(),
-        point: motions[0].position + point.normal * point.arm_a,
+        point: motions[0].position + point.normal * point.to_contact_point(),
         force,
         moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
         place: k as u32,
@@ -119,7 +119,7 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
     let force = ContactForce {
         pair: [pair.a, pair.b],
         branch,
-        point: motions[0].position + point.normal * point.arm_a,
+        point: motions[0].position + point.normal * point.to_contact_point(),
         force,
         moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
         place: k as u32,

@@ -76,7 +76,7 @@ impl Solver {
         for ((pair, image), reference, previous) in freed {
             let (a, b) = (pair.a as usize, pair.b as usize);
             let bonded_otherwise = bonds.iter().any(|block| has(block.contacts(), &(pair, image)));
-            let row = self.model.contact_rows.get(particles.material[a], particles.material[b]);
+            let row = self.model.contact_row(particles, pair);
             let stays_free = bonded_otherwise || self.excluded.has(pair) || has(block, &(pair, image));
             let Some(row) = row.filter(|_| !stays_free) else { continue };
             let (bits, reference, previous) = match reference {
@@ -125,8 +125,7 @@ impl Solver {
                     let (reference, previous) = (view.reference, view.previous);
                     broken.push(BrokenBond { block: index as u16, pair, image, reference, previous });
                 }
-                let [a, b] = [pair.a, pair.b].map(|p| particles.material[p as usize]);
-                if let (Some(contacts), Some(row)) = (contacts.as_ref(), self.model.contact_rows.get(a, b)) {
+                if let (Some(contacts), Some(row)) = (contacts.as_ref(), self.model.contact_row(particles, pair)) {
                     let reference = reference_after(block, k, contacts.contacts(), row, particles);
                     freed.push(((pair, image), reference, view.previous));
                 }
@@ -154,10 +153,7 @@ impl Solver {
             let bonds = bonds.contacts();
             excluded.extend((0..bonds.len()).map(|k| key_of(bonds, k)));
         }
-        let row_of = |pair: Pair| {
-            let [a, b] = [pair.a, pair.b].map(|p| particles.material[p as usize]);
-            self.model.contact_rows.get(a, b)
-        };
+        let row_of = |pair: Pair| self.model.contact_row(particles, pair);
         block.retain_where(&|flags| flags.has(ContactFlags::ACTIVE) || flags.has(ContactFlags::KEPT_REFERENCE));
         let present: Vec<Key> = (0..block.len())
             .map(|k| {

@@ -1,5 +1,6 @@
 //! Brittle bond with tensile strength, cohesion, and friction: the jointed cohesive frictional model of Scholtès and Donzé (2013, J. Mech.
-//! Phys. Solids 61:352), without its joints, as YADE's `Law2_ScGeom_JCFpmPhys_JointedCohesiveFrictionalPM` computes it.
+//! Phys. Solids 61:352), as YADE's `Law2_ScGeom_JCFpmPhys_JointedCohesiveFrictionalPM` computes it. [`JointedRock`] adds the
+//! joints.
 //!
 //! With the elongation `u` of the contact since it began and the area `A = π min(R)²`,
 //!
@@ -26,11 +27,13 @@
 //! YADE leaves energies out. A crack in tension, or in shear at `u > 0`, releases the stored energy as [`EnergySplit::damage`]. Under
 //! pressure the shear force falls in the step after the crack, and what that dissipates is damage; later slip is friction.
 
+mod rock;
 #[cfg(feature = "std")]
 mod table;
 #[cfg(test)]
 mod tests;
 
+pub use rock::{Joint, JointedRock, JointedRockState};
 #[cfg(feature = "std")]
 pub use table::JointedTable;
 
@@ -286,6 +289,17 @@ impl JointedContact {
     }
 }
 
+/// [`ContactLaw::event`] of the energies and the status of a response.
+#[inline(always)]
+fn event_of(energy: &EnergySplit, status: Status) -> (f64, [f64; 4], bool) {
+    let EnergySplit { stored_normal, stored_shear, damage, .. } = *energy;
+    if status.is_broken() {
+        (damage, [stored_normal, stored_shear, 0.0, 0.0], status == Status::BrokeInShear)
+    } else {
+        (stored_shear, [0.0, stored_shear, 0.0, 0.0], true)
+    }
+}
+
 /// `1/k`, 0 without a spring.
 #[inline(always)]
 fn compliance(stiffness: f64) -> f64 {
@@ -389,11 +403,6 @@ impl ContactLaw for Jointed {
     /// Under pressure only shear cracks a bond, and the energy of its shear is the most that the crack sets free.
     #[inline(always)]
     fn event(response: &Response<JointedState>) -> (f64, [f64; 4], bool) {
-        let EnergySplit { stored_normal, stored_shear, damage, .. } = response.energy;
-        if response.status.is_broken() {
-            (damage, [stored_normal, stored_shear, 0.0, 0.0], response.status == Status::BrokeInShear)
-        } else {
-            (stored_shear, [0.0, stored_shear, 0.0, 0.0], true)
-        }
+        event_of(&response.energy, response.status)
     }
 }
