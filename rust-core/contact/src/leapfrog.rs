@@ -98,19 +98,61 @@ pub struct Drifted {
     pub orientation: Quat,
 }
 
-impl Kick {
-    /// Kick a free particle. `DAMPED`: with local damping; `CELL`: its fluctuation is relative to the motion of the cell. Constants, because a
-    /// condition that is read here keeps the columns of the solver out of vector registers.
+/// Which velocity local damping acts on. A type, because a condition that the kick reads keeps the columns of the solver out of vector registers.
+pub trait LocalDamping: Copy + Send + Sync {
+    /// Whether the velocity is relative to the motion of a cell.
+    const IN_CELL: bool = false;
+
+    /// The velocity (m/s) of a body on which the damping acts; `None`: there is no damping. `gradient`: of the velocity of a cell, 1/s.
+    fn fluctuation(body: &Body, gradient: &Mat3) -> Option<Vec3>;
+}
+
+/// No damping.
+#[derive(Debug, Clone, Copy)]
+pub struct Undamped;
+
+/// On the velocity.
+#[derive(Debug, Clone, Copy)]
+pub struct Damped;
+
+/// On the velocity relative to the motion of the cell.
+#[derive(Debug, Clone, Copy)]
+pub struct DampedInCell;
+
+impl LocalDamping for Undamped {
     #[inline(always)]
-    pub fn kick<const DAMPED: bool, const CELL: bool>(&self, body: &Body) -> Kicked {
+    fn fluctuation(_: &Body, _: &Mat3) -> Option<Vec3> {
+        None
+    }
+}
+
+impl LocalDamping for Damped {
+    #[inline(always)]
+    fn fluctuation(body: &Body, _: &Mat3) -> Option<Vec3> {
+        Some(body.velocity)
+    }
+}
+
+impl LocalDamping for DampedInCell {
+    const IN_CELL: bool = true;
+
+    #[inline(always)]
+    fn fluctuation(body: &Body, gradient: &Mat3) -> Option<Vec3> {
+        Some(body.velocity - gradient * body.position)
+    }
+}
+
+impl Kick {
+    /// Kick a free particle, with local damping as `D` says.
+    #[inline(always)]
+    pub fn kick<D: LocalDamping>(&self, body: &Body) -> Kicked {
         let &Self { dt, step, gravity, damping, gradient } = self;
-        let &Body { force, torque, velocity: v, angular_velocity: w, position, mass, inertia, .. } = body;
+        let &Body { force, torque, velocity: v, angular_velocity: w, mass, inertia, .. } = body;
         // Add a load of zero, as particles with loads do, because it changes the sign of zeros.
         let applied = gravity * mass + Vec3::zeros();
         let (net, net_torque) = (force + applied, torque + Vec3::zeros());
-        let damping = if DAMPED {
+        let damping = if let Some(fluctuation) = D::fluctuation(body, &gradient) {
             let [translation, rotation] = damping;
-            let fluctuation = if CELL { v - gradient * position } else { v };
             let of_torque = local_damping(&net_torque, inertia, &w, rotation, dt);
             [local_damping(&net, mass, &fluctuation, translation, dt), of_torque]
         } else {

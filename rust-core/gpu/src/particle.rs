@@ -1,6 +1,6 @@
 //! Second kernel: a particle.
 
-use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked, Work};
+use concordem_contact::leapfrog::{self, Body, Damped, Drifted, Kick, Kicked, Undamped, Work};
 use concordem_contact::math::Vec3;
 
 use crate::arguments::Squares;
@@ -49,7 +49,7 @@ pub fn advance<'a>(
         torque += torques[usize::from(at_b)];
     }
     let body = Body { force, torque, ..*body };
-    let free = if damped { kick.kick::<true, false>(&body) } else { kick.kick::<false, false>(&body) };
+    let free = if damped { kick.kick::<Damped>(&body) } else { kick.kick::<Undamped>(&body) };
     let [f, t] = &free.damping;
     let damping = [keep(constraint, &Vec3::zeros(), f), keep(constraint >> 3, &Vec3::zeros(), t)];
     let velocity = keep(constraint, &body.velocity, &free.velocity);

@@ -1,9 +1,12 @@
 //! Kick and drift of free particles, a batch at a time.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
 use concordem_contact::columns::{Arrays, Columns, Formula, Item, Lanes, places};
-use concordem_contact::leapfrog::{self, Body, Drifted, Kick, Kicked, Work};
+use concordem_contact::leapfrog::{
+    self, Body, Damped, DampedInCell, Drifted, Kick, Kicked, LocalDamping, Undamped, Work,
+};
 use concordem_contact::math::{Quat, SMALL_ANGLE_SQUARED, Vec3};
 
 use super::particle::{Chunk, Shared, advance};
@@ -16,8 +19,8 @@ pub(super) struct FreeKick {
     cell: bool,
 }
 
-/// One formula per case, see [`Kick::kick`].
-struct KickFormula<const DAMPED: bool, const CELL: bool>(Kick);
+/// One formula per kind of local damping, see [`Kick::kick`].
+struct KickFormula<D>(Kick, PhantomData<D>);
 
 concordem_contact::columns! {
     /// Output of [`KickFormula`].
@@ -49,18 +52,18 @@ concordem_contact::columns! {
     }
 }
 
-impl<const DAMPED: bool, const CELL: bool> Formula for KickFormula<DAMPED, CELL> {
+impl<D: LocalDamping> Formula for KickFormula<D> {
     type Input = Body;
     type Output = KickOutput;
 
     #[inline(always)]
     fn apply(&self, input: Body) -> KickOutput {
         let Body { orientation, position, .. } = input;
-        let kicked = self.0.kick::<DAMPED, CELL>(&input);
+        let kicked = self.0.kick::<D>(&input);
         let dt = self.0.dt;
         let Work { kinetic, damping, external } = kicked.work(&input, dt);
         let damped_mean =
-            if DAMPED && CELL { 0.5 * dt * kicked.damping[0].dot(&(self.0.gradient * position)) } else { 0.0 };
+            if D::IN_CELL { 0.5 * dt * kicked.damping[0].dot(&(self.0.gradient * position)) } else { 0.0 };
         let Kicked { velocity: v_new, angular_velocity: w_new, net, net_torque, .. } = kicked;
         let drifted = leapfrog::drift_slowly(dt, &v_new, &w_new, &position, &orientation);
         KickOutput {
@@ -139,9 +142,9 @@ impl FreeKick {
         input.inertia[..count].copy_from_slice(&inertia[base + first..][..count]);
         match (self.damped, self.cell) {
             // Only the damping reads the motion of the cell.
-            (false, _) => columns.apply(&KickFormula::<false, false>(self.kick)),
-            (true, false) => columns.apply(&KickFormula::<true, false>(self.kick)),
-            (true, true) => columns.apply(&KickFormula::<true, true>(self.kick)),
+            (false, _) => columns.apply(&KickFormula::<Undamped>(self.kick, PhantomData)),
+            (true, false) => columns.apply(&KickFormula::<Damped>(self.kick, PhantomData)),
+            (true, true) => columns.apply(&KickFormula::<DampedInCell>(self.kick, PhantomData)),
         }
         let output = columns.output::<KickOutput>();
         for group in (0..count).step_by(4) {
