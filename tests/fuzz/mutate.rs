@@ -1,7 +1,5 @@
 //! Random mutations of bytes.
 
-use std::borrow::Cow;
-
 use concordem_tests::random::Random;
 
 /// Numbers at the limits of types and sizes.
@@ -29,7 +27,7 @@ const WORDS: [&str; 16] = [
 ];
 
 /// Changes the structure of a text in one to four places: its lines, the fields of a line, their separators; `known` are lines that it may have.
-pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, known: &[Cow<'_, str>]) {
+pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, known: &[String]) {
     let text = String::from_utf8_lossy(bytes).into_owned();
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for _ in 0..=random.below(4) {
@@ -41,8 +39,8 @@ pub fn restructure(bytes: &mut Vec<u8>, random: &mut Random, known: &[Cow<'_, st
             0 => lines.swap(at, other),
             1 => lines.insert(other, lines[at].clone()),
             2 => drop(lines.remove(at)),
-            3 => known[random.below(known.len())].as_ref().clone_into(&mut lines[at]),
-            4 => lines.insert(at, known[random.below(known.len())].to_string()),
+            3 => known[random.below(known.len())].clone_into(&mut lines[at]),
+            4 => lines.insert(at, known[random.below(known.len())].clone()),
             5 => lines.truncate(at),
             kind => {
                 let separator = [' ', ',', ';', '\t'].into_iter().find(|c| lines[at].contains(*c)).unwrap_or(' ');

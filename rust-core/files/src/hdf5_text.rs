@@ -13,6 +13,8 @@ use hdf5::{Dataset, Location};
 
 /// Largest number of blocks read for one object header; in a forged file blocks may refer to each other.
 const MOST_BLOCKS: usize = 64;
+/// Length of the parts that are read from the disk, bytes: what describes an object mostly lies in one of them.
+const PART: u64 = 4096;
 /// Type of the message that points to the continuation of an object header.
 const CONTINUATION: u16 = 0x10;
 /// Type of the message that holds an attribute.
@@ -82,6 +84,8 @@ pub(crate) struct Message {
 pub(crate) struct Bytes {
     file: File,
     length: u64,
+    /// Where the part that was read last begins, and its bytes: most reads are of a few bytes near the last ones.
+    part: (u64, Vec<u8>),
 }
 
 impl Bytes {
@@ -94,7 +98,7 @@ impl Bytes {
         let say = |error: io::Error| error.to_string();
         let file = File::open(path).map_err(say)?;
         let length = file.metadata().map_err(say)?.len();
-        let mut bytes = Self { file, length };
+        let mut bytes = Self { file, length, part: (0, Vec::new()) };
         let head = bytes.array::<16>(0)?;
         // Version 0 with addresses and lengths of 8 bytes.
         if &head[..8] != b"\x89HDF\r\n\x1a\n" {
@@ -108,15 +112,27 @@ impl Bytes {
 
     /// Reads `count` bytes at offset `at`.
     pub(crate) fn read(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
-        let end = at.checked_add(count).filter(|end| *end <= self.length);
-        if end.is_none() {
+        let Some(end) = at.checked_add(count).filter(|end| *end <= self.length) else {
             return Err("refers to an address beyond the end of the file".to_owned());
+        };
+        if count > PART {
+            return self.from_disk(at, count);
         }
+        let (first, part) = &self.part;
+        if at < *first || end > first + part.len() as u64 {
+            let first = at - at % PART;
+            self.part = (first, self.from_disk(first, (2 * PART).min(self.length - first))?);
+        }
+        let (first, part) = &self.part;
+        let skipped = (at - first) as usize;
+        Ok(part[skipped..skipped + count as usize].to_vec())
+    }
+
+    /// Reads `count` bytes at offset `at`, which the file has.
+    fn from_disk(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
         let mut bytes = vec![0; count as usize];
-        self.file
-            .seek(SeekFrom::Start(at))
-            .and_then(|_| self.file.read_exact(&mut bytes))
-            .map_err(|error| error.to_string())?;
+        let found = self.file.seek(SeekFrom::Start(at)).and_then(|_| self.file.read_exact(&mut bytes));
+        found.map_err(|error| error.to_string())?;
         Ok(bytes)
     }
 

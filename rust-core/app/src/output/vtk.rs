@@ -56,7 +56,10 @@ pub(super) struct VtkWriter<'a> {
     steps: Vec<Step>,
     /// Edge vectors of the periodic cell, nine numbers per step; empty without a cell.
     edges: Vec<f64>,
-    points: Appended,
+    /// Meaning of the points.
+    meaning: &'a str,
+    /// From the first snapshot on, whose size that of their chunks follows.
+    points: Option<Appended>,
     fields: FieldStream<'a>,
 }
 
@@ -70,18 +73,22 @@ struct Step {
 
 impl<'a> VtkWriter<'a> {
     /// A writer into the group `VTKHDF` of a file; `points`: meaning of the points.
-    pub fn new(file: &Group, cells: Cells, points: &str, path: &'a Path) -> Result<Self, OutputError> {
+    pub fn new(file: &Group, cells: Cells, points: &'a str, path: &'a Path) -> Result<Self, OutputError> {
         let group = file.create_group("VTKHDF").at(path)?;
         // Readers expect a string of fixed length.
         let kind = FixedAscii::<16>::from_ascii(b"UnstructuredGrid").unwrap_or_default();
         hdf::write_attribute(&group, "Type", &kind, path)?;
         let version = group.new_attr::<i64>().shape([2]).create("Version").at(path)?;
         version.write_raw(&[2_i64, 0]).at(path)?;
-        let meaning = points;
-        let points = Appended::new::<f64>(&group, "Points", 3, 1 << 14, path)?;
-        hdf::describe(&points.dataset, "m", meaning, path)?;
         let fields = FieldStream::new(group.create_group(cells.data()[0]).at(path)?, path);
-        Ok(Self { path, group, cells, steps: Vec::new(), edges: Vec::new(), points, fields })
+        Ok(Self { path, group, cells, steps: Vec::new(), edges: Vec::new(), meaning: points, points: None, fields })
+    }
+
+    /// Begins the dataset of the points; `each`: points of a snapshot.
+    fn begin_points(&self, each: usize) -> Result<Appended, OutputError> {
+        let points = Appended::new::<f64>(&self.group, "Points", 3, each.clamp(1 << 8, 1 << 14), self.path)?;
+        hdf::describe(&points.dataset, "m", self.meaning, self.path)?;
+        Ok(points)
     }
 
     /// Appends snapshots with equal numbers of cells: times, steps, points (m), and fields of all snapshots, one after the other.
@@ -99,8 +106,13 @@ impl<'a> VtkWriter<'a> {
             return Err(OutputError::Damaged { path: self.path.to_owned(), problem });
         }
         let rows = points.len() / width;
-        let first_point = self.points.rows;
-        self.points.append(points, 3, self.path)?;
+        let mut all = match self.points.take() {
+            Some(all) => all,
+            None => self.begin_points(rows * self.cells.points())?,
+        };
+        let first_point = all.rows;
+        all.append(points, 3, self.path)?;
+        self.points = Some(all);
         let offsets = self.fields.append(fields, rows, count)?;
         self.steps.extend((0..count).map(|k| Step {
             time: time[k],
@@ -120,7 +132,10 @@ impl<'a> VtkWriter<'a> {
     /// Writes cells and steps.
     pub fn finish(self) -> Result<(), OutputError> {
         let (path, group) = (self.path, &self.group);
-        self.points.finish(path)?;
+        match &self.points {
+            Some(points) => points.finish(path)?,
+            None => self.begin_points(0)?.finish(path)?,
+        }
         self.fields.finish()?;
         let each = self.cells.points() as i64;
         let mut parts: Vec<i64> = Vec::new();
