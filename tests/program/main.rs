@@ -20,6 +20,7 @@ mod mistakes;
 mod pages;
 mod pictures;
 mod progress;
+mod render;
 mod results;
 mod settings;
 mod sweep;

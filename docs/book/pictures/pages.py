@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from .style import BLUE, BOOK, COLORS, GREEN, ORANGE, PURPLE, RED, SKY, curve, sample, save, specimen, spheres
+from .style import BLUE, BOOK, COLORS, GREEN, ORANGE, PURPLE, RED, SKY, beside, curve, rendered, sample, save, specimen, spheres
 
 ROOT = BOOK.parents[1]
 
@@ -18,6 +18,17 @@ def first_specimen(runs):
     """The scenario of the README."""
     text = (ROOT / "README.md").read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
     save(specimen(runs.scenario("readme", text), "concrete prism in tension"), "first-specimen")
+
+
+def pictures(runs):
+    """The commands of how-to/draw-pictures.md."""
+    prism = runs.template("cpm-small", "cpm-small-bonds", ["output.bond_snapshots=true"])
+    grains = runs.template("granular-box", sets=("output.snapshot_interval=100",))
+    beside([
+        rendered(runs, prism, "open", "--cut", "y", "--magnify", "50", "--size", "560x760"),
+        rendered(runs, prism, "cracks", "--show", "particles,cracks", "--size", "560x760"),
+        rendered(runs, grains, "grains", "--time", "0.1 s", "--size", "800x760"),
+    ], "pictures")
 
 
 def pressed(runs):
@@ -356,6 +367,7 @@ PICTURES = {
     "damping-and-rate": damping,
     "materials": materials,
     "bonds": bonds,
+    "pictures": pictures,
     "study": study,
     "paper": paper,
 }

@@ -131,3 +131,23 @@ def specimen(result, title, plane="xz", unit="ms", sign=1, strain_sign=None, sli
     left.annotate(f"{y:.3g} MPa", (x, y), xytext=(8, -2), textcoords="offset points", color=RED)
     right.set_title(f"{cracks(right, result, plane, unit, slice=slice)} {events}")
     return figure
+
+
+def rendered(runs, result, name, *options):
+    """A picture by `concordem render`."""
+    path = runs.folder / f"{name}.png"
+    runs.call("render", result.filename, "--force", "--output", path, *options)
+    return Image.open(path).convert("RGB")
+
+
+def beside(images, name, height=520):
+    """Pictures of one height, next to each other."""
+    fitted = [image.resize((round(image.width * height / image.height), height), Image.LANCZOS) for image in images]
+    sheet = Image.new("RGB", (sum(image.width for image in fitted), height), "white")
+    left = 0
+    for image in fitted:
+        sheet.paste(image, (left, 0))
+        left += image.width
+    path = IMAGES / f"{name}.png"
+    sheet.quantize(256).save(path, optimize=True)
+    assert path.stat().st_size < LIMIT, f"{path} has {path.stat().st_size} bytes"

@@ -4,7 +4,7 @@ import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .style import BLUE, GREEN, ORANGE, cracks, curve, sample, save, specimen, spheres
+from .style import BLUE, GREEN, ORANGE, beside, cracks, curve, rendered, sample, save, specimen, spheres
 
 COMPRESSION = {"strain": "compressive strain, ‰", "stress": "compressive stress, MPa"}
 #: Templates whose picture is a curve with the cracks behind it.
@@ -58,19 +58,8 @@ def indentation(runs, name):
 def grains(runs, name):
     """Start, middle, and end of a collapse."""
     result = runs.template(name, sets=("output.snapshot_interval=100",))
-    figure, axes = plt.subplots(1, 3, figsize=(11, 2.9), sharex=True, sharey=True, layout="constrained")
-    steps, points = result["VTKHDF/Steps"], result["VTKHDF/Points"]
-    count = len(result["particles/id"])
-    start, times = steps["PointOffsets"][:], steps["Values"][:]
-    for axis, time in zip(axes, (0.0, 0.15, 1.0), strict=True):
-        at = int(np.abs(times - time).argmin())
-        place = points[start[at] : start[at] + count] * 1e3
-        order = np.argsort(-place[:, 1])
-        dots = axis.scatter(place[order, 0], place[order, 2], s=36, c=place[order, 1], cmap="cividis", edgecolors="0.4", linewidths=0.2)
-        axis.set(aspect="equal", xlim=(-50, 160), ylim=(-52, 60), xlabel="x, mm", title=f"t = {times[at]:.2f} s")
-    axes[0].set(ylabel="z, mm")
-    figure.colorbar(dots, ax=axes, label="depth y, mm", shrink=0.8)
-    return figure
+    options = ("--view", "-0.3,-1,0.25", "--range=0,0.6", "--size", "700x480")
+    beside([rendered(runs, result, f"{name}-{time}", "--time", f"{time} s", *options) for time in (0, 0.15, 1)], f"templates/{name}", 330)
 
 
 def impact(runs, name):
@@ -154,7 +143,6 @@ def sweep(runs, name):
 OTHERS = {
     "concrete-bending": bending,
     "beam-indentation": indentation,
-    "granular-box": grains,
     "hertz-impact": impact,
     "beam-impact": lambda runs, name: gauges(runs, name, "pulse in a slender silica cylinder"),
     "concrete-hopkinson": lambda runs, name: gauges(runs, name, "split Hopkinson bar", names=["incident bar", "transmission bar"]),
@@ -165,3 +153,4 @@ OTHERS = {
 }
 PICTURES = {f"templates/{name}": (lambda runs, name=name: save(specimens(runs, name), f"templates/{name}")) for name in SPECIMENS}
 PICTURES |= {f"templates/{name}": (lambda runs, name=name, draw=draw: save(draw(runs, name), f"templates/{name}")) for name, draw in OTHERS.items()}
+PICTURES["templates/granular-box"] = lambda runs: grains(runs, "granular-box")

@@ -3,6 +3,9 @@
 /// Name and version of this program.
 pub const PROGRAM: &str = concat!("concordem ", env!("CARGO_PKG_VERSION"));
 
+/// Name of the entry with the scenario's file.
+pub const SCENARIO_FILE: &str = "scenario_file";
+
 /// Commit of the source; "unknown" outside a repository; with "+changes" if files differed from it.
 pub const COMMIT: &str = match option_env!("CONCORDEM_COMMIT") {
     Some(commit) => commit,

@@ -13,7 +13,7 @@ use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
 /// A snapshot.
 #[derive(Debug)]
-pub(super) struct Frame {
+pub(crate) struct Frame {
     pub time: f64,
     pub step: u64,
     /// Centers of the particles, m; empty for bonds.
@@ -31,7 +31,7 @@ impl Frame {
 }
 
 /// The snapshots of a group.
-pub(super) struct Frames {
+pub(crate) struct Frames {
     path: PathBuf,
     /// Group of the fields.
     group: Group,

@@ -15,7 +15,7 @@ pub mod csv;
 pub mod error;
 mod events;
 pub mod export;
-mod frames;
+pub(crate) mod frames;
 pub mod hash;
 mod hdf;
 mod particles_at;
@@ -24,7 +24,7 @@ pub mod result;
 pub mod run_files;
 pub mod sealed;
 mod slice;
-mod stream;
+pub(crate) mod stream;
 pub mod sweep;
 mod vtk;
 

@@ -48,7 +48,7 @@ impl ResultFile {
     }
 
     /// The root of the file.
-    pub(super) fn root(&self) -> &hdf5::File {
+    pub(crate) fn root(&self) -> &hdf5::File {
         &self.file
     }
 

@@ -99,6 +99,16 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     file.finish()
 }
 
+/// Writes a file of bytes, such as a picture, completely or not at all.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let mut file = TextFile::create(path)?;
+    file.put_bytes(bytes)?;
+    file.finish()
+}
+
 /// Writes a text file completely or not at all, unless it exists.
 pub(crate) fn write_new_text(path: &Path, text: &str) -> Result<(), OutputError> {
     if path.exists() {
@@ -115,7 +125,7 @@ pub(crate) fn write_new_text(path: &Path, text: &str) -> Result<(), OutputError>
     sync_folder(&folder_of(path))
 }
 
-/// A text file that is written in parts, completely or not at all.
+/// A file that is written in parts, completely or not at all.
 pub(crate) struct TextFile {
     path: PathBuf,
     unfinished: io::BufWriter<tempfile::NamedTempFile>,
@@ -130,7 +140,11 @@ impl TextFile {
 
     /// Appends text.
     pub(crate) fn put(&mut self, text: &str) -> Result<(), OutputError> {
-        self.unfinished.write_all(text.as_bytes()).map_err(|error| OutputError::io(&self.path, "write", error))
+        self.put_bytes(text.as_bytes())
+    }
+
+    fn put_bytes(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.unfinished.write_all(bytes).map_err(|error| OutputError::io(&self.path, "write", error))
     }
 
     /// Puts the file in its place; without this call nothing is kept.

@@ -11,7 +11,7 @@ use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
 /// A field of one snapshot, or of several with equal numbers of rows, one after the other.
 #[derive(Debug)]
-pub(super) struct StoredField {
+pub(crate) struct StoredField {
     pub name: String,
     pub unit: String,
     pub description: String,

@@ -1,6 +1,6 @@
 //! `concordem measure`: evaluates operators on the final state of a run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -15,7 +15,7 @@ use concordem_operator::tessellation::Mesh;
 use concordem_operator::{OperatorError, Truncation};
 use concordem_scenario::assembly::{apply_loads, samples};
 use concordem_scenario::sampling::{Bonds, Operator, SampledQuantity, SampledState, ScheduledOperator, rigid_links};
-use concordem_scenario::schema::quantity::{Area, StrainRate, Velocity, vector};
+use concordem_scenario::schema::quantity::{Area, StrainRate, Velocity, Volume, vector};
 use concordem_scenario::schema::{self as scenario, SampleRegion, Scenario};
 use concordem_solver::record::{ContactForces, Forces};
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
@@ -118,9 +118,6 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
         let mut text = String::new();
         for &operator in &arguments.operator {
             let sample = scenario::OperatorSample {
-                operator,
-                name: None,
-                region: wanted.clone(),
                 grid: arguments.grid,
                 truncation: arguments.truncation,
                 partition: arguments.partition,
@@ -128,10 +125,7 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
                 area,
                 set: arguments.set.first().filter(|_| arguments.set.len() == 1).cloned(),
                 sets: <[String; 2]>::try_from(arguments.set.clone()).ok(),
-                about: None,
-                velocity: [Velocity::new(0.0); 3],
-                velocity_gradient: [[StrainRate::new(0.0); 3]; 3],
-                interval: None,
+                ..whole(operator, wanted.clone())
             };
             if let Some(misuse) = sample.misuse(scenario.dimension) {
                 let key = misuse.key.replace('_', "-");
@@ -159,6 +153,37 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
         text
     };
     console.print(&text)
+}
+
+/// An operator without options.
+fn whole(operator: Operator, region: Option<SampleRegion>) -> scenario::OperatorSample {
+    scenario::OperatorSample {
+        operator,
+        name: None,
+        region,
+        grid: None,
+        truncation: None,
+        partition: None,
+        wall: None,
+        area: None,
+        set: None,
+        sets: None,
+        about: None,
+        velocity: [Velocity::new(0.0); 3],
+        velocity_gradient: [[StrainRate::new(0.0); 3]; 3],
+        interval: None,
+    }
+}
+
+/// Stress of each particle at the end, Pa, over the volume of its sphere or disc, by its id.
+pub(super) fn particle_stresses(result: &ResultFile, scenario: &Scenario) -> Result<HashMap<u32, Mat3>, Failure> {
+    let moment = Moment::read(result, scenario)?;
+    // The volume is that of the mean, which is not asked for.
+    let everything = SampleRegion::All { volume: Volume::new(1.0) };
+    let sample = whole(Operator::ParticleStress, Some(everything));
+    let sample = samples::one(scenario, &moment.particles, moment.cell.as_ref(), "stress", &sample)
+        .map_err(|error| Failure::of_assembly(scenario, error))?;
+    moment.stresses(&sample)
 }
 
 fn read_area(text: &str) -> Result<Area, Failure> {
@@ -376,15 +401,13 @@ impl Moment {
 
     /// The stress of every particle of the region, as comma-separated values.
     fn each(&self, sample: &ScheduledOperator) -> Result<String, Failure> {
-        let state = self.state();
-        let volume = if self.plane { ParticleVolume::Disc } else { ParticleVolume::Sphere };
-        let volumes = volume.of(&self.particles.radius)?;
+        let volumes = self.volumes()?;
         let mut text = String::from("id,volume [m^3]");
         for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
             let _ = write!(text, ",stress_{}{} [Pa]", AXES[i], AXES[j]);
         }
         text.push('\n');
-        for (p, moment) in sample.particle_moments(&state)? {
+        for (p, moment) in sample.particle_moments(&self.state())? {
             let _ = write!(text, "{},{:e}", self.particles.id[p], volumes[p]);
             for s in (moment / volumes[p]).transpose().iter() {
                 let _ = write!(text, ",{s:e}");
@@ -392,6 +415,19 @@ impl Moment {
             text.push('\n');
         }
         Ok(text)
+    }
+
+    /// The stress of every particle of the region, Pa, by its id.
+    fn stresses(&self, sample: &ScheduledOperator) -> Result<HashMap<u32, Mat3>, Failure> {
+        let volumes = self.volumes()?;
+        let moments = sample.particle_moments(&self.state())?.into_iter();
+        Ok(moments.map(|(p, moment)| (self.particles.id[p], moment / volumes[p])).collect())
+    }
+
+    /// Volumes of the spheres or discs, m³.
+    fn volumes(&self) -> Result<Vec<f64>, Failure> {
+        let volume = if self.plane { ParticleVolume::Disc } else { ParticleVolume::Sphere };
+        Ok(volume.of(&self.particles.radius)?)
     }
 
     /// The state as operators read it.

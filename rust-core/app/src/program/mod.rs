@@ -23,6 +23,7 @@ mod pack;
 pub mod progress;
 mod readable;
 pub mod recording;
+mod render;
 pub mod report;
 mod restart;
 pub mod resume;
@@ -77,6 +78,7 @@ Examples:
   concordem run further.toml --from cpm-small.h5
                                                extend a finished run, or load the specimen further
   concordem report cpm-small.h5                curves and values as a web page, cpm-small.html
+  concordem render cpm-small.h5 --cut y        the particles by their damage, cut open, as a picture, cpm-small.png
   concordem measure cpm-small.h5 --operator region-stress \\
     --region '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'
   concordem sweep elastic-sweep.toml           elastic constants over ranges of parameters
@@ -130,6 +132,8 @@ enum Command {
     Fragments(fragments::FragmentsArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
+    /// Draw a result at chosen times as PNG: particles by any field, bonds, cracks, walls; from any side, cut open, as a slice, animated
+    Render(render::RenderArguments),
     /// Write particles and bonds at all snapshots for ParaView, OVITO, or LAMMPS
     Export(export::ExportArguments),
     /// Measure the structure of a packing: coordination, density, sizes, directions, order; write a web page and JSON
@@ -340,6 +344,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Events(arguments) => events::events(arguments, console),
         Command::Fragments(arguments) => fragments::fragments(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
+        Command::Render(arguments) => render::render(arguments, console),
         Command::Export(arguments) => export::export(arguments, console),
         Command::Characterise(arguments) => characterise::run(arguments, console),
         Command::Elastic(arguments) => elastic::elastic(arguments, console),

@@ -9,7 +9,7 @@ use crate::output::stream::StoredField;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
 /// Bonds at one time.
-pub(super) struct Lines {
+pub(crate) struct Lines {
     pub time: f64,
     pub step: u64,
     /// Ids of both particles.
@@ -59,6 +59,20 @@ impl AllLines {
             }
         }
         Ok(bonds.len() > 0)
+    }
+}
+
+impl Lines {
+    /// The bonds at the snapshot `particles`; `None` if it has none. `is_last`: whether it is the last one, whose bonds every result has.
+    pub(crate) fn at(result: &ResultFile, particles: &Frame, is_last: bool) -> Result<Option<Self>, OutputError> {
+        let stored = Frames::of_bonds(result.root(), result.path())?;
+        if let Some(bonds) = stored
+            && let Some(k) = bonds.at_step(particles.step)
+        {
+            return Ok(Some(lines_of(particles, bonds.read(k)?)));
+        }
+        let lines = if is_last { final_bonds(result)? } else { None };
+        Ok(lines.map(|lines| lines_of(particles, lines)))
     }
 }
 

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use super::error::OutputError;
 use super::frames::Frames;
 use super::result::ResultFile;
+pub(crate) use bonds::Lines;
 pub use cracks::{Cracks, write as write_cracks};
 pub use heat_network::write as write_heat_network;
 pub use lammps::write as write_lammps;

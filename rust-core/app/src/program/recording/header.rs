@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::output::hash::StateHasher;
 use crate::output::{OperatorTable, OutputError, RunHeader, SeriesColumn};
 use crate::program::Failure;
+pub(in crate::program) use crate::provenance::SCENARIO_FILE;
 use crate::report::{SPECIMEN_LENGTH, STRESS_ROUNDING};
 use concordem_files::paths::open_regular;
 use concordem_scenario::assembly::Assembly;
@@ -80,9 +81,6 @@ pub(in crate::program) fn check_inputs(
     }
     Ok(())
 }
-
-/// Name of the provenance entry with the scenario's file.
-pub(in crate::program) const SCENARIO_FILE: &str = "scenario_file";
 
 /// The description of a run whose paths are relative to `folder`, before its first step.
 ///
