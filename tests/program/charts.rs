@@ -102,7 +102,7 @@ fn stacked_energies_are_those_of_the_file() {
     chart.shows("work done on the specimen", along(work));
 }
 
-/// Every quantity of every operator has a chart with a line for each component, over the strain at its step.
+/// Every quantity of every operator that changes has a chart with a line for each component, over the strain at its step; constants are listed.
 #[test]
 fn samples_of_operators_are_those_of_the_file() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -121,8 +121,14 @@ fn samples_of_operators_are_those_of_the_file() {
             .collect();
         for (quantity, column) in table.iter().filter(|(name, _)| name != "time" && name != "step") {
             let ColumnData::F64(values) = &column.data else { panic!("no numbers") };
-            let chart = Drawing::of(&page, &format!("sample-0-{operator}-{}", quantity.replace('_', "-")));
+            let unit = result.unit(&format!("samples/{operator}"), quantity).expect("a unit");
+            let factor = if unit == "Pa" { 1e-6 } else { 1.0 };
             let name = quantity.replace('_', " ");
+            if column.components == 1 && values.iter().all(|value| *value == values[0]) {
+                assert!(page.contains(&format!("{operator}, {name}: ")), "{operator} {name}");
+                continue;
+            }
+            let chart = Drawing::of(&page, &format!("sample-0-{operator}-{}", quantity.replace('_', "-")));
             let single = [(name.as_str(), 0)];
             let parts: &[(&str, usize)] = match column.components {
                 9 => &TENSOR,
@@ -131,8 +137,8 @@ fn samples_of_operators_are_those_of_the_file() {
             };
             assert_eq!(chart.names(), parts.iter().map(|(name, _)| *name).collect::<Vec<_>>(), "{operator} {quantity}");
             for (name, place) in parts {
-                let drawn = values.iter().skip(*place).step_by(column.components);
-                chart.shows(name, at.iter().copied().zip(drawn.copied()));
+                let drawn = values.iter().skip(*place).step_by(column.components).map(|value| value * factor);
+                chart.shows(name, at.iter().copied().zip(drawn));
             }
             charts += 1;
         }

@@ -28,8 +28,11 @@ struct DamagedBond {
 }
 
 pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
+    if runs.iter().all(|run| !run.is_bonded) {
+        return Ok(String::new());
+    }
     let mut html = String::from("<h2>Damaged bonds</h2>\n");
-    for (k, run) in runs.iter().enumerate() {
+    for (k, run) in runs.iter().enumerate().filter(|(_, run)| run.is_bonded) {
         let mut bonds = damaged_bonds(run.file)?;
         let total = bonds.len();
         bonds.truncate(MOST_POINTS);

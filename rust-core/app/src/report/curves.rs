@@ -17,11 +17,11 @@ fn plain(symbol: &str) -> String {
 }
 
 /// The straight line with the slope of the beginning of the curve, from the origin to the stress at the peak.
-fn slope(run: &Run) -> Option<Series> {
+fn slope(run: &Run, sign: f64) -> Option<Series> {
     let figures = run.figures?;
     let modulus = run.modulus().filter(|modulus| *modulus > 0.0)?;
     let symbol = plain(run.meaning.slope()?.0);
-    let end = (figures.peak_stress / modulus * 1e3, figures.peak_stress * 1e-6);
+    let end = (sign * figures.peak_stress / modulus * 1e3, sign * figures.peak_stress * 1e-6);
     let middle = figures.gauge_modulus.filter(|_| run.meaning.is_uniaxial_stress());
     let middle = middle.map(|modulus| format!(" (middle half {})", number(modulus * 1e-9)));
     Some(Series {
@@ -35,7 +35,7 @@ fn slope(run: &Run) -> Option<Series> {
 }
 
 /// A chart of stress over strain: runs of one kind and sense share it, because others have other axes or scales.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq)]
 struct Panel {
     /// Identifier within the page.
     id: &'static str,
@@ -45,16 +45,19 @@ struct Panel {
     axes: [&'static str; 2],
     /// Sense of a test with published values.
     sense: Option<Sense>,
+    /// Factor of both axes: −1 where compression is drawn to the right and up, as laboratories do.
+    sign: f64,
 }
 
 impl Panel {
     const fn new(id: &'static str, name: &'static str, axes: [&'static str; 2]) -> Self {
-        Self { id, name, axes, sense: None }
+        Self { id, name, axes, sense: None, sign: 1.0 }
     }
 
     /// The chart of a run; `None` for a split cylinder, whose strain is the approach of the plates.
     fn of(run: &Run) -> Option<Self> {
         const AXIAL: [&str; 2] = ["strain, ‰", "stress, MPa"];
+        const COMPRESSIVE: [&str; 2] = ["compressive strain, ‰", "compressive stress, MPa"];
         let sense = run.figures?.sense;
         Some(match run.meaning {
             Meaning::Splitting => return None,
@@ -71,11 +74,11 @@ impl Panel {
             ),
             Meaning::Shear => Self::new("shear", "In shear", ["shear strain, ‰", "shear stress, MPa"]),
             _ => {
-                let panel = match sense {
-                    Sense::Tension => Self::new("tension", "In tension", AXIAL),
-                    Sense::Compression => Self::new("compression", "In compression", AXIAL),
+                let (panel, sign) = match sense {
+                    Sense::Tension => (Self::new("tension", "In tension", AXIAL), 1.0),
+                    Sense::Compression => (Self::new("compression", "In compression", COMPRESSIVE), -1.0),
                 };
-                Self { sense: Some(sense), ..panel }
+                Self { sense: Some(sense), sign, ..panel }
             }
         })
     }
@@ -108,24 +111,26 @@ fn chart(panel: Panel, runs: &[&Run], reference: &ReferenceFigures) -> Chart {
         name: run.name.clone(),
         color: run.color,
         style: Style::Line,
-        points: run.history.strain.iter().zip(&run.history.stress).map(|(e, s)| (e * 1e3, s * 1e-6)).collect(),
+        points: (run.history.strain.iter().zip(&run.history.stress))
+            .map(|(e, s)| (panel.sign * e * 1e3, panel.sign * s * 1e-6))
+            .collect(),
         in_legend: true,
         marks_peak: true,
     };
     let mut series: Vec<Series> = runs.iter().map(line).collect();
-    series.extend(runs.iter().filter_map(|run| slope(run)));
-    let (strain, strength, sign) = match panel.sense {
-        Some(Sense::Tension) => (reference.tensile_strain, reference.tensile_strength, 1.0),
-        Some(Sense::Compression) => (reference.compressive_strain, reference.compressive_strength, -1.0),
-        None => (None, None, 1.0),
+    series.extend(runs.iter().filter_map(|run| slope(run, panel.sign)));
+    let (strain, strength) = match panel.sense {
+        Some(Sense::Tension) => (reference.tensile_strain, reference.tensile_strength),
+        Some(Sense::Compression) => (reference.compressive_strain, reference.compressive_strength),
+        None => (None, None),
     };
-    let stress = strength.map(|strength| sign * strength.middle() * 1e-6);
+    let stress = strength.map(|strength| strength.middle() * 1e-6);
     if let Some((strain, stress)) = strain.zip(stress) {
         series.push(Series {
             name: "published peak".into(),
             color: PUBLISHED,
             style: Style::Diamonds,
-            points: vec![(strain.middle() * 1e3, stress)],
+            points: vec![(panel.sign * strain.middle() * 1e3, stress)],
             in_legend: true,
             marks_peak: false,
         });

@@ -1,6 +1,6 @@
 //! The report: one HTML page about one or more finished runs, or about a sweep.
 //!
-//! A page shows stress-strain curves, the properties of the specimen and published ones, the materials in a section, the damaged bonds, emissions and
+//! A page shows stress-strain curves, the properties of the specimen and published ones, pictures before and after, the materials in a section, the damaged bonds, emissions and
 //! fragments, the energy balance, and the provenance of the numbers. It needs no other file and no network.
 
 mod chart;
@@ -14,6 +14,7 @@ mod html;
 mod laboratory;
 mod meaning;
 mod phases;
+mod pictures;
 mod properties;
 mod provenance;
 mod recipe;
@@ -79,6 +80,10 @@ struct Run<'a> {
     gauges: Vec<String>,
     /// Whether the scenario is one in the plane, of unit depth.
     is_plane: bool,
+    /// Whether the scenario has bonds; so it is for one that cannot be read.
+    is_bonded: bool,
+    /// The scenario; `None` if it cannot be read.
+    scenario: Option<Scenario>,
     /// Length that strains refer to, m, if the result has it.
     length: Option<f64>,
     color: &'static str,
@@ -115,6 +120,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         curves::section(&runs, reference),
         forces::section(&runs)?,
         samples::section(&runs)?,
+        pictures::section(&runs),
         phases::section(&runs)?,
         slices::section(&runs)?,
         cracks::section(&runs)?,
@@ -140,6 +146,7 @@ impl<'a> Run<'a> {
         let materials = scenario.as_ref().map(names).unwrap_or_default().join(", ");
         let gauges = scenario.as_ref().map(gauges_of).unwrap_or_default();
         let is_plane = scenario.as_ref().is_some_and(|scenario| scenario.dimension == 2);
+        let is_bonded = scenario.as_ref().is_none_or(|scenario| scenario.bonds.is_some());
         let test = scenario.as_ref().and_then(Test::of);
         let meaning = scenario.as_ref().map_or(Meaning::Layers, Meaning::of);
         let title = toml::from_str::<toml::Table>(&text)
@@ -179,8 +186,10 @@ impl<'a> Run<'a> {
             bonds,
             gauges,
             is_plane,
+            is_bonded,
             length,
             color,
+            scenario,
         })
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::Run;
 use super::chart::{Axis, Chart, Series, Style};
-use super::html::escape;
+use super::html::{escape, number};
 use crate::output::OutputError;
 use concordem_scenario::sampling::Operator;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
@@ -15,7 +15,7 @@ const COLORS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00"
 /// One chart per operator and quantity, over the strain of the specimen, or over time if it is not strained. Maps (`grid`) have no chart.
 pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     let mut charts = String::new();
-    let mut maps = Vec::new();
+    let (mut maps, mut constants) = (Vec::new(), Vec::new());
     for (r, run) in runs.iter().enumerate() {
         for operator in run.file.operators()? {
             let group = format!("samples/{operator}");
@@ -28,9 +28,15 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
                     maps.push(format!("{operator} {quantity}"));
                     continue;
                 };
-                let unit = run.file.unit(&group, quantity)?;
+                let (unit, factor) = readable(&run.file.unit(&group, quantity)?);
                 let words = quantity.replace('_', " ");
-                let values = numbers(column);
+                let values: Vec<f64> = numbers(column).into_iter().map(|value| value * factor).collect();
+                let of = if runs.len() > 1 { format!(", {}", run.label()) } else { String::new() };
+                if let Some(constant) = constant(&values, column.components) {
+                    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+                    constants.push(format!("{operator}, {words}{of}: {}{unit}", number(constant)));
+                    continue;
+                }
                 let series = parts.iter().zip(COLORS).map(|((part, at), color)| Series {
                     name: part.clone(),
                     color,
@@ -50,16 +56,19 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
                     legend: parts.len() > 1,
                     ..Chart::default()
                 };
-                let of = if runs.len() > 1 { format!(", {}", run.label()) } else { String::new() };
                 let heading = escape(&format!("{operator}, {words}{of}"));
                 let _ = writeln!(charts, "<div><h3>{heading}</h3>{}</div>", chart.html());
             }
         }
     }
-    if charts.is_empty() && maps.is_empty() {
+    if charts.is_empty() && maps.is_empty() && constants.is_empty() {
         return Ok(String::new());
     }
     let mut html = format!("<h2>Samples</h2>\n<div class=\"pair\">\n{charts}</div>\n");
+    if !constants.is_empty() {
+        let list = escape(&constants.join("; "));
+        let _ = writeln!(html, "<p class=\"quiet\">Constant in all samples: {list}.</p>");
+    }
     if !maps.is_empty() {
         let list = escape(&maps.join(", "));
         let _ = writeln!(html, "<p class=\"quiet\">Maps are in the result and in its CSV table only: {list}.</p>");
@@ -67,10 +76,29 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     Ok(html)
 }
 
+/// The value of a single number that never changes; `None` for others, and for a single sample.
+fn constant(values: &[f64], components: usize) -> Option<f64> {
+    let (first, rest) = values.split_first()?;
+    (components == 1 && !rest.is_empty() && rest.iter().all(|value| value == first)).then_some(*first)
+}
+
+/// A unit that fits specimens of the laboratory, and the factor of the values.
+fn readable(unit: &str) -> (String, f64) {
+    match unit {
+        "Pa" => ("MPa".to_owned(), 1e-6),
+        "m" => ("mm".to_owned(), 1e3),
+        "m^2" => ("mm²".to_owned(), 1e6),
+        "m^3" => ("mm³".to_owned(), 1e9),
+        other => (other.to_owned(), 1.0),
+    }
+}
+
 /// Abscissas of the samples, and the label of their axis.
 fn abscissa(run: &Run, time: &[f64], step: &[f64]) -> Result<(Vec<f64>, String), OutputError> {
     if run.strain.iter().all(|strain| *strain == 0.0) || !run.file.has_series("step") {
-        return Ok((time.iter().map(|time| time * 1e3).collect(), "time, ms".to_owned()));
+        let is_short = time.iter().all(|time| *time < 1e-3);
+        let (unit, factor) = if is_short { ("µs", 1e6) } else { ("ms", 1e3) };
+        return Ok((time.iter().map(|time| time * factor).collect(), format!("time, {unit}")));
     }
     let steps = run.file.samples("step")?;
     let strain = |at: &f64| at_step(&steps, &run.strain, *at) * 1e3;
@@ -116,4 +144,17 @@ fn components(quantity: &str, width: usize) -> Option<Vec<(String, usize)>> {
 /// A name as an identifier of the page.
 pub(super) fn identifier(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A number that never changes has no chart; a single sample, and a vector, have.
+    #[test]
+    fn constants_have_no_chart() {
+        assert_eq!(constant(&[3.0, 3.0, 3.0], 1), Some(3.0));
+        assert_eq!((constant(&[3.0, 3.1], 1), constant(&[3.0], 1), constant(&[0.0; 9], 9)), (None, None, None));
+        assert_eq!(readable("m^3"), ("mm³".to_owned(), 1e9));
+    }
 }

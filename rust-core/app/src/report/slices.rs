@@ -16,7 +16,8 @@ const MAGNIFIED: f64 = 0.06;
 
 pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     let mut body = String::new();
-    for (k, run) in runs.iter().enumerate() {
+    // Without bonds there is no damage to show.
+    for (k, run) in runs.iter().enumerate().filter(|(_, run)| run.is_bonded) {
         let Some(slice) = run.file.slice(MOST_PARTICLES, MOST_SNAPSHOTS)? else { continue };
         let (moved, frames) =
             (slice.frames.iter().any(|frame| frame.displacement.iter().any(|d| *d != 0.0)), slice.frames.len());

@@ -1,0 +1,50 @@
+//! Section of the report: the particles before the run, by their materials, with the walls, and at its end.
+
+use std::fmt::Write as _;
+
+use super::Run;
+use super::cracks::base64;
+use super::html::escape;
+use crate::pictures::{Moments, Request, picture};
+
+/// Width of a picture, px.
+const WIDTH: usize = 640;
+/// Most runs with pictures, because each picture takes some hundred kilobytes of the page.
+const MOST_RUNS: usize = 4;
+
+/// Pictures of each run; empty for results without snapshots.
+pub(super) fn section(runs: &[Run]) -> String {
+    let mut html = String::new();
+    for run in runs.iter().take(MOST_RUNS) {
+        let last = if run.is_bonded { "damage of their bonds" } else { "speed" };
+        let before = Request { color: Some("material".to_owned()), moments: start(run), ..small() };
+        let shown = [figure(run, "Before the run", "material", &before), figure(run, "At the end", last, &small())];
+        let shown: Vec<String> = shown.into_iter().flatten().collect();
+        if !shown.is_empty() {
+            let _ = writeln!(html, "<h3>{}</h3>\n<div class=\"pair\">\n{}</div>", escape(&run.label()), shown.concat());
+        }
+    }
+    if html.is_empty() { html } else { format!("<h2>Pictures</h2>\n{html}") }
+}
+
+fn small() -> Request {
+    Request { size: (WIDTH, None), ..Request::default() }
+}
+
+/// The first snapshot.
+fn start(run: &Run) -> Moments {
+    let times = run.file.snapshot_times().unwrap_or_default();
+    times.first().map_or(Moments::Last, |first| Moments::Near(vec![*first]))
+}
+
+/// A picture with its caption; `None` for what cannot be drawn, which is not what the page is about.
+fn figure(run: &Run, heading: &str, by: &str, request: &Request) -> Option<String> {
+    let made = picture(run.file, run.scenario.as_ref()?, request, None).ok()?;
+    let text = escape(&format!("{heading}: particles, colored by {by}"));
+    Some(format!(
+        "<figure class=\"plot\"><img class=\"particles\" alt=\"{text}\" src=\"data:image/png;base64,{}\"/>\
+         <figcaption class=\"quiet\">{text}.{}</figcaption></figure>\n",
+        base64(&made.png),
+        made.notes.iter().map(|note| format!(" Note: {}.", escape(note))).collect::<String>()
+    ))
+}
