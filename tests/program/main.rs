@@ -19,6 +19,7 @@ mod measure;
 mod mistakes;
 mod pages;
 mod pictures;
+mod plot;
 mod progress;
 mod render;
 mod results;

@@ -3,7 +3,7 @@
 //! This crate contains the program `concordem`, its files, reports, calibration, and sweeps. It re-exports the crates
 //! below it, so that users of the library need only `concordem`. Its modules depend on each other in one direction:
 //! [`calibration`] and [`mod@sweep`], then [`output`], [`signals`], [`pictures`], [`mod@characterise`], [`report`],
-//! [`program`].
+//! [`figure`], [`program`].
 //!
 //! A scenario is assembled into a state, a model, and a schedule; the solver steps the state; operators read it; sinks
 //! write it. Conventions: SI units; tension positive; the force of a contact is the one on A, and the normal points
@@ -11,6 +11,7 @@
 
 pub mod calibration;
 pub mod characterise;
+pub mod figure;
 pub mod output;
 pub mod pictures;
 mod prefix;

@@ -20,6 +20,7 @@ mod init;
 pub mod measure;
 mod meter;
 mod pack;
+mod plot;
 pub mod progress;
 mod readable;
 pub mod recording;
@@ -78,6 +79,8 @@ Examples:
   concordem run further.toml --from cpm-small.h5
                                                extend a finished run, or load the specimen further
   concordem report cpm-small.h5                curves and values as a web page, cpm-small.html
+  concordem plot a.h5 b.h5 c.h5 --mean -o curve.pdf
+                                               mean and scatter of repeated runs, as a figure for a paper
   concordem render cpm-small.h5 --cut y        the particles by their damage, cut open, as a picture, cpm-small.png
   concordem measure cpm-small.h5 --operator region-stress \\
     --region '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'
@@ -132,6 +135,8 @@ enum Command {
     Fragments(fragments::FragmentsArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
+    /// Draw one sampled quantity over another as SVG or PDF, of one or more results; with mean and band of repeated runs
+    Plot(plot::PlotArguments),
     /// Draw a result at chosen times as PNG: particles by any field, bonds, cracks, walls; from any side, cut open, as a slice, animated
     Render(render::RenderArguments),
     /// Write particles and bonds at all snapshots for ParaView, OVITO, or LAMMPS
@@ -344,6 +349,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Events(arguments) => events::events(arguments, console),
         Command::Fragments(arguments) => fragments::fragments(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
+        Command::Plot(arguments) => plot::plot(arguments, console),
         Command::Render(arguments) => render::render(arguments, console),
         Command::Export(arguments) => export::export(arguments, console),
         Command::Characterise(arguments) => characterise::run(arguments, console),

@@ -10,7 +10,7 @@ mod tests;
 use std::fmt::Write as _;
 
 use super::html::{escape, number};
-use scale::Scale;
+pub(crate) use scale::Scale;
 
 /// Size of the drawing, in its own units; the page scales it to the width of its column.
 const WIDTH: f64 = 480.0;

@@ -15,7 +15,7 @@ pub(super) fn frame(title: &str, body: &str) -> String {
 }
 
 /// Escapes the special characters of HTML.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -33,13 +33,15 @@ use std::path::Path;
 
 use crate::output::{OutputError, ResultFile, sealed};
 use crate::provenance::PROGRAM;
+pub(crate) use chart::Scale;
 use concordem_scenario::schedule::Rounding;
 use concordem_scenario::schema::Scenario;
 pub(crate) use coverage::Coverage;
 pub(crate) use cracks::base64;
 use figures::only_rounding;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
-use html::{escape, frame, number};
+pub(crate) use html::escape;
+use html::{frame, number};
 use laboratory::Test;
 use meaning::Meaning;
 pub(crate) use summary::properties_of_run;

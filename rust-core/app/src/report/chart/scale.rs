@@ -4,7 +4,7 @@ use crate::report::html::superscript;
 
 /// A linear or logarithmic scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     /// Value at `from`.
     low: f64,
     /// Value at `to`.
