@@ -13,7 +13,7 @@ const SHARE: f64 = 0.16;
 /// Share that the light adds where the wall is seen along its surface.
 const INCLINED: f64 = 0.24;
 /// Most steps along a ray.
-const MOST: usize = 48;
+const MOST: usize = 96;
 /// Slope of the distance below which a ray runs along the wall.
 const ALONG: f64 = 1e-6;
 
