@@ -5,7 +5,7 @@ DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
 # The steps of make test, longest first, so that no long step runs alone at the end.
-TEST_STEPS := test-yade-native test-rust test-units test-harness test-yade test-hosts test-studies test-python test-gold test-docs
+TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
 .PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks yade-scripts test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
@@ -114,20 +114,14 @@ test-build: test-lint
 	BUILT=1 liggghts-bridge/lammps/build
 	BUILT=1 rust-core/python/test.sh package
 
-# Unit tests of all crates, those of the bridge to LIGGGHTS and LAMMPS too.
-test-units:
-	@.ci/timed $@ $(CARGO) test $(TESTED) --lib --bins --no-fail-fast
-
-# Integration and documentation tests of the library and of the program.
+# Unit, integration and documentation tests of the library and of the program.
 test-rust:
-	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts --examples --test '*' --no-fail-fast
-	@.ci/timed doc-tests $(CARGO) test $(TESTED) --doc --no-fail-fast
+	@.ci/timed $@ $(CARGO) test $(TESTED) --no-fail-fast -- --skip inside_hosts::
 	@.ci/timed no-driver $(CARGO) test $(TESTED) --features concordem-gpu/cuda --test no_driver
 
 # Our styles inside LIGGGHTS and LAMMPS, under MPI.
-HOST_TESTS := $(patsubst liggghts-bridge/tests/%.rs,--test %,$(wildcard liggghts-bridge/tests/*.rs))
 test-hosts:
-	@.ci/timed $@ $(CARGO) test $(TESTED) $(HOST_TESTS) --no-fail-fast
+	@.ci/timed $@ $(CARGO) test $(TESTED) --test hosts
 
 test-gold:
 	@.ci/timed $@ tests/golden/yade/check_gold.sh
@@ -171,6 +165,7 @@ test-lint:
 	.ci/format --check
 	@.ci/timed mutants-apply tests/mutants/run.py --check
 	@.ci/timed circles .ci/circles
+	@.ci/timed orphans .ci/orphans
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
 	# The laws compile for processors without a standard library.
 	@.ci/timed no-std $(CARGO) clippy --release -p concordem-contact --no-default-features --lib -- -D warnings
@@ -226,7 +221,7 @@ combinations:
 DECKS ?= 500
 host-decks: test-build
 	CONCORDEM_HOST_DECKS=$(DECKS) CONCORDEM_HOST_DECKS_SEED=$(SEED) CONCORDEM_HOST_RECORD=$(CURDIR)/validation/results/host-decks.json \
-	  $(CARGO) test $(TESTED) --test decks --test migration --test host_commands --test public_decks -- --include-ignored --test-threads=1
+	  $(CARGO) test $(TESTED) --test hosts -- --include-ignored --test-threads=1 decks:: migration:: host_commands::
 
 # Random scripts that meddle with bonds in YADE; make test runs the first 30 and 20 of them.
 SCRIPTS ?= 500

@@ -1,11 +1,9 @@
 //! Bonds that LAMMPS adds to the atoms' lists after the first run, in which there were none.
 
-mod harness;
-
 use std::path::Path;
 
+use crate::harness::{Atom, Host, attempt_in, data_file_for, dump_for, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt_in, data_file_for, dump_for, head_for, run_in, text, thermo};
 
 const DT: f64 = 1e-6;
 const STYLES: &str = "pair_style zero 0.015\npair_coeff * *\n";

@@ -1,7 +1,6 @@
 //! Phases of concrete as atom types: bonds have the parameters of their pair of phases, as in a scenario.
 
-mod harness;
-
+use crate::harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 use concordem_contact::law::LawName;
 use concordem_contact::material::{Interface, Material};
 use concordem_contact::math::Vec3;
@@ -9,7 +8,6 @@ use concordem_packing::bonding::bond;
 use concordem_solver::laws::block;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver};
-use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 const DT: f64 = 5e-7;
 /// The materials file: tables as in scenarios, one material per atom type, and the interface of the two phases.

@@ -1,9 +1,7 @@
 //! Invalid input causes a LIGGGHTS error with a remedy; all processors stop, and none hangs.
 
-mod harness;
-
+use crate::harness::{Atom, Host, attempt, data_file, head, refused_in, run, set_restart_version, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt, data_file, head, refused_in, run, set_restart_version, text, thermo};
 
 const GOOD: &str =
     "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2\n";

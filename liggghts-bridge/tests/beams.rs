@@ -1,12 +1,10 @@
 //! Cohesive beams in LIGGGHTS and LAMMPS compared with analytical solutions: a cantilever at rest, and bars pulled until they break.
 
-mod harness;
-
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
+use crate::harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in, thermo};
 
 const RADIUS: f64 = 0.005;
 const RUNS: [(Host, usize); 5] =

@@ -1,11 +1,9 @@
 //! The file of `bond list FILE`: one process reads it in pieces, and each keeps a share until the bonds are created.
 
-mod harness;
-
 use std::fmt::Write as _;
 
+use crate::harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, refused_in, run_in};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, refused_in, run_in};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 const FIX: &str = "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond";

@@ -1,9 +1,7 @@
 //! Parameters by bond type in LAMMPS.
 
-mod harness;
-
+use crate::harness::{Atom, Host, attempt_in, data_file_for, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt_in, data_file_for, head_for, run_in, text, thermo};
 
 const DT: f64 = 5e-7;
 

@@ -1,14 +1,12 @@
 //! Atoms with breaking bonds cross the borders of processors and of periodic boxes: results are bitwise equal for any number of
 //! processors and after a restart, and no bond is lost or duplicated.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
+use crate::harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run, run_in, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run, run_in, thermo};
 
 const SEEDS: Range<u64> = 0..102;
 /// Seeds for LAMMPS.

@@ -2,12 +2,10 @@
 //! they are about happens, and also on two processors. `impact` (rotational) has a test of its own. Not here: `plasticity` (no plastic bonds) and `peri`
 //! (peridynamics).
 
-mod harness;
-
 use std::path::Path;
 
-use harness::decks::{deck, write_files};
-use harness::{Host, run_in, thermo};
+use crate::harness::decks::{deck, write_files};
+use crate::harness::{Host, run_in, thermo};
 
 /// The deck `name` with our styles; `longer`: its runs, and those that replace them.
 fn script(folder: &Path, name: &str, longer: [&str; 2]) -> String {

@@ -1,9 +1,7 @@
 //! `compute concordem/broken/local` lists each bond that broke once, on any number of processors.
 
-mod harness;
-
+use crate::harness::{Atom, Host, data_file_for, head_for, run_in, tables, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, data_file_for, head_for, run_in, tables, thermo};
 
 /// The atoms at both ends of a row leave it at given speeds, the second one later, so that the bonds break between different outputs.
 #[test]

@@ -1,13 +1,11 @@
 //! What other commands of the hosts change behind the bonds: ids, boxes, lists of bonds, pairs of pair styles, restart files, forces. It is
 //! followed, or rejected with a remedy before the next step.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::harness::{self, Atom, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 
 const DT: f64 = 1e-6;
 const LINEAR: &str = "linear_bond normal_stiffness 1e5 shear_stiffness 1e4";

@@ -1,12 +1,10 @@
 //! Bonds by distance that the script restricts: `limit` per atom, `between` types, `at` a step; and what follows from files.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run_in, tables};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run_in, tables};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 const FIX: &str = "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4";

@@ -1,10 +1,8 @@
 //! Clumps that LIGGGHTS inserts, bonded.
 
-mod harness;
-
 use std::path::Path;
 
-use harness::{attempt, run, tables, text, thermo};
+use crate::harness::{attempt, run, tables, text, thermo};
 
 /// Chains of three spheres, and single ones, that rain on a plane.
 const HEAD: &str = "\

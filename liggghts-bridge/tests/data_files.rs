@@ -1,11 +1,9 @@
 //! Runs that continue from data files, with the histories of bonds and contacts.
 
-mod harness;
-
 use std::path::Path;
 
+use crate::harness::{FACTOR, Host, attempt_in, bar, data_file_for, dump_for, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::{FACTOR, Host, attempt_in, bar, data_file_for, dump_for, head_for, run_in, text, thermo};
 
 const DT: f64 = 5e-7;
 const CPM: &str = "young 30e9 shear_ratio 0.2 cohesion 4.5e6 friction_coefficient 0.8 crack_onset_strain 1.5e-4 \

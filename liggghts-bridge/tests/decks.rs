@@ -1,14 +1,12 @@
 //! Random scripts: the same bits on any number of processors, and after a restart on another number. `CONCORDEM_HOST_DECKS` sets their number,
 //! `CONCORDEM_HOST_DECKS_SEED` the first one.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::harness::{self, Atom, Dice, Host, data_file_for, dump_for, head_for, run_together, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run_together, thermo};
 
 fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is no number: {text}")))

@@ -1,9 +1,8 @@
 //! Deformable particles in LIGGGHTS and LAMMPS: bitwise equal results on any number of processors, and the trajectory of our solver.
 
-mod harness;
-
 use std::fmt::Write as _;
 
+use crate::harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
 use concordem_contact::law::{Elastic, LinearBond};
 use concordem_contact::math::Vec3;
@@ -11,7 +10,6 @@ use concordem_packing::bonding;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
-use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 #[test]
 fn a_lattice_of_deformable_particles_moves_as_in_our_solver() {

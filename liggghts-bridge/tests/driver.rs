@@ -1,14 +1,14 @@
 //! LIGGGHTS as a library of a Rust program. Each test runs in separate processes, because LIGGGHTS ends the process on errors and MPI
 //! can be initialized only once.
 
-mod harness;
-
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use concordem_contact::math::Vec3;
 use concordem_liggghts::driver::{DriverError, Liggghts};
 use concordem_liggghts::records::ascending;
+
+use crate::harness;
 
 const SCRIPT: &str = "units si\natom_style sphere\natom_modify sort 0 0\nboundary f f f\nnewton off   # of bonds\n\
     communicate single vel yes\nregion box block -0.02 0.06 -0.02 0.06 -0.02 0.06 units box\ncreate_box 1 box\n\
@@ -22,23 +22,9 @@ const LIBRARY: &str = "CONCORDEM_TEST_LIBRARY";
 fn start(part: &str, processors: usize) -> Output {
     let folder = tempfile::tempdir().unwrap();
     let library = harness::built("liggghts/libconcordem-liggghts.so", "liggghts-bridge/build");
-    Command::new("timeout")
-        .args([
-            "-k",
-            "5",
-            "600",
-            "mpirun",
-            "--oversubscribe",
-            "--bind-to",
-            "none",
-            "--mca",
-            "mpi_yield_when_idle",
-            "1",
-            "-np",
-        ])
-        .arg(processors.to_string())
+    harness::open_mpi(processors)
         .arg(std::env::current_exe().unwrap())
-        .args(["--ignored", "--exact", "child", "--nocapture", "--test-threads", "1"])
+        .args(["--ignored", "--exact", "inside_hosts::driver::child", "--nocapture", "--test-threads", "1"])
         .env(LIBRARY, library)
         .env("CONCORDEM_TEST_PART", part)
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")

@@ -1,10 +1,8 @@
 //! Runs the example scripts of the documentation.
 
-mod harness;
-
 use std::path::Path;
 
-use harness::{Host, run_in, thermo};
+use crate::harness::{self, Host, run_in, thermo};
 
 /// Run an example script that the page `page` of the book includes, and return its output.
 fn printed_on(processors: usize, host: Host, script: &str, page: &str, folder: &Path) -> String {

@@ -1,14 +1,12 @@
 //! What other commands of the hosts do to atoms and pairs in a run, followed by bonds and contacts: bonds between atoms that touch, spheres
 //! that grow, pairs without contacts, frozen and rigid atoms, atoms that leave the box.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::harness::{Atom, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 use concordem_contact::law::restitution::{End, damping_of_restitution};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 const BEAM: &str = "cohesive_beam young 1e8 poisson 0.3 radius 0.004 tensile_strength 1e9";

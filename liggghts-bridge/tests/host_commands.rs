@@ -4,15 +4,13 @@
 //! A row has a small deck. Stock runs it with its own contacts or bonds, our styles with the same law: the atoms must end alike. The command must have an
 //! effect, or the row says that it has none. Or our styles refuse the command, with the text of the row. Keys of rows: see [`Row`].
 
-mod harness;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::harness::{self, Atom, Dice, Host, attempt_in, data_file_for, run_together, text};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, attempt_in, data_file_for, run_together, text};
 use serde::Deserialize;
 
 #[derive(Deserialize)]

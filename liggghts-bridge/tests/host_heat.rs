@@ -1,21 +1,16 @@
 //! Heat along the bonds of atoms in LIGGGHTS and LAMMPS: any number of processors, restart, balance, closed forms, ConcorDEM's solver,
 //! LIGGGHTS' own heat conduction, and what is rejected.
 
-#[path = "host_heat/contacts.rs"]
 mod contacts;
-#[path = "host_heat/groups.rs"]
 mod groups;
-mod harness;
-#[path = "host_heat/refused.rs"]
 mod refused;
-#[path = "host_heat/shares.rs"]
 mod shares;
-#[path = "host_heat/tables.rs"]
 mod tables;
 
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::harness::{Atom, Dice, Host, data_file_for, head_for, run_in, tables, thermo};
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::Vec3;
@@ -25,7 +20,6 @@ use concordem_solver::heat::{Curves, HeatModel, Supply, ThermalMaterial, expansi
 use concordem_solver::state::contacts::{ContactFlags, Pair};
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver, laws};
-use harness::{Atom, Dice, Host, data_file_for, head_for, run_in, tables, thermo};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 const R: f64 = 1e-3;

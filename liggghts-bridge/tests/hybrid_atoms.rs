@@ -1,11 +1,9 @@
 //! Spheres that also have charges or dipoles, by `atom_style hybrid`: what acts on these moves them beside our contacts as beside the host's own.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
-use harness::{Host, apart, run_in, tables};
+use crate::harness::{Host, apart, run_in, tables};
 
 const RADIUS: f64 = 0.005;
 /// Forty steps amplify the rounding of another order of sums to less.

@@ -1,10 +1,8 @@
 //! The example `bpm/impact` of LAMMPS with our beams, beside LAMMPS' own bonds.
 
-mod harness;
-
 use std::path::Path;
 
-use harness::{Host, run_in, thermo};
+use crate::harness::{Host, run_in, thermo};
 
 /// Rows of the example's output after `steps` steps.
 fn rows(bonds: &str, processors: usize) -> Vec<Vec<f64>> {

@@ -1,21 +1,19 @@
 //! Features of the LAMMPS plugin only: bonds of the atoms' lists, virials, energies, restart.
 
-mod harness;
-
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::harness::lammps::{BEAM, DT, LAW, LINEAR, write_bar};
+use crate::harness::{
+    Atom, Dice, FACTOR, Host, attempt_in, bar, data_file_for, dump_for, frames, head_for, run_in, set_restart_version,
+    tables, text, thermo,
+};
 use concordem_contact::math::Vec3;
 use concordem_liggghts::options::{Options, Units};
 use concordem_solver::laws::contact_block;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver};
-use harness::lammps::{BEAM, DT, LAW, LINEAR, write_bar};
-use harness::{
-    Atom, Dice, FACTOR, Host, attempt_in, bar, data_file_for, dump_for, frames, head_for, run_in, set_restart_version,
-    tables, text, thermo,
-};
 
 /// The styles that compute the forces.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,10 +1,8 @@
 //! What the LAMMPS plugin refuses, with the remedy in the message.
 
-mod harness;
-
+use crate::harness::lammps::{BEAM, DT, LAW, LINEAR, write_bar};
+use crate::harness::{Atom, Host, attempt_in, data_file_for, head_for, refused_in, text};
 use concordem_contact::math::Vec3;
-use harness::lammps::{BEAM, DT, LAW, LINEAR, write_bar};
-use harness::{Atom, Host, attempt_in, data_file_for, head_for, refused_in, text};
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a list of cases")]

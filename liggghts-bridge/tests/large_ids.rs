@@ -1,12 +1,10 @@
 //! Ids above 2^32: the same bits in a LAMMPS built with `bigbig` (`make test-bigbig`), refused by LAMMPS itself in any other.
 
-mod harness;
-
 use std::path::Path;
 
+use crate::harness::lammps::{DT, LAW};
+use crate::harness::{Dumped, Host, attempt_in, bar, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::lammps::{DT, LAW};
-use harness::{Dumped, Host, attempt_in, bar, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 
 /// The ids begin after this one.
 const FIRST: u64 = 1 << 41;

@@ -1,8 +1,6 @@
 //! Sizes of the libraries that users install.
 
-mod harness;
-
-use harness::built;
+use crate::harness::built;
 
 /// Stripped, LIGGGHTS' has 8.62 MB and LAMMPS' 8.47 MB; with its symbols, the latter had 12.1 MB when it had 6.2 MB without. The check of the
 /// time step at set-up (eigenvalues by Lanczos' method, in parallel) took 0.25 MB of it; damped beams, and the loops of three laws for strengths

@@ -1,13 +1,11 @@
 //! Bodies that move, collide, break, and are joined by new ones, across the borders and corners of the processor grid: the same bits on any
 //! number of processors.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::harness::{self, Atom, Dice, Host, data_file_for, dump_for, head_for, run_in, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run_in, thermo};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 const BEAM: &str = "young 1e8 poisson 0.3 radius 0.004";

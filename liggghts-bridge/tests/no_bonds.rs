@@ -1,9 +1,7 @@
 //! Warnings of runs that have no bonds, although the script asks for some: once each, on any number of processors.
 
-mod harness;
-
+use crate::harness::{Atom, Host, data_file_for, head_for, run_in};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, data_file_for, head_for, run_in};
 
 const LINEAR: &str = "linear_bond normal_stiffness 1e5 shear_stiffness 1e4";
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];

@@ -1,13 +1,11 @@
 //! Results that LIGGGHTS and LAMMPS compute from the bond forces, compared with our operators on the same state.
 
-mod harness;
-
 use std::fmt::Write as _;
 
+use crate::harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in, tables, thermo};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::stress::{ParticleVolume, Partition, axial, particle_stress, region_stress};
 use concordem_operator::{ContactSet, LoadSet, Region, Truncation, couple_stress};
-use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in, tables, thermo};
 
 const VOLUME: f64 = 7e-5;
 const CENTROID: [f64; 3] = [0.02, 0.021, 0.045];

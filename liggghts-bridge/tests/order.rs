@@ -1,9 +1,7 @@
 //! Results do not depend on the ids of the atoms: particles are ordered along space.
 
-mod harness;
-
+use crate::harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in, thermo};
 
 /// A cluster that falls apart, with ids in two orders, on one and two processors: the same bits of each atom.
 #[test]

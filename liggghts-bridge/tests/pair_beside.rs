@@ -1,13 +1,11 @@
 //! LIGGGHTS' models of cohesion and rolling friction beside our models of `pair_style gran` and `fix wall/gran`.
 
-mod harness;
-
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
+use crate::harness::spheres::{STEPS, cloud, difference, floor, model, result};
+use crate::harness::{Atom, Dumped, data_file, dump, frames, head, run};
 use concordem_contact::math::Vec3;
-use harness::spheres::{STEPS, cloud, difference, floor, model, result};
-use harness::{Atom, Dumped, data_file, dump, frames, head, run};
 
 /// Properties of LIGGGHTS' cohesion and rolling models.
 const PROPERTIES: &str = "fix q1 all property/global coefficientRollingFriction peratomtypepair 2 0.02 0.01 0.01 0.03\n\

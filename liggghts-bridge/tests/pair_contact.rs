@@ -1,17 +1,15 @@
 //! Contacts of LIGGGHTS' neighbor lists: its own models reproduced, and ConcorDEM laws.
 
-mod harness;
-
 use std::fmt::Write as _;
 
+use crate::harness::spheres::{cloud, difference, floor, result};
+use crate::harness::{Atom, Dumped, data_file, dump, frames, head, run, tables};
 use concordem_contact::law::{Elastic, HertzMindlin};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::surface::Plane;
 use concordem_solver::state::{Particles, Sphere, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
-use harness::spheres::{cloud, difference, floor, result};
-use harness::{Atom, Dumped, data_file, dump, frames, head, run, tables};
 
 #[test]
 fn liggghts_models_are_reproduced() {

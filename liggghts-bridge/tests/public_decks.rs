@@ -2,14 +2,12 @@
 //! styles, and what differs on other numbers of processes. `public_decks/HOST/` has them as data, and `validation/results/host-decks.json` what was found,
 //! of which the book prints a table. Keys: see [`Deck`].
 
-mod harness;
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use harness::decks::{Deck, decks, write_files};
-use harness::{Host, apart, run_together, tables};
+use crate::harness::decks::{Deck, decks, write_files};
+use crate::harness::{self, Host, apart, run_together, tables};
 use serde::{Deserialize, Serialize};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];

@@ -1,11 +1,9 @@
 //! Restart and data files hold each bond once: no bond is lost without a word when its atoms go or change their processor.
 
-mod harness;
-
 use std::path::Path;
 
+use crate::harness::{Atom, Host, attempt_in, data_file_for, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt_in, data_file_for, head_for, run_in, text, thermo};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 

@@ -1,13 +1,11 @@
 //! What is said, allowed, or refused when a run is set up: time steps beyond the bound, unbonded atoms without a law, two dimensions, units,
 //! special bonds, messages.
 
-mod harness;
-
 use std::path::Path;
 use std::process::Command;
 
+use crate::harness::{Atom, Host, attempt_in, built, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Host, attempt_in, built, data_file_for, dump_for, frames, head_for, run_in, text, thermo};
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];
 

@@ -1,16 +1,14 @@
 //! A specimen of more than 5,000 particles in tension and compression, in LIGGGHTS and in our solver.
 
-mod harness;
-
 use std::fmt::Write as _;
 
+use crate::harness::{Atom, Dice, data_file, dump, frames, head, run, thermo};
 use concordem_contact::law::{Cpm, CpmParameters};
 use concordem_contact::math::Vec3;
 use concordem_packing::bonding;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Constraint, Particles, Sphere, State};
 use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
-use harness::{Atom, Dice, data_file, dump, frames, head, run, thermo};
 
 const DT: f64 = 8e-7;
 /// Steps between compared states.

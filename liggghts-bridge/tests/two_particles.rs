@@ -1,9 +1,8 @@
 //! Two particles moved along a prescribed path in LIGGGHTS and LAMMPS, compared with direct calls of the same laws.
 
-mod harness;
-
 use std::fmt::Write as _;
 
+use crate::harness::{self, Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{
@@ -12,7 +11,6 @@ use concordem_contact::law::{
 };
 use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem_contact::scatter::{Distribution, Scatter};
-use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 /// A leg of the path: number of steps, and velocities and angular velocities of both particles.
 type Leg = (usize, [Vec3; 2], [Vec3; 2]);

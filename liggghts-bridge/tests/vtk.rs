@@ -1,13 +1,11 @@
 //! Files of bonds for ParaView, as VTK reads them, beside what a dump of the same steps has.
 
-mod harness;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
+use crate::harness::{self, Atom, Dice, Host, data_file_for, dump_for, frames, head_for, refused_in, run_in, tables};
 use concordem_contact::math::Vec3;
-use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, refused_in, run_in, tables};
 use serde::Deserialize;
 
 const BOTH: [Host; 2] = [Host::Liggghts, Host::Lammps];

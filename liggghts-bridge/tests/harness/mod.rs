@@ -1,5 +1,4 @@
 //! Runs the stock LIGGGHTS and LAMMPS with our libraries and reads their output.
-#![allow(dead_code)] // each test uses a part
 
 pub mod decks;
 pub mod lammps;
@@ -72,6 +71,28 @@ pub fn built(name: &str, script: &str) -> PathBuf {
     file.canonicalize().unwrap()
 }
 
+/// The start of a command that is ended, with code 124 or 137, when it hangs.
+fn limited() -> Command {
+    let mut command = Command::new("timeout");
+    command.args(["-k", "5", LIMIT]);
+    command
+}
+
+/// Debian's MPI, which starts the program that is added to this command on `processors` processors.
+pub fn open_mpi(processors: usize) -> Command {
+    let mut command = limited();
+    command
+        .args(["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np"])
+        .arg(processors.to_string())
+        // Open MPI looks for no network, and waits for no second before it kills the processes that are left when one has failed: a
+        // refusal takes 0.5 instead of 1.5 s, any other start half as long.
+        .envs([("OMPI_MCA_pml", "ob1"), ("OMPI_MCA_btl", "self,vader"), ("OMPI_MCA_odls_base_sigkill_timeout", "0")]);
+    if processors > std::thread::available_parallelism().map_or(1, usize::from) {
+        command.env("LD_PRELOAD", &*SLEEP);
+    }
+    command
+}
+
 /// Run a LIGGGHTS script in `folder` on `processors` processors; it may fail. Panics if it hangs.
 pub fn attempt(folder: &Path, script: &str, processors: usize) -> Output {
     attempt_in(Host::Liggghts, folder, script, processors)
@@ -81,28 +102,15 @@ pub fn attempt(folder: &Path, script: &str, processors: usize) -> Output {
 pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) -> Output {
     let path = folder.join(format!("script.{processors}.in"));
     std::fs::write(&path, script).unwrap();
-    let mut command = Command::new("timeout");
-    command.args(["-k", "5", LIMIT]);
-    match host {
+    let mut command = match host {
         Host::Liggghts => {
+            let mut command = open_mpi(processors);
+            command.arg(built("liggghts/concordem-liggghts", "liggghts-bridge/build")).arg(&path);
             command
-                .args(["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np"])
-                .arg(processors.to_string())
-                .arg(built("liggghts/concordem-liggghts", "liggghts-bridge/build"))
-                .arg(&path)
-                // Open MPI looks for no network, and waits for no second before it kills the processes that are left when one has failed: a
-                // refusal takes 0.5 instead of 1.5 s, any other start half as long.
-                .envs([
-                    ("OMPI_MCA_pml", "ob1"),
-                    ("OMPI_MCA_btl", "self,vader"),
-                    ("OMPI_MCA_odls_base_sigkill_timeout", "0"),
-                ]);
-            if processors > std::thread::available_parallelism().map_or(1, usize::from) {
-                command.env("LD_PRELOAD", &*SLEEP);
-            }
         }
         Host::Lammps => {
             let [launcher, program, plugin] = lammps();
+            let mut command = limited();
             command
                 .arg(launcher)
                 .args(["-np", &processors.to_string()])
@@ -114,8 +122,9 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
                 // times the wall time of four processes on two processors.
                 .env("MPIR_CVAR_CH4_PROGRESS_THROTTLE", "1")
                 .env("MPIR_CVAR_CH4_PROGRESS_THROTTLE_NO_PROGRESS_COUNT", "1");
+            command
         }
-    }
+    };
     command
         .args(["-log", "none"])
         // More processes than processors, also with an Open MPI 4 or 5 of the user's LAMMPS.

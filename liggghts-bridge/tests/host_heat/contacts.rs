@@ -1,7 +1,7 @@
 //! Heat through contacts in the hosts: closed forms.
 
-use super::harness::{run_in, tables, thermo};
 use super::{BOTH, CAPACITY, CONDUCTANCE, GLASS, LINEAR, ORDERED, R, Vec3, lattice, output, start, temperatures};
+use crate::harness::{run_in, tables, thermo};
 
 /// Two grains that touch, without bonds: each step shortens the difference by the same factor. With constriction, heat flows through the
 /// circle of the overlap δ, `G = 2 λ a` with `a = √(δ R/2)` (Batchelor and O'Brien 1977).

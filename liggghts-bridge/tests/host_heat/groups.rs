@@ -1,7 +1,7 @@
 //! Groups of heat in the hosts that are empty, change, or reach beyond the fix; the reference of a restart.
 
-use super::harness::{Host, attempt_in, run_in, text, thermo};
 use super::{BOTH, CAPACITY, GLASS, LINEAR, ORDERED, lattice, output, start};
+use crate::harness::{Host, attempt_in, run_in, text, thermo};
 
 const FIX: &str = "bond distance 1.01\nfix integrate all nve/sphere\n";
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::harness::{Host, attempt_in, run_in, text};
 use super::{BOTH, CAPACITY, CONDUCTANCE, GLASS, LINEAR, ORDERED, lattice, start};
+use crate::harness::{Host, attempt_in, run_in, text};
 
 /// Only a host knows its groups and its time step; the unit tests of the arguments have the other mistakes.
 #[test]

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::harness::{Host, attempt_in, data_file_for, head_for, run_in, text, thermo};
 use super::{BOTH, CAPACITY, GLASS, LINEAR, R, lattice, output, start, temperatures};
+use crate::harness::{Host, attempt_in, data_file_for, head_for, run_in, text, thermo};
 use concordem_contact::math::Vec3;
 
 const TABLE: &str = "[heat]\nmodel = \"disordered\"\npairs = \"bonds\"\ntemperature = 300\ntime_factor = 1e4\n";

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::harness::{Host, attempt_in, run_in, text};
 use super::{BOTH, CAPACITY, GLASS, LINEAR, ORDERED, R, lattice, output, start, temperatures};
+use crate::harness::{Host, attempt_in, run_in, text};
 
 /// One step of one atom, for each kind of heat from outside and of heat capacity.
 #[test]
