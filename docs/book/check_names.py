@@ -63,6 +63,8 @@ AT_BORDERS = {
         "rust-core/contact/src/law/jointed/tests.rs",
         "rust-core/python/python/concordem/tables.py",
         "rust-core/python/tests/test_scenario.py",
+        "rust-core/scenario/src/checks/joints.rs",
+        "rust-core/scenario/src/schema/joint.rs",
         "tests/cpm_gold.rs",
         "validation/concordem_validate/engines/translate.py",
         "validation/concordem_validate/engines/yade.py",

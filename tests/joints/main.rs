@@ -1,4 +1,5 @@
-//! Smooth joints of the law `jointed`: closed forms of a contact, and YADE's JCFpm.
+//! Smooth joints of the law `jointed`: closed forms of a contact, YADE's JCFpm, and jointed specimens.
 
 mod closed_forms;
 mod gold;
+mod rock;

@@ -12,6 +12,7 @@ mod error;
 mod fibers;
 mod heat;
 mod histories;
+mod joints;
 mod loading;
 mod membranes;
 mod memory;
@@ -265,6 +266,7 @@ fn assemble_stages(
     let mut warnings = phases.as_ref().map_or_else(Vec::new, |phases| phases.doubtful(scenario));
     let bonded = add_bonds(scenario, (placed, links), &mut cuts, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
+    warnings.extend(joints::add(scenario, folder, bonded.interaction_ratio, &mut model, &mut state)?);
     replace(&mut state, &model);
     walls::add(scenario, folder, &mut state)?;
     let recorded = slaves::build(scenario, folder, &mut state)?;

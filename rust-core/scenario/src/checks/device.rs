@@ -41,6 +41,7 @@ impl Checker<'_> {
             (!scenario.membranes.is_empty(), "membrane", "membranes"),
             (!scenario.clumps.is_empty(), "clump", "clumps"),
             (!scenario.forces.is_empty(), "force", "forces on particles"),
+            (!scenario.joints.is_empty(), "joint", "joints"),
             (!scenario.slaves.is_empty(), "slave", "motions of files"),
             (!scenario.bondings.is_empty(), "bonding", "bonds made during the run"),
         ] {

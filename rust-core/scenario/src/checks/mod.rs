@@ -13,6 +13,7 @@ mod fibers;
 mod files;
 mod heat;
 mod histories;
+mod joints;
 mod laws;
 mod loading;
 mod opening;
@@ -56,6 +57,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.opening_walls();
     checker.membranes();
     checker.cuts();
+    checker.joints();
     checker.aggregates();
     checker.phases();
     checker.fibers();

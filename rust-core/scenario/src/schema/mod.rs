@@ -33,6 +33,7 @@ mod document;
 mod error;
 mod fibers;
 mod history;
+mod joint;
 pub mod large;
 mod material;
 mod membrane;
@@ -67,6 +68,7 @@ pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
 pub use fibers::{FiberGroup, Fibers};
 pub use history::{Control, History, HistoryShape, Stage, StageStop};
+pub use joint::{Joint, JointShape};
 pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,
     DeformableUpdate, Interface, LawName, Material, ParticleElasticity, Thermal, YieldSurface,
@@ -124,6 +126,9 @@ pub struct Scenario {
     /// Notches, holes, and cracks that exist from the start; default: none.
     #[serde(default, rename = "cut")]
     pub cuts: Vec<Cut>,
+    /// Joints of rock, along which bonds and contacts of the law "jointed" slide; default: none.
+    #[serde(default, rename = "joint")]
+    pub joints: Vec<Joint>,
     /// Contacts between particles without a bond, and with walls. Required.
     pub contacts: Contacts,
     /// Options of deformable particles (those whose material has a table `deformable`); default: see its keys.
@@ -204,7 +209,7 @@ impl Scenario {
         names
     }
 
-    /// The files that the scenario reads (packing, surfaces, cuts, and aggregates), with their keys.
+    /// The files that the scenario reads (packing, surfaces, cuts, joints, and aggregates), with their keys.
     pub fn files(&self) -> Vec<(String, &str)> {
         let mut files = Vec::new();
         if let Packing::File { path, .. } = &self.packing {
@@ -224,6 +229,11 @@ impl Scenario {
         for (at, cut) in self.cuts.iter().enumerate() {
             if let CutShape::Facets { path, .. } = &cut.shape {
                 files.push((format!("cut[{at}].shape.path"), path));
+            }
+        }
+        for (at, joint) in self.joints.iter().enumerate() {
+            if let JointShape::Facets { path, .. } = &joint.shape {
+                files.push((format!("joint[{at}].shape.path"), path));
             }
         }
         for (at, group) in self.aggregates.iter().flat_map(|aggregates| &aggregates.groups).enumerate() {
