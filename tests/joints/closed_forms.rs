@@ -192,7 +192,7 @@ fn a_cracked_joint_rubs_and_opens_and_closes_again() {
 
     let mut again = Contact { bonded: false, state: JointedRockState::default(), ..contact };
     again.step(n * -0.02);
-    assert_eq!(again.forces()[0].abs() < 1e-9, true, "a contact begins without force");
+    assert!(again.forces()[0].abs() < 1e-9, "a contact begins without force");
     again.step(n * -0.02 + t * 0.5);
     for (force, wanted) in again.forces().into_iter().zip([-0.02 * NORMAL, 0.6 * 0.02 * NORMAL]) {
         equal(force, wanted, NORMAL, "without cohesion");

@@ -292,9 +292,7 @@ fn planes_discs_and_triangles_are_one_joint() {
     let small = disc(6e-3);
     // Its part of the cross-section is a quarter; the rim needs both centers inside.
     assert!(small > by_plane / 8 && small < by_plane / 3, "{small} of {by_plane}");
-    let set = bonds(&format!(
-        "kind = \"plane\", point = [0, 0, 0.0105], normal = [0, 0, 1], count = 3, spacing = \"10.5 mm\""
-    ));
+    let set = bonds("kind = \"plane\", point = [0, 0, 0.0105], normal = [0, 0, 1], count = 3, spacing = \"10.5 mm\"");
     let single = |z: f64| bonds(&format!("kind = \"plane\", point = [0, 0, {z}], normal = [0, 0, 1]"));
     assert_eq!(set, single(0.0105) + single(0.021) + single(0.0315));
 
