@@ -397,6 +397,13 @@ const MISTAKES: &[Mistake] = &[
         &["packing.path = \"p.txt\"", "mean radius is 1 m"],
         "unit = \"1 mm\"",
     ),
+    // What does not fit spheres of meters is named, and so is the unit.
+    packing(
+        "two spheres in mm",
+        "x,y,z,r\n0,0,0,1\n0,0,2,1\n",
+        &["loading.layer_thickness", "in p.txt the mean radius is 1 m", "numbers in a file without a unit are meters"],
+        "write unit = \"1 mm\" in [packing]",
+    ),
     packing(
         "negative radius",
         "x,y,z,r\n0,0,0,-1e-3\n0,0,2e-3,1e-3\n",

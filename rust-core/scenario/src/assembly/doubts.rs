@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::AssemblyError;
 use super::place::lattice_of;
 use super::selection::{bounds_along, extents};
 use crate::checks::length;
@@ -74,23 +75,33 @@ fn strain_rate(scenario: &Scenario, schedule: &Schedule) -> Option<f64> {
     }
 }
 
-/// Warns about a text file whose spheres are so large or small that its unit is doubtful.
-pub(super) fn sizes(scenario: &Scenario, state: &State) -> Option<Problem> {
+/// What is doubtful about the unit of a packing file with these radii, m.
+fn doubtful_unit(scenario: &Scenario, radii: &[f64]) -> Option<String> {
     let Packing::File { path, unit: None, .. } = &scenario.packing else { return None };
-    if is_hdf5(Path::new(path)) {
-        return None;
-    }
-    let radii = &state.particles.radius;
     let mean = radii.iter().sum::<f64>() / radii.len() as f64;
-    if (RADII[0]..=RADII[1]).contains(&mean) {
-        return None;
+    let is_usual = (RADII[0]..=RADII[1]).contains(&mean);
+    (!is_usual && !is_hdf5(Path::new(path)))
+        .then(|| format!("the mean radius is {}; numbers in a file without a unit are meters", length(mean)))
+}
+
+/// What gives the file a unit.
+const UNIT: &str = "write unit = \"1 mm\" in [packing]";
+
+/// Warns about a packing file whose radii are probably not in meters.
+pub(super) fn sizes(scenario: &Scenario, radii: &[f64]) -> Option<Problem> {
+    let message = doubtful_unit(scenario, radii)?;
+    Some(scenario.warning("packing.path", message, format!("{UNIT}, or unit = \"1 m\" if meters are meant")))
+}
+
+/// The error, with a doubtful unit of the packing file: what does not fit spheres of meters often fits those of millimeters.
+pub(super) fn with_unit(scenario: &Scenario, radii: &[f64], error: AssemblyError) -> AssemblyError {
+    match (error, doubtful_unit(scenario, radii)) {
+        (AssemblyError::Unfit { key, message }, Some(doubt)) => {
+            let Packing::File { path, .. } = &scenario.packing else { return AssemblyError::Unfit { key, message } };
+            AssemblyError::Unfit { key, message: format!("{message}. Or in {path} {doubt}: {UNIT}") }
+        }
+        (error, _) => error,
     }
-    let message = format!("the mean radius is {}; numbers in a file without a unit are meters", length(mean));
-    Some(scenario.warning(
-        "packing.path",
-        message,
-        "write unit = \"1 mm\" in [packing], or unit = \"1 m\" if meters are meant",
-    ))
 }
 
 /// Warns about operators whose region contains no center of a particle at the start.

@@ -246,6 +246,19 @@ fn assemble_stages(
     scenario: &Scenario,
     folder: &Path,
     placed: &Placed,
+    how: Assembling<'_>,
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
+    stages(scenario, folder, placed, how, progress).map_err(|error| {
+        let radii: Vec<f64> = placed.packing.spheres.iter().map(|sphere| sphere.radius).collect();
+        doubts::with_unit(scenario, &radii, error)
+    })
+}
+
+fn stages(
+    scenario: &Scenario,
+    folder: &Path,
+    placed: &Placed,
     Assembling { replace, sharpness }: Assembling<'_>,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
@@ -288,7 +301,7 @@ fn assemble_stages(
     schedule.bond_rows = bonded.rows;
     schedule.servos = walls::servos(scenario, &step, &mut state)?;
     let p_wave = time_step::p_wave(scenario, &state.particles);
-    warnings.extend(doubts::sizes(scenario, &state));
+    warnings.extend(doubts::sizes(scenario, &state.particles.radius));
     warnings.extend(proportions::warnings(scenario, &state));
     warnings.extend(doubts::empty_regions(scenario, &schedule.operators, &state));
     warnings.extend(doubts::rates(scenario, &schedule, &state, p_wave));
