@@ -2,10 +2,12 @@
 
 mod shared;
 
+use concordem_scenario::assembly::restart;
 use concordem_scenario::schedule::simulation::RunError;
 use concordem_solver::SolverError;
+use concordem_solver::state::columns::ColumnStore;
 
-use shared::{SPRING, bonded, set, simulation, spheres};
+use shared::{SPRING, assembled, bonded, read, set, simulation, spheres};
 
 /// Three bonded spheres, of which the last is free; a formula that has no value after 10 µs; then what follows it.
 fn scenario(packing: &str, more: &str) -> String {
@@ -159,5 +161,22 @@ fn a_history_without_a_value_ends_the_run() {
         );
         assert!(if case == "implicit heat" { unsolved } else { known }, "{case}: {error:?}");
         assert!(unsolved || error.to_string().contains("finite"), "{case}: {error}");
+    }
+}
+
+/// A stored state with a number of steps whose successor does not exist is refused; the largest number that a run may have is not.
+#[test]
+fn a_clock_that_would_wrap_is_refused() {
+    let text = scenario(&line(), "").replace("steps = 200", "time = 1");
+    let resumed = |step: u64| {
+        let mut stored = assembled(&text).state;
+        stored.clock.step = step;
+        let mut columns = ColumnStore::of(&stored).unwrap();
+        restart::apply(&mut assembled(&text), &mut columns, &read(&text), &[], false)
+    };
+    assert!(resumed(1 << 62).is_ok());
+    for step in [(1 << 62) + 1, u64::MAX] {
+        let error = resumed(step).expect_err("a refusal").to_string();
+        assert!(error.contains("clock/step") && error.contains(&format!("{step} steps")), "{error}");
     }
 }

@@ -192,6 +192,7 @@ pub fn apply(
     let state = &mut assembly.state;
     same_particles(&fresh, state)?;
     state.check_indices()?;
+    check_clock(state)?;
     let changed = |table: &str| changes.iter().any(|change| change.key.split(['.', '[']).next() == Some(table));
     if changed("loading") || changed("prescribe") {
         prescribe(&fresh, state);
@@ -223,6 +224,18 @@ pub fn apply(
         stable(assembly, scenario)?;
     }
     Ok(())
+}
+
+/// More steps than any run takes; far from the largest number, so that numbers of later steps do not wrap.
+const MOST_STEPS: u64 = 1 << 62;
+
+/// Refuses a number of steps that no run has done.
+fn check_clock(state: &State) -> Result<(), ColumnError> {
+    if state.clock.step <= MOST_STEPS {
+        return Ok(());
+    }
+    let problem = format!("has {} steps, more than any run takes", state.clock.step);
+    Err(ColumnError::Value { path: "clock/step".to_owned(), row: 0, problem })
 }
 
 /// Refuses a state that is already past the end of the scenario.

@@ -401,7 +401,7 @@ impl Simulation {
         }
         let values =
             values.map(|values| StopValues { time: values.time - progress.time, peak: progress.peak, ..*values });
-        let by_steps = stage.stop.steps.is_some_and(|limit| clock.step - progress.step >= limit);
+        let by_steps = stage.stop.steps.is_some_and(|limit| clock.step.saturating_sub(progress.step) >= limit);
         let reason = values
             .and_then(|values| stage.reason(&mut progress, &values))
             .or_else(|| by_steps.then_some(StageReason::Stop(StopReason::Steps)));

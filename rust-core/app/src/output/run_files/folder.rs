@@ -36,7 +36,8 @@ pub(super) fn list_numbered(parts: &Path, stem: &str) -> Result<BTreeMap<u64, Pa
         let number = path
             .file_name()
             .and_then(|name| name.to_str()?.strip_prefix(stem)?.strip_prefix('-')?.strip_suffix(".h5")?.parse().ok());
-        if let Some(number) = number {
+        // Smaller ones than 64 bits hold, so that the next one does not wrap.
+        if let Some(number) = number.map(|number: u32| u64::from(number)) {
             found.insert(number, path);
         }
     }
