@@ -212,26 +212,24 @@ fn ends_early(scenario: &Scenario, rate: f64, key: &str, dt: f64) -> Option<Prob
     Some(scenario.warning(key, message, help))
 }
 
-/// Ratio of the upper bound of the stiffness of a cell to its stiffness, at most, with bonds, and without, where it is that of deep overlaps.
-const STIFFER: [f64; 2] = [10.0, 100.0];
-
 /// Warns about a run that may end before the servo of its cell has reached the stress.
 fn too_short(scenario: &Scenario, schedule: &Schedule, state: &State) -> Option<Problem> {
     let dt = state.clock.dt;
-    let needed = schedule.loading.shortest_approach()? * STIFFER[usize::from(state.bonds.is_empty())];
     if !scenario.stages.is_empty() {
         return None;
     }
     let (steps, key) = most_steps(scenario, schedule, dt)?;
-    if steps * dt >= needed {
-        return None;
+    let end = format!("`stop.{key}` ends the run after {:.1e} s", steps * dt);
+    if let Some(needed) = schedule.loading.approach().filter(|needed| steps * dt < *needed) {
+        let message = format!("{end}, but at this rate the cell may need {needed:.1e} s to reach the stress");
+        let help = format!("raise `maximum_strain_rate` or `stop.{key}`");
+        return Some(scenario.warning("loading.maximum_strain_rate", message, help));
     }
+    let needed = schedule.loading.settling().filter(|needed| steps * dt < *needed)?;
     let message = format!(
-        "`stop.{key}` ends the run after {:.1e} s, but at this rate the cell may need {needed:.1e} s to reach the stress",
-        steps * dt
+        "{end}, but under this stress contacts are so soft that the cell may need {needed:.1e} s to come to rest"
     );
-    let help = format!("raise `maximum_strain_rate` or `stop.{key}`");
-    Some(scenario.warning("loading.maximum_strain_rate", message, help))
+    Some(scenario.warning("loading.stress", message, format!("raise `stop.{key}` or the stress")))
 }
 
 /// Part of the particles of a specimen that is a piece, not debris.

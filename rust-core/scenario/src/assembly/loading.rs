@@ -190,7 +190,16 @@ impl Builder<'_> {
         // For zero stress the stiffness of the cell, which is not known yet, sets the scale: see `Loading::tune`.
         let largest = stress.abs().max();
         let reference = if largest > 0.0 { largest } else { 1.0 };
-        Ok(Loading::CellStress { stress, strain_rate, maximum_rate, stiffness: 0.0, tolerance, reference })
+        Ok(Loading::CellStress {
+            stress,
+            strain_rate,
+            maximum_rate,
+            stiffness: 0.0,
+            strain: 0.0,
+            settling: 0.0,
+            tolerance,
+            reference,
+        })
     }
 
     /// End layers that rotate in opposite directions; `axes`: of the specimen, and of the rotation.

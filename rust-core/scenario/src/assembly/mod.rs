@@ -288,11 +288,9 @@ fn stages(
     warnings.extend(overlaps::of_particles(scenario, &state)?);
     let heat = heat::build(scenario, &mut state, &mut model)?;
     progress("time step", 0.0);
-    let step = time_step::choose(scenario, &model, &mut state, sharpness)?;
+    let mut tune = |state: &State, stiffness_sum: f64| schedule.loading.tune(state, stiffness_sum);
+    let step = time_step::choose(scenario, &model, &mut state, sharpness, &mut tune)?;
     state.clock.dt = step.dt;
-    if let Some(cell) = &state.cell {
-        schedule.loading.tune(step.stiffness_sum / cell.volume());
-    }
     schedule.rounding = Rounding::new(&state, schedule.loading.volume(&state), step.stiffness_sum);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     schedule.histories.heat = heat;

@@ -51,7 +51,7 @@ pub(super) struct Step {
     pub(super) memory: usize,
 }
 
-/// Chooses the time step of a scenario.
+/// Chooses the time step of a scenario. `look` sees the state with its candidate pairs as contacts, and their stiffness sum, J.
 ///
 /// # Errors
 /// The given time step is unstable, no contact gives a bound, or deformable particles do not converge.
@@ -60,6 +60,7 @@ pub(super) fn choose(
     model: &Model,
     state: &mut State,
     sharpness: Sharpness,
+    look: &mut dyn FnMut(&State, f64),
 ) -> Result<Step, AssemblyError> {
     let integration = &scenario.integration;
     memory::check_run(state)?;
@@ -67,7 +68,7 @@ pub(super) fn choose(
         TimeStep::Given(step) if sharpness == Sharpness::Sufficient => step.si() <= bounds.limit(&model.damping),
         _ => false,
     };
-    let Measured { bounds, convergence, collision, stiffness_sum, memory } = measure(model, state, suffices)?;
+    let Measured { bounds, convergence, collision, stiffness_sum, memory } = measure(model, state, suffices, look)?;
     if let (Some(deformable), Some(convergence)) = (&model.deformable, convergence) {
         settles(deformable, &convergence, integration.allow_unstable)?;
     }
@@ -133,6 +134,7 @@ fn measure(
     model: &Model,
     state: &mut State,
     suffices: impl Fn(&TimeStepBounds) -> bool,
+    look: &mut dyn FnMut(&State, f64),
 ) -> Result<Measured, AssemblyError> {
     // A solver adds candidate pairs, which are easily removed again. It changes more in periodic cells, with heat, and with deformable
     // particles: there it works on a copy.
@@ -148,6 +150,7 @@ fn measure(
         stiffness_sum: time_step::stiffness_sum(state),
         memory: memory::peak(state),
     };
+    look(state, measured.stiffness_sum);
     for block in state.contacts.iter_mut().chain(&mut state.wall_contacts) {
         block.contacts_mut().retain_where(&|_| false);
     }

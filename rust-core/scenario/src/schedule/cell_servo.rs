@@ -4,8 +4,12 @@
 //! a step. The stress is known one step late: the cell oscillates from a share of 1/4 on, and its oscillation grows from 1 on. Vibrations of
 //! particles about the mean motion do not change this: work of the servo on them is positive at all frequencies below `π/3Δt`. So the gain is
 //! bounded by the stiffness, of which `Σ k l²/V` over all contacts is an upper bound.
+//!
+//! Bonds keep their stiffness, so the largest one so far counts. Contacts of loose particles soften as they open, without end: a gain for the
+//! pressure of the start would stand still at a thousandth of it. So there the present stiffness counts, and at least the one that the contacts
+//! have under the target, with which particles that meet again are not met too fast.
 
-use concordem_contact::law::Stiffness;
+use concordem_contact::law::{ContactGeometry, Stiffness};
 use concordem_contact::math::Mat3;
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
@@ -44,7 +48,7 @@ const FIRST_LOOK: u64 = 32;
 pub(super) struct CellServoMemory {
     /// The lasting rate, 1/s; symmetric.
     lasting: Mat3,
-    /// Largest stiffness of the cell so far, Pa.
+    /// Stiffness of the cell, Pa: the largest so far, or of loose particles the present one.
     stiffness: f64,
 }
 
@@ -74,10 +78,81 @@ impl CellServoMemory {
     }
 }
 
-/// The stiffness of the cell after a step, Pa, if it is time to look at it.
-pub(super) fn stiffness_now(state: &State) -> Option<f64> {
-    (state.clock.step % LOOK == FIRST_LOOK).then(|| stiffness_of_contacts(state))
+/// The stiffness of the cell after a step, Pa, if it is time to look at it. Loose particles may press on each other from the first step on.
+fn stiffness_now(state: &State) -> Option<f64> {
+    let step = state.clock.step;
+    let is_time = step % LOOK == FIRST_LOOK || step == 1 && state.bonds.is_empty();
+    is_time.then(|| stiffness_of_contacts(state))
 }
+
+/// Gap, relative to the distance of the centers, up to which two particles touch: positions in files have some ten digits.
+const TOUCHING: f64 = 1e-9;
+
+/// What contacts of loose particles will do under a pressure.
+struct Pressed {
+    /// Upper bound of the stiffness of the cell, Pa.
+    stiffness: f64,
+    /// Mean share of the distance of their centers by which particles that touch now must move.
+    strain: f64,
+    /// Longest period in which two particles swing against each other, s.
+    period: f64,
+}
+
+impl Pressed {
+    /// Of the candidates in a cell under the pressure `p`, Pa: each carries the force f of `Σ f l = 3 V p`. Fewer contacts carry more, but are
+    /// softer together. `None` without candidates.
+    fn of(state: &State, pressure: f64) -> Option<Self> {
+        let (cell, block, particles) = (state.cell.as_ref()?, state.contacts.as_ref()?.contacts(), &state.particles);
+        let length = |k: usize| {
+            let view = block.view(k);
+            let [a, b] = [view.pair.a, view.pair.b].map(|p| particles.position[p as usize]);
+            (b + cell.shift(view.flags.image) - a).norm()
+        };
+        let lengths: f64 = (0..block.len()).map(length).sum();
+        if lengths <= 0.0 {
+            return None;
+        }
+        let force = 3.0 * cell.volume() * pressure / lengths;
+        let (mut sum, mut moved, mut touching, mut period) = (0.0, 0.0, 0.0, 0.0_f64);
+        for k in 0..block.len() {
+            let view = block.view(k);
+            let (a, b) = (view.pair.a as usize, view.pair.b as usize);
+            let length = length(k);
+            let reach = particles.radius[a] + particles.radius[b];
+            let geometry = ContactGeometry {
+                reference_length: reach,
+                area: 0.0,
+                radius_a: particles.radius[a],
+                radius_b: particles.radius[b],
+                mass_a: particles.mass[a],
+                mass_b: particles.mass[b],
+            };
+            let overlap = block.overlap_under(view.flags.row, &geometry, force);
+            let factor = block.largest_factor(particles.material[a], particles.material[b]);
+            let Stiffness { normal, shear, .. } = block.compressed(view.flags.row, &geometry, overlap).times(factor);
+            sum += normal.max(shear) * (length * length);
+            if normal > 0.0 {
+                period = period.max(std::f64::consts::TAU * (geometry.reduced_mass() / normal).sqrt());
+            }
+            if length < reach * (1.0 + TOUCHING) {
+                moved += (reach - length - overlap).abs() / length;
+                touching += 1.0;
+            }
+        }
+        let strain = if touching > 0.0 { moved / touching } else { 0.0 };
+        Some(Self { stiffness: sum / cell.volume(), strain, period })
+    }
+}
+
+/// Ratio of the upper bound of the stiffness of a cell to its stiffness, at most.
+const STIFFER: f64 = 10.0;
+
+/// Periods of its contacts in which a cell of loose particles comes to rest. In `make servos`, runs of 84 periods ended off their target where
+/// those of 123 were in equilibrium: what a cell stores at its first pressure becomes motion, and the last contacts hardly hold it.
+const SETTLING: f64 = 100.0;
+
+/// Ratio of the strain of a cell of loose particles to that of its contacts, at most: they roll and slide, too.
+const LOOSER: f64 = 2.0;
 
 /// `Σ k l²/V` over the bonds, and the contacts that touched in the last step, Pa: an upper bound of the stiffness of the cell. Candidates that did not
 /// touch are left out, because they depend on the step at which the neighbor list was built.
@@ -124,10 +199,7 @@ impl Loading {
             return;
         };
         let mut remembered = CellServoMemory::read(memory);
-        // Without bonds, the bound before the first step is that of deep overlaps of all candidates.
-        let loose = state.bonds.is_empty() && remembered.stiffness > 0.0;
-        let bound = if loose { remembered.stiffness } else { stiffness.max(remembered.stiffness) };
-        let gain = self.gain(bound, state.clock.dt);
+        let gain = self.gain(stiffness.max(remembered.stiffness), state.clock.dt);
         let driven = self.driven(by_stress);
         let is_driven = driven.contains(&true);
         // The factor belongs to the strain rates, if there are any.
@@ -181,22 +253,50 @@ impl Loading {
         )
     }
 
-    /// Gives a servo of a cell the stiffness of the cell before the first step, Pa, and with it the reference of a target of zero.
-    pub(crate) fn tune(&mut self, of_cell: f64) {
-        let Self::CellStress { stress, reference, stiffness, .. } = self else { return };
-        *stiffness = of_cell;
-        if of_cell > 0.0 && *stress == Mat3::zeros() {
-            *reference = ZERO_STRESS_STRAIN * of_cell;
-        }
+    /// The stiffness of the cell to remember after a step, Pa, if it is time to look at it; `remembered`: of the last look.
+    pub(super) fn look(&self, state: &State, remembered: f64) -> Option<f64> {
+        let Self::CellStress { stiffness, .. } = self else { return None };
+        // Without contacts at the start, nothing bounds the gain where particles meet again.
+        let follows = state.bonds.is_empty() && *stiffness > 0.0;
+        stiffness_now(state).map(|now| if follows { now } else { remembered.max(now) })
     }
 
-    /// Shortest time in which a servo can bring a cell without stress to its target, s: at the largest rate, with a cell as stiff as the
-    /// upper bound. `None` without a servo, without contacts at the start, and where other axes follow a strain rate.
-    pub(crate) fn shortest_approach(&self) -> Option<f64> {
-        let Self::CellStress { stress, strain_rate, maximum_rate, tolerance, stiffness, .. } = self else {
-            return None;
+    /// Gives a servo of a cell the stiffness of the cell and the strain that it needs, from the state before the first step with its candidates as
+    /// contacts; also the reference of a target of zero. `of_contacts`: `Σ k l²` of their largest stiffnesses, J.
+    pub(crate) fn tune(&mut self, state: &State, of_contacts: f64) {
+        let (Self::CellStress { stress, reference, stiffness, strain, settling, tolerance, .. }, Some(cell)) =
+            (self, &state.cell)
+        else {
+            return;
         };
+        *stiffness = of_contacts / cell.volume();
+        if *stiffness <= 0.0 {
+            return;
+        }
+        if *stress == Mat3::zeros() {
+            *reference = ZERO_STRESS_STRAIN * *stiffness;
+        }
+        let pressed = if state.bonds.is_empty() { Pressed::of(state, *reference) } else { None };
+        *strain = match pressed {
+            Some(pressed) => {
+                (*stiffness, *settling) = (pressed.stiffness, SETTLING * pressed.period);
+                LOOSER * pressed.strain
+            }
+            None => STIFFER * (1.0 - *tolerance) * stress.abs().max() / *stiffness,
+        };
+    }
+
+    /// Time in which a servo brings a cell to its target at the largest rate, at most, s. `None` without a servo, without contacts at the start,
+    /// and where other axes follow a strain rate.
+    pub(crate) fn approach(&self) -> Option<f64> {
+        let Self::CellStress { strain_rate, maximum_rate, strain, .. } = self else { return None };
         let undriven = strain_rate.iter().all(Option::is_none);
-        (undriven && *stiffness > 0.0).then(|| (1.0 - tolerance) * stress.abs().max() / (stiffness * maximum_rate))
+        (undriven && *strain > 0.0).then(|| strain / maximum_rate)
+    }
+
+    /// Time in which a cell of loose particles comes to rest under its target, s. `None` as for [`Self::approach`], and with bonds.
+    pub(crate) fn settling(&self) -> Option<f64> {
+        let Self::CellStress { strain_rate, settling, .. } = self else { return None };
+        (strain_rate.iter().all(Option::is_none) && *settling > 0.0).then_some(*settling)
     }
 }

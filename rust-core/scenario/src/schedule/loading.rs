@@ -63,8 +63,12 @@ pub enum Loading {
         strain_rate: [Option<f64>; 3],
         /// Largest rate of any strain component, 1/s.
         maximum_rate: f64,
-        /// Upper bound of the stiffness of the cell before the first step, Pa; 0 without contacts.
+        /// Upper bound of the stiffness of the cell before the first step, Pa, or of loose particles under the target; 0 without contacts.
         stiffness: f64,
+        /// Strain that brings the cell from its first state to the target, at most; 0 without contacts.
+        strain: f64,
+        /// Time in which loose particles come to rest under the target, s; 0 with bonds, and without contacts.
+        settling: f64,
         /// Relative error at which the target counts as reached.
         tolerance: f64,
         /// Stress to which the error is relative, Pa: the largest component of the target; for zero stress, the stress

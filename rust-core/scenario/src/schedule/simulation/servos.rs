@@ -1,7 +1,7 @@
 //! Servos of a run: of walls, and of the cell.
 
 use super::{RunError, Simulation, memory};
-use crate::schedule::cell_servo::{CellServoMemory, stiffness_now};
+use crate::schedule::cell_servo::CellServoMemory;
 use crate::schedule::watch::Watch;
 use crate::schedule::{Aim, Loading, Swinging};
 use concordem_solver::StepReport;
@@ -52,11 +52,9 @@ impl Simulation {
 
     /// Renews the stiffness that bounds the gain of the servo of a cell.
     pub(super) fn look_at_cell(&mut self) {
-        if matches!(self.schedule.loading, Loading::CellStress { .. })
-            && let Some(stiffness) = stiffness_now(&self.state)
-        {
-            let remembered = &mut self.state.schedule_memory[memory::LASTING + CellServoMemory::STIFFNESS];
-            *remembered = remembered.max(stiffness);
+        let place = memory::LASTING + CellServoMemory::STIFFNESS;
+        if let Some(stiffness) = self.schedule.loading.look(&self.state, self.state.schedule_memory[place]) {
+            self.state.schedule_memory[place] = stiffness;
         }
     }
 
