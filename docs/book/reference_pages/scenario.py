@@ -21,6 +21,7 @@ TABLES = {
     "phases": "phases",
     "fibers": "fibers",
     "cut": "cut",
+    "joint": "joint",
     "contacts": "contacts",
     "deformable": "deformable",
     "wall": "wall",

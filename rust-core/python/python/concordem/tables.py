@@ -813,6 +813,66 @@ class Interface(TypedDict, total=False):
     materials. Example: `of = "mortar"`."""
 
 
+class Joint(TypedDict, total=False):
+    """A joint of rock, or a set of parallel ones: bonds and contacts between particles on its two sides are smooth joints, which slide along it
+    whatever the directions between the particles. Needs the law "jointed" for bonds and contacts."""
+
+    cohesion: Quantity
+    """Shear strength without normal force, Pa; default: 0. Without both strengths the joint is open from the start, and its two faces only press
+    and slide. In YADE: `jointCohesion`. Range: ≥ 0."""
+    dilation_angle: Quantity
+    """Angle at which the faces climb while they slide, rad; default: 0. At most the angle of friction. In YADE: `jointDilationAngle`. Range: ≥ 0."""
+    friction_angle: Quantity | None
+    """Angle of friction, rad. In YADE: `jointFrictionAngle`. Range: ≥ 0."""
+    friction_coefficient: Quantity | None
+    """Tangent of the angle of friction; or give `friction_angle`. Range: ≥ 0."""
+    normal_stiffness: Required[Quantity]
+    """Normal stiffness per area, Pa/m. Required. In YADE: `jointNormalStiffness`. Example: `normal_stiffness = "100 GPa/m"`. Range: > 0."""
+    shape: Required[JointShape]
+    """Where the joint lies at the start. Required. Example: `shape = { kind = "plane", point = [0, 0, 0], normal = [0, 1, 1] }`."""
+    shear_stiffness: Required[Quantity]
+    """Shear stiffness per area, Pa/m. Required. In YADE: `jointShearStiffness`. Range: > 0."""
+    tensile_strength: Quantity
+    """Tensile strength, Pa; default: 0, none of its own: then the friction cone ends the bonds, at cohesion / friction coefficient. In YADE:
+    `jointTensileStrength`. Range: ≥ 0."""
+
+
+class JointShapePlane(TypedDict, total=False):
+    """An infinite plane, or several parallel ones."""
+
+    count: int | np.integer[Any]
+    """Number of planes; default: 1. Range: ≥ 1, ≤ 1,000."""
+    kind: Required[Literal["plane"]]
+    normal: Required[Sequence[Quantity] | NDArray[Any]]
+    """Normal, of any length. Required. Example: `normal = [0, 0.5, 1]`."""
+    point: Required[Sequence[Quantity] | NDArray[Any]]
+    """A point of the plane, of several the first, m. Required."""
+    spacing: Quantity | None
+    """Distance from one plane to the next, along the normal, m. Required with a `count` above 1. Range: > 0."""
+
+
+class JointShapeDisc(TypedDict, total=False):
+    """A circular disc."""
+
+    center: Required[Sequence[Quantity] | NDArray[Any]]
+    """Center, m. Required."""
+    kind: Required[Literal["disc"]]
+    normal: Required[Sequence[Quantity] | NDArray[Any]]
+    """Normal, of any length. Required."""
+    radius: Required[Quantity]
+    """Radius, m. Required. Range: > 0."""
+
+
+class JointShapeFacets(TypedDict, total=False):
+    """The triangles of an STL file. Their corners run the same way round, so that all have the front on one side."""
+
+    kind: Required[Literal["facets"]]
+    path: Required[_Path]
+    """Path of the STL file, relative to the scenario. Required. Example: `path = "joint.stl"`."""
+    unit: Quantity
+    """Length of one unit of the file, m; default: 1 m. Example for a file in millimeters: `unit = "1 mm"`. Range: > 0."""
+
+
 class Jointed(TypedDict, total=False):
     """Brittle bond with tensile strength, cohesion, and friction, as in YADE's JCFpm."""
 
@@ -1927,6 +1987,8 @@ class ScenarioTables(TypedDict, total=False):
     """Time integration, damping, and gravity; default: see its keys."""
     interface: Interface | Sequence[Interface]
     """Parameters for contacts between two materials, instead of the averages of both materials."""
+    joint: Joint | Sequence[Joint]
+    """Joints of rock, along which bonds and contacts of the law "jointed" slide; default: none."""
     kinematics: MotionMeasure
     """Kinematics: how relative motion at contacts is measured; default: "finite"."""
     loading: Loading
@@ -2003,6 +2065,9 @@ HeatPairs: TypeAlias = Literal["contacts", "bonds"]
 HeatScheme: TypeAlias = Literal["explicit", "implicit"]
 #: A factor over time. The time of a stage starts with the stage, all others with the run.
 HistoryShape: TypeAlias = HistoryShapeTable | HistoryShapeSine | HistoryShapeExpression
+#: Where a joint lies at the start. A particle belongs to the side on which its center lies; one on the joint to the front, to which the normal
+#: points.
+JointShape: TypeAlias = JointShapePlane | JointShapeDisc | JointShapeFacets
 #: Motion of end layers across the axis of loading.
 Lateral: TypeAlias = Literal["free", "fixed"]
 #: Type of lattice; nearest neighbors touch.
