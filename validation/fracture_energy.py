@@ -114,7 +114,9 @@ def check_record(known):
     """Statements of the book about the values on record that do not hold, as messages."""
     if missing(known):
         return [f"not on record: {', '.join(missing(known))}"]
-    wrong = [f"{case}: not broken at the end" for case in CASES if known[case]["last_stress_pa"] > BROKEN * known[case]["peak_stress_pa"]]
+    # The peak may lie between two samples.
+    most = 1.01 * BROKEN
+    wrong = [f"{case}: not broken at the end" for case in CASES if known[case]["last_stress_pa"] > most * known[case]["peak_stress_pa"]]
     of = lambda start: mean(known, start, "fracture_energy_j_per_m2")[0]
     energies = [of(f"energy, radius {radius} mm, 1000") for radius in RADII]
     # Over a factor of 4 in size, within 10 % of their mean.
