@@ -9,6 +9,7 @@ use concordem::state::contacts::ContactBlock;
 use concordem::state::{Constraint, State};
 use concordem_tests::runs::{self, refusal, sound};
 use concordem_tests::{on_threads, solver};
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// Middle of the packing of the gold files, m.
@@ -302,7 +303,7 @@ fn planes_discs_and_triangles_are_one_joint() {
         for corners in triangles {
             text += "facet normal 0 0 0\nouter loop\n";
             for [x, y, z] in corners {
-                text += &format!("vertex {x} {y} {z}\n");
+                writeln!(text, "vertex {x} {y} {z}").expect("writing to a string cannot fail");
             }
             text += "endloop\nendfacet\n";
         }

@@ -116,12 +116,12 @@ impl Bytes {
             return Err("refers to an address beyond the end of the file".to_owned());
         };
         if count > PART {
-            return self.from_disk(at, count);
+            return self.read_disk(at, count);
         }
         let (first, part) = &self.part;
         if at < *first || end > first + part.len() as u64 {
             let first = at - at % PART;
-            self.part = (first, self.from_disk(first, (2 * PART).min(self.length - first))?);
+            self.part = (first, self.read_disk(first, (2 * PART).min(self.length - first))?);
         }
         let (first, part) = &self.part;
         let skipped = (at - first) as usize;
@@ -129,7 +129,7 @@ impl Bytes {
     }
 
     /// Reads `count` bytes at offset `at`, which the file has.
-    fn from_disk(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
+    fn read_disk(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
         let mut bytes = vec![0; count as usize];
         let found = self.file.seek(SeekFrom::Start(at)).and_then(|_| self.file.read_exact(&mut bytes));
         found.map_err(|error| error.to_string())?;

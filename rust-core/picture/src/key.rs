@@ -115,7 +115,7 @@ pub fn draw_length(image: &mut Image, camera: &Camera, width: f64, [right, botto
     let pixels = (length * camera.scale).round() as i64;
     image.fill([right - pixels, bottom - 4, pixels, 4], INK);
     let letters = label.chars().count() * TEXT_WIDTH;
-    text(image, &label, [right - (pixels + letters as i64) / 2, bottom - 8 - TEXT_HEIGHT as i64], INK);
+    text(image, &label, [right - i64::midpoint(pixels, letters as i64), bottom - 8 - TEXT_HEIGHT as i64], INK);
 }
 
 /// A round number without the digits that rounding adds.

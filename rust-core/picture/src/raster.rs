@@ -76,19 +76,25 @@ fn sampled(layer: &Layer, camera: &Camera, [width, height]: [usize; 2]) -> Vec<S
     let planes: Vec<Plane> = layer.cuts.iter().map(|cut| Plane::of(cut, camera, fine)).collect();
     let discs: Vec<Disc> = layer.spheres.iter().map(|sphere| Disc::of(sphere, place(&sphere.center), scale)).collect();
     let rods = layer.rods.iter().filter(|rod| !gone(0.5 * (rod.ends[0] + rod.ends[1])));
-    let mut bars: Vec<Bar> = rods.map(|rod| Bar::of_rod(rod, &place, scale)).collect();
-    bars.extend(layer.lines.iter().map(|line| Bar::of_line(line, &place, scale)));
+    let mut bars: Vec<Bar> = rods.map(|rod| Bar::of_rod(rod, place, scale)).collect();
+    bars.extend(layer.lines.iter().map(|line| Bar::of_line(line, place, scale)));
     let polygons = layer.polygons.iter().filter(|polygon| {
         let sum: Vec3 = polygon.corners.iter().sum();
         !gone(sum / polygon.corners.len().max(1) as f64)
     });
-    let faces: Vec<Face> = polygons.flat_map(|polygon| Face::all(polygon, &place, scale)).collect();
+    let faces: Vec<Face> = polygons.flat_map(|polygon| Face::all(polygon, place, scale)).collect();
     let mut samples = vec![EMPTY; width * height];
     samples.par_chunks_mut(BAND * width).enumerate().for_each(|(k, rows)| {
         let mut band = Band { first: (k * BAND) as i64, width: width as i64, rows };
-        discs.iter().for_each(|disc| band.disc(disc, &planes, layer.is_flat));
-        bars.iter().for_each(|bar| band.bar(bar));
-        faces.iter().for_each(|face| band.face(face));
+        for disc in &discs {
+            band.disc(disc, &planes, layer.is_flat);
+        }
+        for bar in &bars {
+            band.bar(bar);
+        }
+        for face in &faces {
+            band.face(face);
+        }
     });
     samples
 }

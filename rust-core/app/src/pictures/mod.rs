@@ -5,7 +5,7 @@ mod request;
 mod values;
 mod walls;
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::output::crack_faces::CrackFaces;
@@ -64,7 +64,7 @@ struct Source<'a> {
     request: &'a Request,
     frames: Frames,
     /// Stress of each particle at the end, Pa, by its id, if it gives the color.
-    stress: Option<HashMap<u32, Mat3>>,
+    stress: Option<BTreeMap<u32, Mat3>>,
     /// The cracks, if they are shown.
     cracks: Option<CrackFaces>,
     view: View,
@@ -78,7 +78,7 @@ pub fn picture(
     result: &ResultFile,
     scenario: &Scenario,
     request: &Request,
-    stress: Option<HashMap<u32, Mat3>>,
+    stress: Option<BTreeMap<u32, Mat3>>,
 ) -> Result<Picture, PictureError> {
     let times = result.snapshot_times()?;
     let chosen = request.moments.choose(&times).map_err(PictureError::Unfit)?;

@@ -1,6 +1,6 @@
 //! Colors of particles and bonds by a field.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use concordem_contact::math::Mat3;
 use concordem_picture::Color;
@@ -85,7 +85,7 @@ pub(super) fn usual(scenario: &Scenario) -> &'static str {
 pub(super) fn of_particles(
     frame: &Frame,
     scenario: &Scenario,
-    stress: Option<&HashMap<u32, Mat3>>,
+    stress: Option<&BTreeMap<u32, Mat3>>,
     name: &str,
 ) -> Result<Colored, String> {
     if is_stress(name) {
@@ -172,7 +172,7 @@ fn spoken(name: &str) -> String {
 }
 
 /// Stress over the volume of the sphere, or of the disc.
-fn stresses(frame: &Frame, scenario: &Scenario, stress: Option<&HashMap<u32, Mat3>>, name: &str) -> Colored {
+fn stresses(frame: &Frame, scenario: &Scenario, stress: Option<&BTreeMap<u32, Mat3>>, name: &str) -> Colored {
     let directions = if scenario.dimension == 2 { 2 } else { 3 };
     let of = |tensor: &Mat3| match STRESSES.iter().find(|(other, ..)| *other == name) {
         Some(&(_, i, j)) => 0.5 * (tensor[(i, j)] + tensor[(j, i)]),
@@ -191,7 +191,9 @@ fn materials(frame: &Frame, scenario: &Scenario) -> Colored {
 /// The largest fragment, single particles, and the others in turn.
 fn fragments(of: &[usize]) -> Colored {
     let mut sizes: HashMap<usize, usize> = HashMap::new();
-    of.iter().for_each(|fragment| *sizes.entry(*fragment).or_default() += 1);
+    for fragment in of {
+        *sizes.entry(*fragment).or_default() += 1;
+    }
     let mut order: Vec<(usize, usize)> = sizes.into_iter().collect();
     order.sort_by_key(|&(fragment, size)| (std::cmp::Reverse(size), fragment));
     let kind_of: HashMap<usize, usize> = order

@@ -1,6 +1,6 @@
 //! `concordem render`: pictures of a result as PNG.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::drive::open_result;
@@ -161,8 +161,8 @@ pub(super) fn render(arguments: &RenderArguments, console: &mut Console<'_>) -> 
 pub(super) fn made(result: &ResultFile, request: &Request) -> Result<Picture, Failure> {
     let name = result.path().display().to_string();
     let scenario = Scenario::parse(&name, &result.scenario()?)?;
-    let stress: Option<HashMap<u32, Mat3>> =
-        if request.needs_stress() { Some(particle_stresses(result, &scenario)?) } else { None };
+    let stress: Option<BTreeMap<u32, Mat3>> =
+        if request.needs_stress() { Some(particle_stresses(result, &scenario)?.into_iter().collect()) } else { None };
     picture(result, &scenario, request, stress).map_err(|error| match error {
         PictureError::Output(error) => error.into(),
         other => Failure::Usage(format!("{name}: {other}")),

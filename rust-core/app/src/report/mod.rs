@@ -189,9 +189,9 @@ impl<'a> Run<'a> {
             gauges,
             is_plane,
             is_bonded,
+            scenario,
             length,
             color,
-            scenario,
         })
     }
 

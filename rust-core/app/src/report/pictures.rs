@@ -41,10 +41,12 @@ fn start(run: &Run) -> Moments {
 fn figure(run: &Run, heading: &str, by: &str, request: &Request) -> Option<String> {
     let made = picture(run.file, run.scenario.as_ref()?, request, None).ok()?;
     let text = escape(&format!("{heading}: particles, colored by {by}"));
+    let notes: Vec<String> = made.notes.iter().map(|note| format!(" Note: {}.", escape(note))).collect();
+    let notes = notes.concat();
     Some(format!(
         "<figure class=\"plot\"><img class=\"particles\" alt=\"{text}\" src=\"data:image/png;base64,{}\"/>\
          <figcaption class=\"quiet\">{text}.{}</figcaption></figure>\n",
         base64(&made.png),
-        made.notes.iter().map(|note| format!(" Note: {}.", escape(note))).collect::<String>()
+        notes
     ))
 }
