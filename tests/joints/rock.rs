@@ -235,9 +235,11 @@ fn contacts_that_begin_later_across_a_joint_are_smooth() {
             turned |= force.x != 0.0 || force.y != 0.0;
         }
         assert!(touched && turned != smooth, "{touched} {turned}");
-        // It has bounced off: what the normal spring stored came back.
-        let speed = state.particles.velocity[1].z;
-        assert!(speed > 0.0, "{speed}");
+        // They have bounced off without friction: what the normal spring stored came back. The default step takes a single impact in few steps,
+        // with the energy within the 5 % of the energy guard.
+        let energy = |p: usize| 0.5 * state.particles.mass[p] * state.particles.velocity[p].norm_squared();
+        let kept = (energy(0) + energy(1)) / (0.5 * state.particles.mass[1]);
+        assert!((kept - 1.0).abs() < 0.05, "{kept}");
     }
 }
 

@@ -122,7 +122,13 @@ fn samples_of_operators_are_those_of_the_file() {
         for (quantity, column) in table.iter().filter(|(name, _)| name != "time" && name != "step") {
             let ColumnData::F64(values) = &column.data else { panic!("no numbers") };
             let unit = result.unit(&format!("samples/{operator}"), quantity).expect("a unit");
-            let factor = if unit == "Pa" { 1e-6 } else { 1.0 };
+            let factor = match unit.as_str() {
+                "Pa" => 1e-6,
+                "m" => 1e3,
+                "m^2" => 1e6,
+                "m^3" => 1e9,
+                _ => 1.0,
+            };
             let name = quantity.replace('_', " ");
             if column.components == 1 && values.iter().all(|value| *value == values[0]) {
                 assert!(page.contains(&format!("{operator}, {name}: ")), "{operator} {name}");

