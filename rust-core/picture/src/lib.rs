@@ -3,7 +3,7 @@
 //! * [`View`] and [`Camera`]: from where, and where on the image.
 //! * [`Layer`], [`Walls`], [`draw`]: what is drawn. A later layer covers the earlier ones, so that cracks show through a body.
 //! * [`colors`]: from numbers to colors. [`key`]: the bar of colors, names, and the scale beside the drawing.
-//! * [`Image`] and [`png`]: pixels, and the file.
+//! * [`Image`] and [`png()`]: pixels, and the file.
 
 mod camera;
 pub mod colors;

@@ -1,5 +1,7 @@
 //! Rotation of tangential history vectors with the contact.
 
+#[cfg(not(feature = "std"))]
+use crate::math::Real as _;
 use crate::math::{Quat, Vec3};
 
 /// Rotation of the contact axes in one step: swing of the normal, then twist about it.
