@@ -75,6 +75,10 @@ fn killed_sweeps_give_the_file_of_an_uninterrupted_sweep() {
             finished = text;
         }
         kills += 1;
+        // Killed after its end, while the test program of the child ended.
+        if broken.exists() && !points.exists() {
+            break;
+        }
         assert!(kills < 100, "the sweep makes no progress");
         delay += duration / 8;
     }
