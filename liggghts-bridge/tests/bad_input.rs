@@ -61,6 +61,13 @@ fn invalid_input_stops_all_processors_with_a_remedy() {
         ),
         (with("shear_stiffness 1e4", "shear_stiffness -1"), "shear_stiffness = -1 must be finite and not negative"),
         (with("bond distance 1.2", ""), "add `bond distance FACTOR`"),
+        (
+            with(
+                "linear_bond normal_stiffness 1e5 shear_stiffness 1e4",
+                "cpm young 1e9 shear_ratio 0.2 cohesion 1e6 friction_coefficient 1 crack_onset_strain 1e-3 fracture_energy 4",
+            ),
+            "1.0000e-2 m long; from 8.0000e-3 m on, it stores its fracture energy before it softens",
+        ),
         (with("newton off\n", "newton on\n"), "needs `newton off`"),
         (with("communicate single vel yes\n", ""), "add `communicate single vel yes`"),
         (with("units si", "units real"), "use `units si`"),

@@ -299,20 +299,26 @@ fn linear_bond_equals_direct_calls() {
     }
 }
 
+/// With a ductility, and with a fracture energy: 1,500 J/m² are a ductility of some 5 for these spheres.
 #[test]
 fn cpm_equals_direct_calls() {
-    let mut parameters = CpmParameters::new(30e9, 0.2, 3e6, 0.8, 1e-3, 5.0);
-    parameters.omega_threshold = 0.9;
-    let law = Cpm::new(&parameters).unwrap();
-    let legs = path(1.0);
-    let expected = direct(Some(&law), &law, &legs, MotionMeasure::Finite);
-    compare(
-        "cpm young 30e9 shear_ratio 0.2 cohesion 3e6 friction_coefficient 0.8 crack_onset_strain 1e-3 \
-         relative_ductility 5 omega_threshold 0.9 bond distance 1.5 contact cpm",
-        &legs,
-        &expected,
-        true,
-    );
+    for (ductility, energy, softening) in [(5.0, 0.0, "relative_ductility 5"), (0.0, 1500.0, "fracture_energy 1500")] {
+        let mut parameters = CpmParameters::new(30e9, 0.2, 3e6, 0.8, 1e-3, ductility);
+        parameters.fracture_energy = energy;
+        parameters.omega_threshold = 0.9;
+        let law = Cpm::new(&parameters).unwrap();
+        let legs = path(1.0);
+        let expected = direct(Some(&law), &law, &legs, MotionMeasure::Finite);
+        compare(
+            &format!(
+                "cpm young 30e9 shear_ratio 0.2 cohesion 3e6 friction_coefficient 0.8 crack_onset_strain 1e-3 {softening} \
+                 omega_threshold 0.9 bond distance 1.5 contact cpm"
+            ),
+            &legs,
+            &expected,
+            true,
+        );
+    }
 }
 
 #[test]

@@ -67,7 +67,12 @@ impl Balance {
         };
         let linear = [0, 1, 2].map(|axis| free(axis, false));
         let angular = [0, 1, 2].map(|axis: usize| {
-            case.cell.is_none() && linear[(axis + 1) % 3] && linear[(axis + 2) % 3] && free(axis, true)
+            // Joints transmit no torques.
+            case.joint.is_none()
+                && case.cell.is_none()
+                && linear[(axis + 1) % 3]
+                && linear[(axis + 2) % 3]
+                && free(axis, true)
         });
         let mut balance = Self {
             linear,

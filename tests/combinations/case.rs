@@ -59,6 +59,15 @@ pub struct Membrane {
     pub open_along: Option<usize>,
 }
 
+/// A joint of rock: a plane.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    pub point: Vec3,
+    pub normal: Vec3,
+    /// Strengths and angles.
+    pub keys: &'static str,
+}
+
 /// A rigid body: packed particles by number, or added spheres.
 #[derive(Clone, Debug)]
 pub struct Clump {
@@ -186,6 +195,7 @@ pub struct Case {
     pub heat: Option<Heat>,
     pub fiber: Option<Fiber>,
     pub membrane: Option<Membrane>,
+    pub joint: Option<Joint>,
     pub slaves: Vec<Slave>,
     pub samples: Vec<Sample>,
     pub interval: u64,
@@ -250,6 +260,9 @@ impl Case {
         v(&mut case.gravity);
         if let Some(fiber) = &mut case.fiber {
             fiber.ends.iter_mut().for_each(v);
+        }
+        if let Some(Joint { point, normal, .. }) = &mut case.joint {
+            [point, normal].into_iter().for_each(v);
         }
         if let Some(Membrane { open_along: Some(axis), .. }) = &mut case.membrane {
             *axis = turn.axis(*axis).0;
@@ -360,6 +373,11 @@ impl Case {
             if let Some(axis) = open_along {
                 let _ = writeln!(text, "open_along = \"{}\"", ["x", "y", "z"][*axis]);
             }
+        }
+        if let Some(Joint { point, normal, keys }) = &self.joint {
+            let shape = format!("{{ kind = \"plane\", point = {}, normal = {} }}", list(point), list(normal));
+            let _ =
+                writeln!(text, "[[joint]]\nshape = {shape}\nnormal_stiffness = 3e12\nshear_stiffness = 1e12\n{keys}");
         }
         for (k, slave) in self.slaves.iter().enumerate() {
             text += &slave.text(k, self, files);

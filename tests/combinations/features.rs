@@ -76,6 +76,7 @@ pub const FEATURES: &[Feature] = &[
     any("servo of a wall", |case| case.walls.iter().any(|wall| wall.servo.is_some())),
     any("turning wall", |case| case.walls.iter().any(|wall| wall.rotation.is_some())),
     any("membrane", |case| case.membrane.is_some()),
+    any("joint", |case| case.joint.is_some()),
     any("clump of packed particles", |case| case.clumps.iter().any(|clump| clump.spheres.is_empty())),
     any("clump of added spheres", |case| case.clumps.iter().any(|clump| !clump.spheres.is_empty())),
     any("prescribed motion", |case| action(case, |action| matches!(action, Action::Prescribe(_)))),

@@ -5,7 +5,7 @@
 use concordem::math::{Mat3, Vec3};
 use concordem_tests::random::Random;
 
-use crate::case::{Action, Case, Clump, Loading, Membrane, Motion, Region, Sample, Servo, Shape, Wall};
+use crate::case::{Action, Case, Clump, Joint, Loading, Membrane, Motion, Region, Sample, Servo, Shape, Wall};
 use crate::{fibers, finite_walls, heat, in_time, slaves};
 
 /// Distance of neighbors, m.
@@ -61,6 +61,7 @@ fn basic(seed: u64, number: u64) -> Case {
         heat: None,
         fiber: None,
         membrane: None,
+        joint: None,
         slaves: Vec::new(),
         samples: Vec::new(),
         interval: random.one_of(&[7, 10, 25]),
@@ -114,6 +115,30 @@ fn extend(case: &mut Case, seed: u64, number: u64) {
     if random.happens(0.6) {
         servo(random, case);
     }
+    let random = &mut Random::new(seed.rotate_left(32) ^ 0x6a, number);
+    if random.happens(0.7) {
+        joint(random, case);
+    }
+}
+
+/// A joint where bonds know joints, with contacts that know them; seldom where it is refused.
+fn joint(random: &mut Random, case: &mut Case) {
+    let jointed = case.bonds.is_some_and(|(law, _)| law == "jointed");
+    let refused = case.cell.is_some() || case.heat.is_some() || case.fiber.is_some();
+    if !jointed || refused && random.happens(0.95) {
+        return;
+    }
+    case.contacts = "jointed";
+    let sphere = case.spheres[random.below(case.spheres.len())].0;
+    let point = sphere + vector(random, 1e-4);
+    let normal = vector(random, 1.0);
+    let keys = random.one_of(&[
+        "friction_coefficient = 0.5",
+        "friction_angle = 0.4\ndilation_angle = \"15 deg\"",
+        "tensile_strength = 1e6\ncohesion = 2e6\nfriction_coefficient = 0.3",
+        "cohesion = 3e5\nfriction_coefficient = 0.7\ndilation_angle = 0.1",
+    ]);
+    case.joint = Some(Joint { point, normal, keys });
 }
 
 /// Strengths that scatter, where bonds have a strength that may.
