@@ -8,18 +8,14 @@ study continues where it stopped. Without --full, the smallest case runs with th
 statements about the values on record are checked.
 """
 
-import subprocess
-import tempfile
-import time
 from functools import partial
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 import confinement
 import laboratory
-from concordem_validate import scenario, study as studies
+from concordem_validate import study as studies
 
 RESULTS = Path(__file__).resolve().parent / "results/fracture_energy.json"
 
@@ -63,21 +59,16 @@ REDUCED = ["energy, radius 1.0 mm, 1000 spheres, seed 1"]
 
 def test(program, document, options):
     """Strength, and the energy dissipated per area, of one run."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "test.toml"
-        path.write_text(scenario.dumps(document))
-        begin = time.time()
-        subprocess.run([program, "run", "--quiet", "--force", *options, path], check=True, stdout=subprocess.DEVNULL)
-        found = {"wall_s": round(time.time() - begin, 1)}
-        with h5py.File(path.with_suffix(".h5"), locking=False) as file:
-            samples = file["samples"]
-            edges = file["cell/edges"][()]
-            last = {name: samples[name][-1] for name in ("boundary_work", "kinetic", "stored_normal", "stored_shear", "stress", "strain")}
-            dissipated = last["boundary_work"] - last["kinetic"] - last["stored_normal"] - last["stored_shear"]
-            area = float(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1])))
-            return found | {
-                "particles": len(file["particles/radius"]), "steps": int(samples["step"][-1]), "peak_stress_pa": float(np.max(samples["stress"])),
-                "fracture_energy_j_per_m2": float(dissipated / area), "last_stress_pa": float(last["stress"]), "last_strain": float(last["strain"])}
+    with laboratory.run(program, document, options) as (_, file, seconds):
+        samples = file["samples"]
+        edges = file["cell/edges"][()]
+        last = {name: samples[name][-1] for name in ("boundary_work", "kinetic", "stored_normal", "stored_shear", "stress", "strain")}
+        dissipated = last["boundary_work"] - last["kinetic"] - last["stored_normal"] - last["stored_shear"]
+        area = float(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1])))
+        return {
+            "wall_s": seconds, "particles": len(file["particles/radius"]), "steps": int(samples["step"][-1]),
+            "peak_stress_pa": float(np.max(samples["stress"])), "fracture_energy_j_per_m2": float(dissipated / area),
+            "last_stress_pa": float(last["stress"]), "last_strain": float(last["strain"])}
 
 
 def study(names, known, save, about, program, options):

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 import tomllib
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -228,27 +229,34 @@ def section_modulus(file, document):
     return stress / float(abs(fit[4]) * height / 2 if document["loading"]["kind"] == "bending" else fit[1])
 
 
-def test(program, document, options):
-    """Strength and modulus of one run."""
+@contextmanager
+def run(program, document, options):
+    """Run a scenario; the path of it, the result, and the time of the clock, s."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "test.toml"
         path.write_text(scenario.dumps(document))
         begin = time.time()
         subprocess.run([program, "run", "--quiet", "--force", *options, path], check=True, stdout=subprocess.DEVNULL)
-        found = {"wall_s": round(time.time() - begin, 1)}
+        seconds = round(time.time() - begin, 1)
         with h5py.File(path.with_suffix(".h5"), locking=False) as file:
-            samples = file["samples"]
-            strain, stress = samples["strain"][()], samples["stress"][()]
-            peak = int(np.argmax(np.abs(stress)))
-            found |= {"particles": len(file["particles/radius"]), "steps": int(samples["step"][-1]), "peak_stress_pa": float(stress[peak]),
-                      "strain_at_peak": float(strain[peak]), "last_stress_pa": float(stress[-1]), "last_strain": float(strain[-1])}
-            if document["title"] == "Elastic beam":
-                found["section_modulus_pa"] = section_modulus(file, document)
-            if "transmission bar" in samples:
-                found |= pulses(samples, document)
-            if "whole" in samples:
-                at = int(np.searchsorted(samples["whole/step"][()], samples["step"][peak]))
-                found["stress_at_peak_pa"] = samples["whole/stress"][at][[0, 4, 8]].tolist()
+            yield path, file, seconds
+
+
+def test(program, document, options):
+    """Strength and modulus of one run."""
+    with run(program, document, options) as (path, file, seconds):
+        samples = file["samples"]
+        strain, stress = samples["strain"][()], samples["stress"][()]
+        peak = int(np.argmax(np.abs(stress)))
+        found = {"wall_s": seconds, "particles": len(file["particles/radius"]), "steps": int(samples["step"][-1]), "peak_stress_pa": float(stress[peak]),
+                  "strain_at_peak": float(strain[peak]), "last_stress_pa": float(stress[-1]), "last_strain": float(strain[-1])}
+        if document["title"] == "Elastic beam":
+            found["section_modulus_pa"] = section_modulus(file, document)
+        if "transmission bar" in samples:
+            found |= pulses(samples, document)
+        if "whole" in samples:
+            at = int(np.searchsorted(samples["whole/step"][()], samples["step"][peak]))
+            found["stress_at_peak_pa"] = samples["whole/stress"][at][[0, 4, 8]].tolist()
         if document["title"] == "Stress state of a cell" and found["peak_stress_pa"] and "unbalanced" in document["stage"][-1]["stop"]:
             # The tensor of the same cell, by statics.
             text = subprocess.run([program, "elastic", "--json", "--quiet", "--no-dynamics", *options, path], check=True, capture_output=True, text=True)
