@@ -51,7 +51,7 @@ pub(super) struct CalibrateConcreteArguments {
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     compressive_strength: f64,
     /// Target energy dissipated in tension per cross-section until the stress has fallen to a tenth of its peak, J/m^2; by
-    /// default, the relative ductility of the scenario is kept. If the scenario gives a fracture energy of bonds, that is what is found
+    /// default, the relative ductility of the scenario is kept. If the scenario gives bonds a fracture energy, this energy of the bonds is found
     #[arg(long, value_name = "NUMBER", value_parser = energy)]
     fracture_energy: Option<f64>,
     /// Number of packings, for the scatter; their seeds count up from the seed of the scenario
@@ -144,7 +144,7 @@ fn fitting(scenario: &Scenario, arguments: &CalibrateConcreteArguments) -> Resul
             return refuse(
                 "material[0].cpm.fracture_energy",
                 message,
-                "add --fracture-energy, that of the concrete in J/m^2",
+                "add --fracture-energy with the energy of the concrete in J/m^2",
             );
         }
     }
