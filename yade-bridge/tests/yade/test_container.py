@@ -266,6 +266,30 @@ def test_values_are_those_of_the_step():
     assert all(one <= two for one, two in zip(damages, damages[1:]))
 
 
+def test_a_script_and_a_pyrunner_read_at_once():
+    """In two threads; afterwards, objects that the script has kept still have the values of the present step."""
+    import builtins
+
+    builtins.look = lambda: sum(i.phys.kappaD for i in O.interactions)
+    for native in FORMS:
+        block(rate=60.0)
+        taken_over(native)
+        O.engines = O.engines + [PyRunner(command="look()", iterPeriod=1, initRun=True)]
+        O.run(40)
+        read = 0
+        while O.running:
+            sum(i.phys.omega for i in O.interactions)
+            read += 1
+        O.wait()
+        assert read > 1, read
+        kept = [(i, i.geom, i.phys) for i in O.interactions]
+        before = [p.omega for _, _, p in kept]
+        O.run(20, True)
+        now = {(i.id1, i.id2): (i.phys.omega, i.geom.penetrationDepth) for i in O.interactions}
+        assert all((p.omega, g.penetrationDepth) == now[i.id1, i.id2] for i, g, p in kept if i.isReal)
+        assert sum(i.isReal for i, _, _ in kept) <= len(now) and [p.omega for i, _, p in kept] != before
+
+
 # -- changes --------------------------------------------------------------------------------------------------------------
 
 

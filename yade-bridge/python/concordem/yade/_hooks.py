@@ -8,6 +8,7 @@ the bonds (:mod:`._container`). Scenes without bonded engines are not affected.
 from __future__ import annotations
 
 import contextlib
+import contextvars
 import functools
 import os
 import sys
@@ -81,7 +82,7 @@ calm: list[Callable[[], bool]] = []
 installers: list[Callable[[Any], Any]] = []
 #: Functions that forget what belongs to scenes that end.
 forgetters: list[Callable[[], Any]] = []
-_plain = False
+_plain = contextvars.ContextVar("plain", default=False)
 #: Folder of the scenes that O.saveTmp keeps.
 _folder: tempfile.TemporaryDirectory[str] | None = None
 #: The error that stopped the last run.
@@ -122,12 +123,11 @@ def _hidden() -> list[Bonded]:
 @contextlib.contextmanager
 def plain() -> Iterator[None]:
     """Within this, YADE's own save and load do not look for bonds."""
-    global _plain
-    before, _plain = _plain, True
+    before = _plain.set(True)
     try:
         yield
     finally:
-        _plain = before
+        _plain.reset(before)
 
 
 def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[str], Any]]) -> Any:
@@ -142,7 +142,7 @@ def _with_bonds(function: Any, path_of: Callable[..., str], use: list[Callable[[
             for engine in _hidden() if is_at_rest() else []:
                 engine.update_lost()
         found = function(self, *arguments, **named)
-        if not _plain:
+        if not _plain.get():
             for one in use:
                 one(path_of(self, *arguments, **named))
         return found

@@ -7,8 +7,10 @@ changes in them is found by comparison and followed before the next step, or ref
 
 from __future__ import annotations
 
+import functools
 import math
 import sys
+import threading
 import weakref
 from typing import Any, Callable, Iterable
 
@@ -23,6 +25,7 @@ from ._memory import known_address_of, memory
 from ._own import STORED
 from ._rules import refuse
 from ._scene import Addresses, Interactions, Ints, gather, host
+
 
 def _physics_of(one: Any, two: Any) -> dict[str, Any]:
     """Attributes that `Ip2_CpmMat_CpmMat_CpmPhys` gives to a contact between two materials."""
@@ -42,6 +45,17 @@ def _physics_of(one: Any, two: Any) -> dict[str, Any]:
         "neverDamage": bool(one.neverDamage or two.neverDamage),
         "damLaw": one.damLaw,
     }
+
+
+def _locked(method: Callable[..., Any]) -> Any:
+    """A method of :class:`Mirror` that one thread runs at a time."""
+
+    @functools.wraps(method)
+    def alone(self: Mirror, *arguments: Any) -> Any:
+        with self._lock:
+            return method(self, *arguments)
+
+    return alone
 
 
 class Mirror:
@@ -91,6 +105,8 @@ class Mirror:
         self._waits_at: Any = None
         #: The objects as they are written, for :meth:`_hand_out`; None if they must be read.
         self._written: list[_changes.Rows] | None = None
+        #: Held while the objects are written or compared, because a script and a PyRunner may read at once. A step takes no lock of a mirror.
+        self._lock = threading.RLock()
 
     @property
     def classes(self) -> tuple[str, str]:
@@ -101,6 +117,7 @@ class Mirror:
 
     # -- reading ------------------------------------------------------------------------------------------------------
 
+    @_locked
     def refresh(self) -> None:
         """Write the present values into the objects, if they are not those of the last step."""
         moment = self._moment()
@@ -120,6 +137,7 @@ class Mirror:
             self._write(bonds, table, bodies)
         self._at, self._before, self._filled = moment, [], filled
 
+    @_locked
     def refresh_stiffness(self) -> None:
         """As :meth:`refresh`, of what GlobalStiffnessTimeStepper reads alone: normals and normal forces of the same contacts as before."""
         moment = self._moment()
@@ -288,6 +306,7 @@ class Mirror:
         image = gather(self._address, "Interaction.cellDist", "i32", 3)
         return Interactions(self._address, self._one, self._two, image, self._geom, self._phys)
 
+    @_locked
     def _hand_out(self) -> None:
         """Before a script gets objects: fill them, or let the first reading do so, if they are those of the contacts of the last step."""
         moment = self._moment()
@@ -300,20 +319,21 @@ class Mirror:
                 return
         self.fill()
 
+    @_locked
     def match(self) -> None:
         """Let those objects be real whose contacts exist after the last step."""
         if self._moment() != self._at and (self._filled is None or not np.array_equal(self._bonds().solver.contact_rows(), self._filled)):
             self.fill()
 
+    @_locked
     def fill(self) -> None:
         """Write the values of the last step into the objects, for a script that may change them."""
         self._waits_at = None
         self.refresh()
-        if not self.out:
-            self.out = True
-            if not self._before:
-                self._before = self._written or self._read()
-            self._written = None
+        self.out = True
+        if not self._before:
+            self._before = self._written or self._read()
+        self._written = None
 
     # -- objects that a script has kept from YADE, or keeps when YADE gets the bonds back --------------------------------------------
 
@@ -334,6 +354,7 @@ class Mirror:
         self._address, self._geom, self._phys = (np.array([known_address_of(part[k]) for part in parts], np.uint64) for k in range(3))
         _reading.wait(self)
 
+    @_locked
     def hand_over(self) -> None:
         """Let the objects that a script has kept share the parts of the interactions that YADE has made of the same contacts."""
         own = host().interactions
@@ -353,6 +374,7 @@ class Mirror:
         """The attributes that a script has changed, with a row of each."""
         return _changes.between(self._before, self._read()) if self._before else {}
 
+    @_locked
     def changed(self) -> bool:
         """Whether a script has changed or erased bonds, so that the engine must be built anew from these objects; it calls :meth:`followed`
         then. Raises YadeError for changes that no engine can follow, until they are set back."""
@@ -376,6 +398,7 @@ class Mirror:
             _reading.wait(self)
         return bool(changed or self._erased)
 
+    @_locked
     def followed(self) -> None:
         """The engine has the changes."""
         self._at, self._stiff_at, self._before, self._erased, self._rows, self._filled = None, None, [], 0, {}, None
@@ -402,6 +425,7 @@ class Mirror:
             "Changed",
         )
 
+    @_locked
     def erase(self, one: int, two: int) -> bool:
         """Forget the object between two bodies; returns whether there was one."""
         self.fill()
@@ -411,6 +435,7 @@ class Mirror:
         self._forget(np.arange(len(self._keys)) != self._index[(one, two) if one < two else (two, one)])
         return True
 
+    @_locked
     def clear(self) -> None:
         """Forget all objects."""
         self.fill()

@@ -3,12 +3,16 @@ no values.
 
 After each step, the attributes of interactions, and of the geometry and physics of bonds, are others. The first one that a script reads fills the
 objects and puts YADE's own attributes back.
+
+A script and its PyRunners may read in two threads at once, while YADE's loop runs in the background.
 """
 
 from __future__ import annotations
 
 import contextlib
+import contextvars
 import functools
+import threading
 from typing import Any, Iterator, Protocol
 
 from ._scene import host
@@ -34,36 +38,47 @@ _OF_CONTACT = (*_PARTS, "cellDist", "dict", "updateAttrs")
 #: YADE's own attributes, while others stand in their place; None: those of the base class.
 _own: dict[tuple[Any, str], Any] = {}
 _waiting: list[Waiting] = []
-_is_filling = False
+#: Number of calls of :func:`wait`.
+_waits = 0
+#: Held while attributes are exchanged, but not while objects are filled: that may wait for a step, whose thread may wait for this lock.
+_lock = threading.Lock()
+
+
+#: Whether this thread fills objects now.
+_fills = contextvars.ContextVar("fills", default=False)
 
 
 @contextlib.contextmanager
 def filling() -> Iterator[None]:
-    """Within this, objects are filled, and their attributes are YADE's own."""
-    global _is_filling
-    before, _is_filling = _is_filling, True
+    """Within this, objects are filled, and for this thread their attributes are YADE's own."""
+    before = _fills.set(True)
     try:
         yield
     finally:
-        _is_filling = before
+        _fills.reset(before)
 
 
 def wait(objects: Waiting) -> None:
     """Fill these objects when a script reads one."""
-    if objects not in _waiting:
-        _waiting.append(objects)
+    global _waits
     wrapper = host().wrapper
-    for kind in (wrapper.Interaction, *(getattr(wrapper, name) for name in objects.classes)):
-        for name, (own, other) in _others(kind).items():
-            if (kind, name) not in _own:
-                _own[kind, name] = own
-                setattr(kind, name, other)
+    kinds = (wrapper.Interaction, *(getattr(wrapper, name) for name in objects.classes))
+    with _lock:
+        _waits += 1
+        if objects not in _waiting:
+            _waiting.append(objects)
+        for kind in kinds:
+            for name, (own, other) in _others(kind).items():
+                if (kind, name) not in _own:
+                    _own[kind, name] = own
+                    setattr(kind, name, other)
 
 
 def end(objects: Waiting | None) -> None:
     """Do not fill these objects any more, because their engine has ended."""
-    if objects in _waiting:
-        _waiting.remove(objects)
+    with _lock:
+        if objects in _waiting:
+            _waiting.remove(objects)
 
 
 def put(contact: Any, geometry: Any, physics: Any) -> None:
@@ -103,11 +118,15 @@ def _put_back(names: list[tuple[Any, str]]) -> None:
 
 def _fill() -> None:
     """Fill all objects that wait, and put YADE's attributes back."""
-    if _is_filling:
+    if _fills.get():
         return
-    _put_back(list(_own))
-    while _waiting:
-        _waiting.pop().fill()
+    while True:
+        with _lock:
+            _put_back(list(_own))
+            if not _waiting:
+                return
+            objects = _waiting.pop()
+        objects.fill()
 
 
 def _read(own: Any, part: Any) -> Any:
@@ -122,9 +141,14 @@ def _write(own: Any, part: Any, value: Any) -> None:
 
 def _is_real(own: Any, contact: Any) -> Any:
     """Whether a contact is real, which needs no values."""
-    for one in [] if _is_filling else list(_waiting):
-        one.match()
-    name = (host().wrapper.Interaction, "isReal")
-    if name in _own:
-        _put_back([name])
+    if not _fills.get():
+        with _lock:
+            found, waits = list(_waiting), _waits
+        for objects in found:
+            objects.match()
+        name = (host().wrapper.Interaction, "isReal")
+        with _lock:
+            # Another thread may have ended a step meanwhile.
+            if name in _own and waits == _waits:
+                _put_back([name])
     return own.__get__(contact, type(contact))
