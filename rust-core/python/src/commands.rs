@@ -41,11 +41,22 @@ fn scenario_of<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Scenario>
 }
 
 /// The result that is given, or the result of a file.
-fn result_of(object: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+pub(crate) fn result_of(object: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
     if let Ok(result) = object.cast::<PyResultFile>() {
         return Ok(result.get().file().path().to_owned());
     }
     object.extract().map_err(|_| PyTypeError::new_err("give a Result, or the path of a result"))
+}
+
+/// The results that are given, or the one result.
+pub(crate) fn results_of(object: &Bound<'_, PyAny>) -> PyResult<Vec<PathBuf>> {
+    match result_of(object) {
+        Ok(file) => Ok(vec![file]),
+        Err(error) => {
+            let Ok(items) = object.try_iter() else { return Err(error) };
+            items.map(|item| result_of(&item?)).collect()
+        }
+    }
 }
 
 /// The argument `threads` for a command.
@@ -61,7 +72,7 @@ fn number(threads: Option<usize>) -> PyResult<Option<u16>> {
 type Warnings = Vec<(Read, Vec<Problem>)>;
 
 /// Run a command of the program. Its warnings and notes become warnings of Python, then its failure an exception.
-fn call<T: Send>(
+pub(crate) fn call<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&mut Console<'_>) -> Result<T, Failure> + Send,
@@ -298,13 +309,7 @@ fn report(
     overwrite: bool,
     reference: &str,
 ) -> PyResult<PathBuf> {
-    let files = match result_of(results) {
-        Ok(file) => vec![file],
-        Err(error) => {
-            let Ok(items) = results.try_iter() else { return Err(error) };
-            items.map(|item| result_of(&item?)).collect::<PyResult<_>>()?
-        }
-    };
+    let files = results_of(results)?;
     detach(py, || report_on(&files, output.as_deref(), overwrite, reference))?.or_raise()
 }
 

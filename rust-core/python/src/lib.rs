@@ -22,6 +22,7 @@ pub mod errors;
 mod meshes;
 mod operators;
 mod packing;
+mod pictures;
 mod regions;
 mod results;
 pub mod scenario;
@@ -102,6 +103,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     scenario::register(module)?;
     simulation::register(module)?;
     commands::register(module)?;
+    pictures::register(module)?;
     regions::register(module)?;
     operators::register(module)?;
     strain::register(module)?;

@@ -276,3 +276,56 @@ def test_explain():
 
 def test_characterise(finished):
     assert concordem.characterise(finished.path)["spheres"] > 50
+
+
+@pytest.mark.filterwarnings("ignore:.*broken bonds are not drawn")
+def test_pictures_are_those_of_the_program(finished, tmp_path):
+    """Each option of `concordem render` and `concordem plot`, byte by byte, and what is refused."""
+    pairs = [
+        (dict(), []),
+        (dict(show=["particles", "cracks"], view="-y"), ["--show", "particles,cracks", "--view=-y"]),
+        (dict(show="bonds", color="opening", view=(1, -2, 0.5)), ["--show", "bonds", "--color", "opening", "--view", "1,-2,0.5"]),
+        (dict(slice="y=0.5 mm", color="stress-zz", range=(-1e6, 2e6)), ["--slice", "y=0.5 mm", "--color", "stress-zz", "--range=-1e6,2e6"]),
+        (dict(cut=["x", "y=1 mm"], magnify=10, size=(300, 400)), ["--cut", "x", "--cut", "y=1 mm", "--magnify", "10", "--size", "300x400"]),
+        (dict(time=0.0, size=300), ["--time", "0 s", "--size", "300"]),
+        (dict(animate=2, rate=5, size=300), ["--animate=2", "--rate", "5", "--size", "300"]),
+    ]
+    for k, (options, arguments) in enumerate(pairs):
+        ours, theirs = tmp_path / f"a{k}.png", tmp_path / f"b{k}.png"
+        assert concordem.render(finished, ours, **options) == ours
+        found = program("render", finished.path, "-o", theirs, *arguments)
+        assert found.returncode == 0, found.stderr
+        assert ours.read_bytes() == theirs.read_bytes() and len(ours.read_bytes()) > 1000, options
+    assert concordem.render(finished) == tmp_path / "small.png"
+    with pytest.raises(concordem.ResultError, match="overwrite=True"):
+        concordem.render(finished)
+    for options, message in (
+        (dict(show="spheres"), 'show has "spheres"; give some of particles, bonds, cracks, walls, cell'),
+        (dict(show="walls"), "no particles, bonds, or cracks to draw"),
+        (dict(view="up"), "view: write x, y, z"),
+        (dict(view=(0, 0, 0)), "view: write x, y, z"),
+        (dict(slice="y=2 s"), "slice: "),
+        (dict(size=20), "size: write a width"),
+        (dict(time="1 mm"), "time: "),
+        (dict(time=float("nan")), "time: "),
+        (dict(time=0, animate=True), "either time or animate"),
+        (dict(animate=1), "animate is 1; give True, or 2 to 1000 images"),
+        (dict(range=(0, float("inf"))), "range must be finite"),
+        (dict(color="mood"), "mood"),
+        (dict(output="x.jpg"), "need the extension .png"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            concordem.render(finished, **{"output": tmp_path / "no.png", **options})
+    assert not (tmp_path / "no.png").exists()
+    for name, options, arguments in (("a.svg", dict(compression=True), ["--compression"]), ("a.pdf", dict(x="time", y="stress"), ["--x", "time", "--y", "stress"])):
+        ours, theirs = tmp_path / name, tmp_path / f"b{name}"
+        assert concordem.figure([finished, finished.path], ours, **options) == ours
+        found = program("plot", finished.path, finished.path, "-o", theirs, *arguments)
+        assert found.returncode == 0, found.stderr
+        assert ours.read_bytes() == theirs.read_bytes()
+    with pytest.raises(ValueError, match="a figure is .svg or .pdf"):
+        concordem.figure(finished, "x.png")
+    with pytest.raises(ValueError, match="an edge is from 40 mm"):
+        concordem.figure(finished, tmp_path / "x.svg", size="1 mm,2 mm")
+    with pytest.raises(ValueError, match="there is no result to draw"):
+        concordem.figure([])

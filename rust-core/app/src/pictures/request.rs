@@ -1,5 +1,6 @@
 //! What a picture shall show.
 
+use clap::ValueEnum;
 use concordem_contact::math::Vec3;
 use concordem_scenario::schema::Scenario;
 
@@ -18,6 +19,20 @@ pub enum Shown {
     Walls,
     /// Edges of the periodic cell
     Cell,
+}
+
+impl Shown {
+    /// The kind with this name.
+    ///
+    /// # Errors
+    ///
+    /// The names that there are.
+    pub fn of_name(name: &str) -> Result<Self, String> {
+        Self::from_str(name, false).map_err(|_| {
+            let names = Self::value_variants().iter().filter_map(Self::to_possible_value);
+            names.map(|one| one.get_name().to_owned()).collect::<Vec<_>>().join(", ")
+        })
+    }
 }
 
 /// A plane across an axis.

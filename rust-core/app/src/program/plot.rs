@@ -18,35 +18,39 @@ const EDGES: [f64; 2] = [0.04, 1.0];
 
 /// Arguments of `concordem plot`.
 #[derive(Debug, clap::Args)]
-pub(super) struct PlotArguments {
+pub struct PlotArguments {
     /// Results
     #[arg(required = true)]
-    files: Vec<PathBuf>,
+    pub files: Vec<PathBuf>,
     /// Figure to write, FILE.svg or FILE.pdf; by default the name of the first result with .svg
     #[arg(long, short, value_name = "FILE")]
-    output: Option<PathBuf>,
+    pub output: Option<PathBuf>,
     /// Overwrite an existing file
     #[arg(long, short)]
-    force: bool,
+    pub force: bool,
     /// Quantity to the right; by default the strain, or the time of runs without
     #[arg(long, value_name = "SERIES")]
-    x: Option<String>,
+    pub x: Option<String>,
     /// Quantity up; by default the stress, or the kinetic energy of runs without
     #[arg(long, value_name = "SERIES")]
-    y: Option<String>,
+    pub y: Option<String>,
     /// One curve for all results with the same title: their mean, with a band of one standard deviation to both sides
     #[arg(long)]
-    mean: bool,
+    pub mean: bool,
     /// Draw compression to the right and up
     #[arg(long)]
-    compression: bool,
+    pub compression: bool,
     /// Width and height of the figure: "85 mm,60 mm"
     #[arg(long, value_name = "WIDTH,HEIGHT", default_value = "85 mm,60 mm", value_parser = size)]
-    size: [f64; 2],
+    pub size: [f64; 2],
 }
 
-/// Edges of the figure, pt.
-fn size(text: &str) -> Result<[f64; 2], String> {
+/// Reads width and height of a figure with their units, `85 mm,60 mm`; returns them in pt.
+///
+/// # Errors
+///
+/// What is wrong with the text.
+pub fn size(text: &str) -> Result<[f64; 2], String> {
     let edge = |text: &str| {
         let length = Length::parse(text.trim()).map_err(|error| error.to_string())?.si();
         let [least, most] = EDGES;
@@ -67,13 +71,26 @@ struct Run {
 }
 
 pub(super) fn plot(arguments: &PlotArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let path = plot_results(arguments)?;
+    console.print(&format!("{}\n", path.display()))
+}
+
+/// Writes a figure of results, as `concordem plot` does, and returns its path.
+///
+/// # Errors
+///
+/// If a result cannot be read or does not have the series, there is no result, or the file cannot be written.
+pub fn plot_results(arguments: &PlotArguments) -> Result<PathBuf, Failure> {
+    if arguments.files.is_empty() {
+        return Err(Failure::Usage("there is no result to draw".to_owned()));
+    }
     let results = arguments.files.iter().map(|path| open_result(path)).collect::<Result<Vec<_>, _>>()?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("svg"));
     let is_pdf = match path.extension().and_then(|extension| extension.to_str()) {
         Some("svg") => false,
         Some("pdf") => true,
         _ => {
-            return Err(Failure::Usage(format!("--output {}: a figure is .svg or .pdf", path.display())));
+            return Err(Failure::Usage(format!("{}: a figure is .svg or .pdf", path.display())));
         }
     };
     let path = sealed::target(&path)?;
@@ -87,14 +104,14 @@ pub(super) fn plot(arguments: &PlotArguments, console: &mut Console<'_>) -> Resu
     } else {
         sealed::write_text(&path, &figure.svg().ok_or_else(nothing)?)?;
     }
-    console.print(&format!("{}\n", path.display()))
+    Ok(path)
 }
 
 fn figure(results: &[ResultFile], arguments: &PlotArguments) -> Result<Figure, Failure> {
     let names = names(&results[0], arguments)?;
     let sign = |name: &str| if arguments.compression && is_signed(name) { -1.0 } else { 1.0 };
     if arguments.compression && !names.iter().any(|name| is_signed(name)) {
-        let message = format!("--compression: neither {} nor {} is a strain or a stress", names[0], names[1]);
+        let message = format!("compression: neither {} nor {} is a strain or a stress", names[0], names[1]);
         return Err(Failure::Usage(message));
     }
     let signs = [sign(&names[0]), sign(&names[1])];
@@ -172,7 +189,7 @@ fn mean_of(title: &str, group: &[Run]) -> Result<Curve, Failure> {
         };
         if !(rises || falls) {
             return Err(Failure::Usage(format!(
-                "{}: a mean needs abscissas that only rise or only fall; choose another one, such as --x time",
+                "{}: a mean needs abscissas that only rise or only fall; choose another x, such as time",
                 run.file
             )));
         }

@@ -70,7 +70,12 @@ fn range(text: &str) -> Result<[f64; 2], String> {
     Ok([finite(low)?, finite(high)?])
 }
 
-fn time(text: &str) -> Result<f64, String> {
+/// Reads a finite time with its unit, s.
+///
+/// # Errors
+///
+/// What is wrong with the text.
+pub fn time(text: &str) -> Result<f64, String> {
     let time = Time::parse(text).map_err(|error| error.to_string())?.si();
     if time.is_finite() { Ok(time) } else { Err(format!("{text} must be finite")) }
 }
@@ -79,7 +84,12 @@ fn axis(text: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|name| *name == text.trim())
 }
 
-fn direction(text: &str) -> Result<Vec3, String> {
+/// Reads the direction of the eye from the body: `x`, `-y`, or three numbers, `1,-2,1`.
+///
+/// # Errors
+///
+/// What is wrong with the text.
+pub fn direction(text: &str) -> Result<Vec3, String> {
     let (sign, name) = text.strip_prefix('-').map_or((1.0, text), |name| (-1.0, name));
     if let Some(axis) = axis(name) {
         let mut direction = Vec3::zeros();
@@ -93,7 +103,12 @@ fn direction(text: &str) -> Result<Vec3, String> {
     }
 }
 
-fn section(text: &str) -> Result<Section, String> {
+/// Reads a plane: an axis, `y`, through the middle of the body, or its place, `y=2 mm`.
+///
+/// # Errors
+///
+/// What is wrong with the text.
+pub fn section(text: &str) -> Result<Section, String> {
     let (name, place) = text.split_once('=').map_or((text, None), |(name, place)| (name, Some(place)));
     let axis = axis(name).ok_or("write an axis, x, y, or z, or its place: \"y=2 mm\"")?;
     let place = match place {
@@ -109,7 +124,12 @@ fn section(text: &str) -> Result<Section, String> {
 /// Largest width and height, px: with four samples per pixel some gigabytes of memory.
 const LARGEST: usize = 8000;
 
-fn size(text: &str) -> Result<(usize, Option<usize>), String> {
+/// Reads the width of an image, or width and height, px: `800`, `1200x800`.
+///
+/// # Errors
+///
+/// What is wrong with the text.
+pub fn size(text: &str) -> Result<(usize, Option<usize>), String> {
     let number = |text: &str| match text.trim().parse() {
         Ok(number) if (100..=LARGEST).contains(&number) => Ok(number),
         _ => Err(format!("write a width, or width and height, from 100 to {LARGEST}: 1200x800")),
@@ -143,18 +163,36 @@ impl RenderArguments {
 }
 
 pub(super) fn render(arguments: &RenderArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let result = open_result(&arguments.file)?;
-    let path = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension("png"));
+    let output = arguments.output.as_deref();
+    let (path, count) = render_result(&arguments.file, output, arguments.force, &arguments.request(), console)?;
+    let images = if count > 1 { format!("{count} images in ") } else { String::new() };
+    console.print(&format!("{images}{}\n", path.display()))
+}
+
+/// Writes a picture of a result, as `concordem render` does, and returns its path and the number of images in it. `output`: by default the
+/// name of the result with .png. `overwrite`: replace an existing file.
+///
+/// # Errors
+///
+/// If the result cannot be read, does not have what is asked for, or the file cannot be written.
+pub fn render_result(
+    file: &Path,
+    output: Option<&Path>,
+    overwrite: bool,
+    request: &Request,
+    console: &mut Console<'_>,
+) -> Result<(PathBuf, usize), Failure> {
+    let result = open_result(file)?;
+    let path = output.map_or_else(|| file.with_extension("png"), Path::to_owned);
     check_name(&path)?;
     let path = sealed::target(&path)?;
-    if path.exists() && !arguments.force {
+    if path.exists() && !overwrite {
         return Err(OutputError::Exists { path }.into());
     }
-    let made = made(&result, &arguments.request())?;
+    let made = made(&result, request)?;
     sealed::write_bytes(&path, &made.png)?;
     made.notes.iter().for_each(|note| console.tell(note));
-    let images = if made.images > 1 { format!("{} images in ", made.images) } else { String::new() };
-    console.print(&format!("{images}{}\n", path.display()))
+    Ok((path, made.images))
 }
 
 /// Draws a result.
@@ -174,7 +212,7 @@ fn check_name(path: &Path) -> Result<(), Failure> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("png" | "apng") => Ok(()),
         _ => Err(Failure::Usage(format!(
-            "--output {}: pictures and animations are PNG and need the extension .png or .apng; use {}",
+            "{}: pictures and animations are PNG and need the extension .png or .apng; use {}",
             path.display(),
             path.with_extension("png").display()
         ))),

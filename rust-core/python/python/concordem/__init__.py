@@ -21,8 +21,8 @@ A scenario describes a run, a simulation computes it, and its state is available
 ['linear_bond']
 
 :meth:`Simulation.write` writes a run as the program does, and :class:`Result` reads such files. :func:`check`, :func:`run`, :func:`resume`,
-:func:`measure`, :func:`report`, :func:`export`, :func:`characterise`, :func:`sweep`, and :func:`explain` are the commands of the program.
-:func:`plot`, also a method of simulations and results, draws curves with matplotlib. Tables of scenarios with their types are in
+:func:`measure`, :func:`report`, :func:`render`, :func:`export`, :func:`characterise`, :func:`sweep`, and :func:`explain` are the commands of the
+program; :func:`figure` is `concordem plot`. :func:`plot`, also a method of simulations and results, draws curves with matplotlib. Tables of scenarios with their types are in
 :mod:`concordem.tables`, operators on arrays in :mod:`concordem.operators`, packings in :mod:`concordem.packing`, couplings with finite elements
 in :mod:`concordem.coupling`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
 """
@@ -41,7 +41,9 @@ from ._core import (
     elastic_constants,
     explain,
     export,
+    figure,
     measure,
+    render,
     report,
     resume,
     run,
@@ -114,10 +116,12 @@ __all__ = [
     "elastic_constants",
     "explain",
     "export",
+    "figure",
     "measure",
     "operators",
     "packing",
     "plot",
+    "render",
     "report",
     "resume",
     "run",

@@ -68,6 +68,7 @@ __all__ = [
     "elastic_constants",
     "explain",
     "export",
+    "figure",
     "fabric",
     "fragments",
     "gaudin_schuhmann",
@@ -101,6 +102,7 @@ __all__ = [
     "region_stress",
     "region_stress_from_particles",
     "reloadings",
+    "render",
     "report",
     "resume",
     "resultants",
@@ -163,6 +165,32 @@ def report(
     output: _Path | None = None,
     overwrite: bool = False,
     reference: Literal["auto", "none", "specimen-1", "specimen-4"] = "auto",
+) -> Path: ...
+def render(
+    result: Result | _Path,
+    output: _Path | None = None,
+    overwrite: bool = False,
+    show: str | Sequence[str] | None = None,
+    color: str | None = None,
+    range: Sequence[float] | None = None,
+    view: str | Sequence[float] | None = None,
+    slice: str | None = None,
+    cut: str | Sequence[str] | None = None,
+    magnify: float = 1.0,
+    time: float | str | Sequence[float | str] | None = None,
+    animate: bool | int | None = None,
+    rate: float = 10.0,
+    size: int | str | Sequence[int] | None = None,
+) -> Path: ...
+def figure(
+    results: Result | _Path | Sequence[Result | _Path],
+    output: _Path | None = None,
+    overwrite: bool = False,
+    x: str | None = None,
+    y: str | None = None,
+    mean: bool = False,
+    compression: bool = False,
+    size: str = "85 mm,60 mm",
 ) -> Path: ...
 def export(
     result: Result | _Path,
