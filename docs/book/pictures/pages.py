@@ -352,6 +352,94 @@ def round_robin(_runs):
     save(figure, "round-robin")
 
 
+def jointed_rock(runs, name, shape=None, strong=True, joint=True, stiff=False, confined=False):
+    """The rock of how-to/rock-joints.md with another joint, or with its membrane."""
+    page = (BOOK / "how-to/rock-joints.md").read_text(encoding="utf-8")
+    text = page.split("<!-- code: file=rock.toml -->\n```toml\n")[1].split("```")[0]
+    if shape:
+        text = re.sub(r"(?m)^shape = \{ kind = \"plane\".*$", f"shape = {shape}", text)
+    if stiff:
+        text = text.replace('"2e3 GPa/m"', '"1e4 GPa/m"').replace('"1e3 GPa/m"', '"5e3 GPa/m"')
+    if not joint:
+        text = re.sub(r"(?s)\[\[joint\]\].*?\n\n", "", text)
+    if confined:
+        text = re.sub(r'(?m)^(tensile_strength = "2 MPa"|cohesion = "2 MPa"|drop_to|steps).*\n', "", text)
+        text += page.split("<<'END'\n")[1].split("END\n")[0]
+    return runs.scenario(name, text)
+
+
+def plane_of_weakness(dip, cohesion, lateral, friction=30):
+    """Jaeger (1960): stress at which a plane slips; no number where it cannot."""
+    dip, slope = np.radians(dip), np.tan(np.radians(friction))
+    below = (1 - slope / np.tan(dip)) * np.sin(2 * dip)
+    return np.where(below > 1e-9, lateral + 2 * (cohesion + lateral * slope) / np.maximum(below, 1e-9), np.nan)
+
+
+def rock_joints(runs):
+    """Strength over the dip of a joint, alone and under a membrane, beside the plane of weakness."""
+    figure, (alone, confined) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    plane = lambda dip: f"{{ kind = \"plane\", point = [0, 0, 0], normal = [{np.sin(np.radians(dip)):.6f}, 0, {np.cos(np.radians(dip)):.6f}] }}"
+    dips, line = [1e-6, 15, 30, 40, 45, 50, 55, 60, 75, 90], np.linspace(30.5, 89.5, 400)
+    compression = lambda result: -sample(result, "stress") / 1e6
+    whole = compression(jointed_rock(runs, "joint-none", joint=False)).max()
+    print(f"without joint: {whole:.2f} MPa")
+    alone.axhline(whole, color="0.4", linewidth=1.2, linestyle=":", label="without joint")
+    jaeger = plane_of_weakness(line, 2, 0)
+    alone.plot(line[jaeger < whole], jaeger[jaeger < whole], color="0.2", label="Jaeger, c = 2 MPa")
+    for stiff, mark, color, label in (False, "o", BLUE, "joint of 2·10³ GPa/m"), (True, "s", ORANGE, "joint of 10⁴ GPa/m"):
+        peaks = [compression(jointed_rock(runs, f"joint-{'stiff' if stiff else 'soft'}-{dip:.0f}", plane(dip), stiff=stiff)).max() for dip in dips]
+        alone.plot(dips, peaks, mark, color=color, markersize=6, label=label)
+        print(label, *(f"{dip:.0f}°: {peak:.2f} ({peak / at:.2f})" for dip, peak, at in zip(dips, peaks, plane_of_weakness(np.array(dips), 2, 0), strict=True)))
+    alone.set(xlabel="dip of the joint, °", ylabel="strength, MPa", ylim=(0, 62), title="cohesion 2 MPa, no lateral pressure")
+    alone.legend(fontsize=9, loc="center", bbox_to_anchor=(0.625, 0.62))
+    confined.plot(line, plane_of_weakness(line, 0, 2), color="0.2", label="Jaeger, c = 0")
+    for dip in (40, 45, 50, 55, 60):
+        result = jointed_rock(runs, f"joint-confined-{dip}", plane(dip), confined=True)
+        stress = compression(result)[-sample(result, "strain") > 0.9e-3] / inside(result)
+        print(f"confined, {dip}°: {stress.mean():.2f} ± {stress.std():.2f}, {stress.mean() / plane_of_weakness(dip, 0, 2):.3f} of Jaeger, area {inside(result):.3f}")
+        confined.errorbar(dip, stress.mean(), stress.std(), fmt="o", color=BLUE, capsize=3, label="joint, mean and scatter while it slides" if dip == 40 else None)
+    confined.set(xlabel="dip of the joint, °", ylabel="axial stress, MPa", xlim=(35, 65), ylim=(0, 16), title="no cohesion, lateral pressure 2 MPa")
+    confined.legend(fontsize=9)
+    save(figure, "rock-joints")
+
+
+def inside(result):
+    """Mean share of the cross-section of 20 × 20 mm inside the hull of the centers, in slices of a diameter away from the ends."""
+    from scipy.spatial import ConvexHull
+
+    start = result["particles/position"][:] - result["particles/displacement"][:]
+    layers = [start[np.abs(start[:, 2] - z) < 1e-3][:, :2] for z in np.arange(-15e-3, 15.5e-3, 2e-3)]
+    return np.mean([ConvexHull(layer).volume for layer in layers]) / 4e-4
+
+
+def joint_shapes(runs):
+    """Sections of rock with a plane, a set, a disc, and a surface, and their cracks."""
+    page = (BOOK / "how-to/rock-joints.md").read_text(encoding="utf-8")
+    exec(page.split("```python\n")[1].split("```")[0].replace('"wave.stl"', repr(str(runs.folder / "wave.stl"))), {})  # the page's own code
+    shapes = dict(zip(("set", "disc", "wave"), re.findall(r"--set 'joint\[0\]\.shape=(.*)'", page), strict=True))
+    titles = {"plane": "one plane", "set": "five planes", "disc": "disc", "wave": "wavy surface"}
+    figure, axes = plt.subplots(1, 4, figsize=(11, 5.2), sharey=True, layout="constrained")
+    for axis, (name, title) in zip(axes, titles.items(), strict=True):
+        result = jointed_rock(runs, f"joint-shape-{name}", shapes.get(name))
+        moved = result["particles/displacement"][:]
+        start = result["particles/position"][:] - moved
+        section = np.abs(start[:, 1]) < 1.2e-3
+        circles = spheres(axis, result, color=moved[:, 0] * 1e6, mask=section, cmap="cividis")
+        circles.set_clim(*(np.percentile(moved[:, 0], [2, 98]) * 1e6))
+        place, shear = result["events/position"][:] * 1e3, result["events/in_shear"][:] > 0
+        near = np.abs(place[:, 1]) < 1.2
+        axis.scatter(*place[near & ~shear][:, [0, 2]].T, s=9, color=SKY, linewidths=0, zorder=3, label="in tension")
+        axis.scatter(*place[near & shear][:, [0, 2]].T, s=9, color=RED, linewidths=0, zorder=4, label="in shear")
+        peak = -sample(result, "stress").min() / 1e6
+        print(f"{title}: {peak:.2f} MPa, {len(shear)} events")
+        axis.set_title(f"{title}: {peak:.1f} MPa")
+        figure.colorbar(circles, ax=axis, location="bottom", label="displacement along x, µm")
+    for axis in axes[1:]:
+        axis.set_ylabel("")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, markerscale=2, title="bonds that broke")
+    save(figure, "joint-shapes")
+
+
 PICTURES = {
     "round-robin": round_robin,
     "emissions": emissions,
@@ -370,4 +458,6 @@ PICTURES = {
     "pictures": pictures,
     "study": study,
     "paper": paper,
+    "rock-joints": rock_joints,
+    "joint-shapes": joint_shapes,
 }
