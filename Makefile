@@ -138,6 +138,7 @@ test-studies:
 	@.ci/timed confinement .venv/bin/python validation/confinement.py
 	@.ci/timed fracture-energy .venv/bin/python validation/fracture_energy.py
 	@.ci/timed strain-rate .venv/bin/python validation/strain_rate.py
+	@.ci/timed acoustic-emission .venv/bin/python validation/acoustic_emission.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
 	@.ci/timed thermal-shock .venv/bin/python validation/thermal_shock.py
 	@.ci/timed instructions validation/instructions.py
@@ -337,6 +338,7 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/confinement.py --full
 	.venv/bin/python validation/fracture_energy.py --full
 	.venv/bin/python validation/strain_rate.py --full
+	.venv/bin/python validation/acoustic_emission.py --full
 	.venv/bin/python validation/fineness.py --full
 	.venv/bin/python validation/thermal_shock.py --full
 	.venv/bin/python validation/round_robin.py --full

@@ -195,6 +195,28 @@ def test_the_laboratory_is_held_to_its_statements(change, message):
     assert any(re.search(message, one) for one in module.check_record(cases))
 
 
+def change_kind(cases, start, change):
+    for name, case in cases.items():
+        if re.fullmatch(rf"{start}, seed \d", name):
+            change(case)
+
+
+@pytest.mark.parametrize("start, change, message", [
+    ("pressed", lambda case: case.update(b=1.9), "pressed: b-values"),
+    ("pressed", lambda case: case["b_of"].update(larger=[1.45, 200]), "1.45 from larger magnitudes"),
+    ("pressed, large", lambda case: case["b_of"].update(after_peak=[2.3, 2000]), "does not fall at the peak"),
+    ("in cycles", lambda case: case["reloadings"][1].update(felicity_ratio=0.97), "Felicity ratios at 0.7"),
+    ("in cycles, slow", lambda case: case["reloadings"][2].update(emissions_below=1), "3 when loaded again"),
+    ("thrown, 14 m/s", lambda case: case.update({"Gaudin–Schuhmann": {"exponent": 1.0}}), "Gaudin–Schuhmann: exponents"),
+])
+def test_emissions_and_fragments_are_held_to_their_statements(start, change, message):
+    module = study("acoustic_emission")
+    cases = json.loads(module.RESULTS.read_text())["cases"]
+    assert not module.check_record(cases)
+    change_kind(cases, start, change)
+    assert any(re.search(message, one) for one in module.check_record(cases))
+
+
 @pytest.mark.parametrize("name", ["specimens", "distributed_specimen", "mesoscale", "laboratory"])
 def test_specimens_of_another_commit_are_not_recorded(tmp_path, monkeypatch, name):
     module = study(name)
