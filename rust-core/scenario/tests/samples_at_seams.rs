@@ -9,7 +9,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_scenario::assembly::assemble;
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::{Advance, Simulation};
-use concordem_scenario::schema::Scenario;
+use concordem_scenario::schema::{Scenario, template};
 
 use shared::{SPRING, bonded, number, place, set, simulation, spheres};
 
@@ -641,4 +641,24 @@ fn particles_moved_back_are_not_strained() {
     // Rounding of displacements of 90 m over distances of 1 m.
     let gradient = tensor(&run, &last, "affine-strain", "gradient");
     assert!(gradient.abs().max() < 1e-12, "{gradient}");
+}
+
+/// The last row is that of a step which is not taken: its counts are those of the event log, which ends before that step.
+#[test]
+fn counts_of_the_last_row_are_those_of_the_events() {
+    let text = template("cpm-small").unwrap().text;
+    let mut run = simulation(text);
+    let (mut events, mut steps_with_events) = (0, 0);
+    loop {
+        let last = run.present().unwrap().sample.unwrap();
+        assert_eq!(last.broken + last.damaged, f64::from(events));
+        let advance = run.advance().unwrap();
+        events += advance.events.len() as u32;
+        steps_with_events += u32::from(!advance.events.is_empty());
+        if let Some(last) = advance.last {
+            assert_eq!(last.broken + last.damaged, f64::from(events));
+            break;
+        }
+    }
+    assert!(steps_with_events > 50, "{steps_with_events}");
 }

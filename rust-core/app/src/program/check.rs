@@ -208,8 +208,12 @@ fn add_fibers(facts: &mut Facts, summary: &Summary) {
     facts.add("bonds of fibers", format!("{} along fibers, {} to other particles", count(along), count(held)));
 }
 
-/// Aggregates, pores, and bonds by phase.
+/// Aggregates, pores, and bonds by phase and on joints.
 fn add_phases(facts: &mut Facts, summary: &Summary) {
+    if !summary.joint_bonds.is_empty() {
+        let numbers: Vec<_> = summary.joint_bonds.iter().map(|number| count(*number)).collect();
+        facts.add("bonds on joints", numbers.join(", "));
+    }
     let Some(phases) = &summary.phases else { return };
     for phase in &phases.groups {
         let text = format!(

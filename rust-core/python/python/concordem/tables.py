@@ -815,7 +815,8 @@ class Interface(TypedDict, total=False):
 
 class Joint(TypedDict, total=False):
     """A joint of rock, or a set of parallel ones: bonds and contacts between particles on its two sides are smooth joints, which slide along it
-    whatever the directions between the particles. Needs the law "jointed" for bonds and contacts."""
+    whatever the directions between the particles. Stiffnesses and strengths act on the areas of the bonds, π times the smaller radius squared,
+    which may add up to more than the plane. Needs the law "jointed" for bonds and contacts."""
 
     cohesion: Quantity
     """Shear strength without normal force, Pa; default: 0. Without both strengths the joint is open from the start, and its two faces only press

@@ -18,23 +18,24 @@ use concordem_solver::state::surface::Surface as _;
 use concordem_solver::state::{State, surface::Facets};
 use concordem_solver::{Model, PairCoefficients};
 
-/// Puts the joints of a scenario into the blocks of bonds and contacts, and into the model. `interaction_ratio`: of the bonds.
+/// Puts the joints of a scenario into the blocks of bonds and contacts, and into the model. Returns the number of bonds across each `[[joint]]`,
+/// and warnings. `interaction_ratio`: of the bonds.
 pub(super) fn add(
     scenario: &Scenario,
     folder: &Path,
     interaction_ratio: f64,
     model: &mut Model,
     state: &mut State,
-) -> Result<Vec<Problem>, AssemblyError> {
+) -> Result<(Vec<usize>, Vec<Problem>), AssemblyError> {
     if scenario.joints.is_empty() {
-        return Ok(Vec::new());
+        return Ok(Default::default());
     }
     let mut rows: Vec<JointedRock> = Vec::new();
     let mut marks = Vec::new();
     // Number of the table of each joint.
     let mut table_of = Vec::new();
     let [bonds, contacts] = [state.bonds.first(), state.contacts.as_ref()].map(|block| rows_of(block?.as_ref()));
-    let (Some(bonds), Some(contacts)) = (bonds, contacts) else { return Ok(Vec::new()) };
+    let (Some(bonds), Some(contacts)) = (bonds, contacts) else { return Ok(Default::default()) };
     let first = bonds.len();
     let wall_contacts = state.wall_contacts.is_some();
     let largest = state.particles.radius.iter().copied().fold(0.0, f64::max);
@@ -97,7 +98,8 @@ pub(super) fn add(
             format!("check its position and its units, or remove it; the centers lie {}", super::between(&low, &high));
         scenario.warning(&format!("joint[{at}].shape"), "crosses no bond", help)
     };
-    Ok((0..crossing.len()).filter(idle).map(warn).collect())
+    let warnings = (0..crossing.len()).filter(idle).map(warn).collect();
+    Ok((crossing, warnings))
 }
 
 /// The rows of a block of the law `jointed`; the checks of the scenario guarantee that it is one.

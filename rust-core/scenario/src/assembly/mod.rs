@@ -100,6 +100,8 @@ pub struct Summary {
     /// With aggregates: numbers of bonds (but those of fibers) within the mortar, within aggregates, between mortar and aggregates, and between two
     /// aggregates.
     pub bonds_by_phase: Option<[usize; 4]>,
+    /// Number of bonds across each `[[joint]]`.
+    pub joint_bonds: Vec<usize>,
     /// Solid volume divided by the volume of the packing, if it has one.
     pub packing_fraction: Option<f64>,
     /// Cross-section and length of the loaded specimen, m², m.
@@ -279,7 +281,8 @@ fn stages(
     let mut warnings = phases.as_ref().map_or_else(Vec::new, |phases| phases.doubtful(scenario));
     let bonded = add_bonds(scenario, (placed, links), &mut cuts, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
-    warnings.extend(joints::add(scenario, folder, bonded.interaction_ratio, &mut model, &mut state)?);
+    let (joint_bonds, idle) = joints::add(scenario, folder, bonded.interaction_ratio, &mut model, &mut state)?;
+    warnings.extend(idle);
     replace(&mut state, &model);
     walls::add(scenario, folder, &mut state)?;
     let recorded = slaves::build(scenario, folder, &mut state)?;
@@ -313,6 +316,7 @@ fn stages(
         bulk: bonded.bulk,
         bonds_by_phase: (phases.is_some() || scenario.phases.is_some()).then_some(bonded.by_phase),
         phases,
+        joint_bonds,
         fibers: bonded.fibers,
         packing_fraction: placed.packing_fraction,
         specimen: schedule.loading.dimensions(),

@@ -250,7 +250,7 @@ impl Simulation {
     }
 
     /// The record and all operators of the present state, as the next step would compute them; a copy of the simulation
-    /// takes that step, whose motion nobody sees: what the step would do to energies and contacts does not matter. After the last
+    /// takes that step, whose motion nobody sees: what the step would do to energies and contacts does not matter. Bonds that break in it are not counted. After the last
     /// stage, which has just `ended`, the copy continues that stage. `None` if it fails.
     fn final_rows(&mut self, ended: Option<&StageEnd>) -> Option<Advance> {
         let model = Model { watch_contacts: false, ..self.solver.model().clone() };
@@ -268,7 +268,13 @@ impl Simulation {
         let rows = ahead.step(true);
         ahead.schedule.allow_energy_error = guarded;
         (self.schedule, self.mesh) = (ahead.schedule, ahead.mesh);
-        rows.ok()
+        let mut rows = rows.ok()?;
+        if let Some(last) = &mut rows.sample {
+            // The event log and the tables of the state end before that step.
+            [last.broken, last.damaged] =
+                [memory::BROKEN, memory::DAMAGED].map(|place| self.state.schedule_memory[place]);
+        }
+        Some(rows)
     }
 
     /// Takes one step, with the record and the operators that are due, or with all of them.

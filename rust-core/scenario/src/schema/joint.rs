@@ -18,7 +18,8 @@ impl Dimension for OfJointStiffness {
 pub type JointStiffness = Quantity<OfJointStiffness>;
 
 /// A joint of rock, or a set of parallel ones: bonds and contacts between particles on its two sides are smooth joints, which slide along
-/// it whatever the directions between the particles. Needs the law "jointed" for bonds and contacts.
+/// it whatever the directions between the particles. Stiffnesses and strengths act on the areas of the bonds, π times the smaller radius
+/// squared, which may add up to more than the plane. Needs the law "jointed" for bonds and contacts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Joint {

@@ -32,7 +32,10 @@ pub fn keys(schema: &Value) -> Vec<KeyInfo> {
     for key in found {
         let same = |other: &&mut KeyInfo| KeyInfo { kinds: key.kinds.clone(), ..(**other).clone() } == key;
         match merged.iter_mut().rev().take_while(|other| other.path == key.path).find(same) {
-            Some(other) => other.kinds.extend(key.kinds),
+            Some(other) => {
+                let new: Vec<String> = key.kinds.into_iter().filter(|kind| !other.kinds.contains(kind)).collect();
+                other.kinds.extend(new);
+            }
             None => merged.push(key),
         }
     }
