@@ -326,3 +326,7 @@ def check_record(known):
 def main():
     studies.run(__file__, __doc__, laboratory.PROGRAM, RESULTS, full=partial(study, CASES), reduced=partial(study, REDUCED),
                 check_reduced=check_same, check_record=check_record, table=table)
+
+
+if __name__ == "__main__":
+    main()

@@ -101,6 +101,15 @@ def test_the_commit_of_a_program_is_read_from_its_results():
 STEPS = re.search(r"^TEST_STEPS := (.*)$", (ROOT / "Makefile").read_text(), re.M).group(1).split()
 
 
+def test_every_study_of_make_does_something():
+    """A file of functions alone would pass without a word."""
+    root = Path(__file__).parents[2]
+    studies = set(re.findall(r"validation/(\w+)\.py", (root / "Makefile").read_text()))
+    assert len(studies) > 10
+    for study in sorted(studies):
+        assert '\nif __name__ == "__main__":\n' in (root / "validation" / f"{study}.py").read_text(), study
+
+
 # The recorder does not follow the recursive make calls of `test`, so they are requested by name.
 @pytest.mark.parametrize("targets, least", [(["test"], 5), (["test-build", *STEPS], 13), (["validate-full"], 9)])
 def test_every_command_of_make_takes_a_missing_peer_for_a_failure(tmp_path, targets, least):

@@ -405,6 +405,19 @@ def test_removing_gives_the_bodies_back():
     assert engine.solver.steps == 3
 
 
+def test_an_empty_scene_at_the_same_address():
+    """YADE may put a new scene where the former one was. It has no bodies yet when its script sets the engines."""
+    engine = engine_from_one_thread()
+    O.reset()
+    scene = bridge._memory.known_address_of(O._sceneObj)
+    container = bridge._memory.known_pointer(scene + bridge._scene.host().layout["Scene.bodies"])
+    # As if the container were where the former one was.
+    engine._container = container
+    assert not engine._bodies_now().any()
+    O.engines = [ForceResetter(), NewtonIntegrator()]
+    assert not bridge.engines()
+
+
 def test_nothing_leaks():
     in_yade(alone("beams"))
     bridge.bond(**TABLES["beams"])

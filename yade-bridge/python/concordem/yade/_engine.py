@@ -271,8 +271,10 @@ class BondedEngine:
     def _bodies_now(self) -> NDArray[np.uint64]:
         """Addresses of the bodies, 0 for one that was deleted."""
         every = _core.memory_targets(self._container + host().layout["bodies.vector"])
+        found = np.zeros(len(self.ids), np.uint64)
         inside = self.ids < len(every)
-        return np.where(inside, every[np.where(inside, self.ids, 0)], 0).astype(np.uint64)
+        found[inside] = every[self.ids[inside]]
+        return found
 
     def _is_here(self) -> bool:
         """Whether the scene at this address still is the one with the bonded bodies."""
