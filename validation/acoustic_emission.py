@@ -31,7 +31,7 @@ FAST, SLOW = 2, 0.5
 SILENT = 0.95
 # b is counted once more from magnitudes larger by this.
 LARGER = 0.3
-# And from emissions that last this many times as long as those of the default.
+# And from emissions that last this many times as long as by default.
 LONGER = 10
 # Velocities of the impacts, m/s.
 VELOCITIES = (6, 8, 10, 14)

@@ -285,7 +285,12 @@ fn joints_do_not_depend_on_threads_and_restarts() {
 #[test]
 fn planes_discs_and_triangles_are_one_joint() {
     let open = "friction_angle = \"25 deg\"";
-    let bonds = |shape: &str| on_joint(&sound(built(&rock(&joint(shape, open)))).state).len();
+    let bonds = |shape: &str| {
+        let assembly = sound(built(&rock(&joint(shape, open))));
+        let bonds = on_joint(&assembly.state).len();
+        assert_eq!(assembly.summary.joint_bonds, [bonds]);
+        bonds
+    };
     let at_middle = "[0.011, 0.011, 0.021]";
     let by_plane = bonds(&format!("kind = \"plane\", point = {at_middle}, normal = [0, 0, 2]"));
     let disc =

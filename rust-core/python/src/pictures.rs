@@ -19,9 +19,8 @@ fn read<T>(name: &str, given: &Bound<'_, PyAny>, read: impl Fn(&str) -> Result<T
     } else if let Ok(number) = given.extract::<f64>() {
         number.to_string()
     } else {
-        let numbers: Vec<f64> = given
-            .extract()
-            .map_err(|_| PyTypeError::new_err(format!("{name} is {}; give a text or numbers", given.get_type())))?;
+        let numbers: Vec<f64> =
+            given.extract().map_err(|_| PyTypeError::new_err(format!("{name} is {given}; give a text or numbers")))?;
         numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
     };
     read(&text).map_err(|reason| PyValueError::new_err(format!("{name}: {reason}")))
@@ -35,8 +34,17 @@ fn items<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, PyAny>>> {
     given.try_iter()?.collect()
 }
 
-fn shown(name: &str) -> PyResult<Shown> {
-    Shown::of_name(name).map_err(|names| PyValueError::new_err(format!("show has \"{name}\"; give some of {names}")))
+fn shown(given: &Bound<'_, PyAny>) -> PyResult<Shown> {
+    let name: String = given.extract().map_err(|_| PyTypeError::new_err(format!("show has {given}; give names")))?;
+    Shown::of_name(&name).map_err(|names| PyValueError::new_err(format!("show has \"{name}\"; give some of {names}")))
+}
+
+/// Both ends of the colors.
+fn ends(given: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
+    match given.extract::<[f64; 2]>() {
+        Ok(ends) if ends.iter().all(|end| end.is_finite()) => Ok(ends),
+        _ => Err(PyValueError::new_err(format!("range is {given}; give two finite numbers"))),
+    }
 }
 
 /// A time: a number, s, or a text with a unit.
@@ -111,7 +119,7 @@ fn render(
     overwrite: bool,
     show: Option<&Bound<'_, PyAny>>,
     color: Option<String>,
-    range: Option<[f64; 2]>,
+    range: Option<&Bound<'_, PyAny>>,
     view: Option<&Bound<'_, PyAny>>,
     slice: Option<&Bound<'_, PyAny>>,
     cut: Option<&Bound<'_, PyAny>>,
@@ -125,9 +133,6 @@ fn render(
     let usual = Request::default();
     let plane =
         |name: &'static str| move |given: &Bound<'_, PyAny>| -> PyResult<Section> { read(name, given, section) };
-    if range.is_some_and(|ends| !ends.iter().all(|end| end.is_finite())) {
-        return Err(PyValueError::new_err("range must be finite"));
-    }
     let size = match size {
         None => usual.size,
         Some(given) => read("size", given, |text| size_of_picture(&text.replace(',', "x")))?,
@@ -135,10 +140,10 @@ fn render(
     let request = Request {
         shown: match show {
             None => usual.shown,
-            Some(given) => items(given)?.iter().map(|one| shown(&one.extract::<String>()?)).collect::<PyResult<_>>()?,
+            Some(given) => items(given)?.iter().map(shown).collect::<PyResult<_>>()?,
         },
         color,
-        range,
+        range: range.map(ends).transpose()?,
         direction: view.map(|given| read("view", given, direction)).transpose()?,
         slice: slice.map(plane("slice")).transpose()?,
         cuts: match cut {

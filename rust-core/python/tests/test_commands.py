@@ -310,12 +310,16 @@ def test_pictures_are_those_of_the_program(finished, tmp_path):
         (dict(time=float("nan")), "time: "),
         (dict(time=0, animate=True), "either time or animate"),
         (dict(animate=1), "animate is 1; give True, or 2 to 1000 images"),
-        (dict(range=(0, float("inf"))), "range must be finite"),
+        (dict(range=(0, float("inf"))), "give two finite numbers"),
+        (dict(range=(0, 1, 2)), r"range is \(0, 1, 2\); give two finite numbers"),
         (dict(color="mood"), "mood"),
         (dict(output="x.jpg"), "need the extension .png"),
     ):
         with pytest.raises(ValueError, match=message):
             concordem.render(finished, **{"output": tmp_path / "no.png", **options})
+    for options, message in ((dict(show=3), "show has 3; give names"), (dict(slice=("y",)), "slice is .*; give a text")):
+        with pytest.raises(TypeError, match=message):
+            concordem.render(finished, tmp_path / "no.png", **options)
     assert not (tmp_path / "no.png").exists()
     for name, options, arguments in (("a.svg", dict(compression=True), ["--compression"]), ("a.pdf", dict(x="time", y="stress"), ["--x", "time", "--y", "stress"])):
         ours, theirs = tmp_path / name, tmp_path / f"b{name}"

@@ -643,22 +643,21 @@ fn particles_moved_back_are_not_strained() {
     assert!(gradient.abs().max() < 1e-12, "{gradient}");
 }
 
-/// The last row is that of a step which is not taken: its counts are those of the event log, which ends before that step.
+/// The last row belongs to a step that is not taken. It counts the bonds of the event log, which ends before that step.
 #[test]
 fn counts_of_the_last_row_are_those_of_the_events() {
     let text = template("cpm-small").unwrap().text;
     let mut run = simulation(text);
     let (mut events, mut steps_with_events) = (0, 0);
-    loop {
-        let last = run.present().unwrap().sample.unwrap();
-        assert_eq!(last.broken + last.damaged, f64::from(events));
+    while steps_with_events < 60 {
+        // Costs as much as many steps.
+        if events > 0 {
+            let last = run.present().unwrap().sample.unwrap();
+            assert_eq!(last.broken + last.damaged, f64::from(events));
+        }
         let advance = run.advance().unwrap();
+        assert!(advance.stopped.is_none());
         events += advance.events.len() as u32;
         steps_with_events += u32::from(!advance.events.is_empty());
-        if let Some(last) = advance.last {
-            assert_eq!(last.broken + last.damaged, f64::from(events));
-            break;
-        }
     }
-    assert!(steps_with_events > 50, "{steps_with_events}");
 }

@@ -249,9 +249,9 @@ impl Simulation {
         self.final_rows(None)
     }
 
-    /// The record and all operators of the present state, as the next step would compute them; a copy of the simulation
-    /// takes that step, whose motion nobody sees: what the step would do to energies and contacts does not matter. Bonds that break in it are not counted. After the last
-    /// stage, which has just `ended`, the copy continues that stage. `None` if it fails.
+    /// The record and all operators of the present state, as the next step would compute them. A copy of the simulation takes that step,
+    /// which changes nothing here; bonds that break in it are not counted. After the last stage, which has just `ended`, the copy
+    /// continues that stage. `None` if the step fails.
     fn final_rows(&mut self, ended: Option<&StageEnd>) -> Option<Advance> {
         let model = Model { watch_contacts: false, ..self.solver.model().clone() };
         let mut state = self.state.clone();

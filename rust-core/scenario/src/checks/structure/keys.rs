@@ -173,6 +173,8 @@ mod tests {
         // Every key says what it means.
         for key in &keys {
             assert!(!key.description.is_empty() && !key.value.is_empty(), "{key:?}");
+            // A table of several kinds, in a table of several kinds, names each once.
+            assert!(key.kinds.iter().enumerate().all(|(k, kind)| !key.kinds[..k].contains(kind)), "{key:?}");
         }
     }
 }
