@@ -316,6 +316,13 @@ impl<'a> Search<'a> {
                     high[axis] = high[axis].clamp(0, BOXES_PER_AXIS - 1);
                 }
             }
+            // A facet may be a thousand times as long as the particles are: then most rows are empty.
+            if !periodic && own.is_none() && (high[1] - low[1] + 1) * (high[2] - low[2] + 1) > level.keys.len() as i64 {
+                for other in &level.entries {
+                    self.meet(entry, other, &Vec3::zeros(), [0; 3], out)?;
+                }
+                continue;
+            }
             let mut row = 0;
             for z in own.map_or(low[2], |(_, own)| own[2])..=high[2] {
                 let start = own.filter(|(_, own)| own[2] == z).map_or(low[1], |(_, own)| own[1]);
@@ -349,21 +356,37 @@ impl<'a> Search<'a> {
                         };
                         let row_of_boxes = level.keys[begin..].iter().zip(&level.entries[begin..]);
                         for (_, other) in row_of_boxes.take_while(|(key, _)| **key <= end) {
-                            let limit = entry.reach + other.reach + self.slack;
-                            if (other.position + shift - entry.position).norm_squared() <= limit * limit {
-                                let Some(pair) = self.confirm(entry.index, other.index, image)? else { continue };
-                                // Their number follows from the reach, which a user chooses.
-                                if out.len() == out.capacity() {
-                                    reserve(out, out.len().max(CHUNK))?;
-                                }
-                                out.push(pair);
-                            }
+                            self.meet(entry, other, &shift, image, out)?;
                         }
                         x += last - inside[0] + 1;
                         row += 1;
                     }
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Adds the pair of two particles if they are within their reaches, the second one seen at its wrapped position plus `shift`.
+    #[inline]
+    fn meet(
+        &self,
+        seeker: &Entry,
+        other: &Entry,
+        shift: &Vec3,
+        image: [i64; 3],
+        out: &mut Vec<CandidatePair>,
+    ) -> Result<(), NeighborError> {
+        let limit = seeker.reach + other.reach + self.slack;
+        if (other.position + shift - seeker.position).norm_squared() > limit * limit {
+            return Ok(());
+        }
+        if let Some(pair) = self.confirm(seeker.index, other.index, image)? {
+            // Their number follows from the reach, which a user chooses.
+            if out.len() == out.capacity() {
+                reserve(out, out.len().max(CHUNK))?;
+            }
+            out.push(pair);
         }
         Ok(())
     }

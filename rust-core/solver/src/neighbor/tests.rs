@@ -67,6 +67,17 @@ fn cells() -> impl Strategy<Value = Cell> {
     )
 }
 
+/// With all rows of boxes that it spans, of which nearly all are empty, this search would take days.
+#[test]
+fn a_facet_may_be_much_larger_than_the_particles() {
+    let mut positions: Vec<Vec3> = (0..10).map(|k| Vec3::new(f64::from(k), 0.5, 1.0) / 10.0).collect();
+    positions.push(Vec3::new(0.5, 0.5, 0.5));
+    let mut reach = vec![1e-6; 10];
+    reach.push(2.0);
+    let pairs = candidate_pairs_with_others(&positions, &reach, 10, None).unwrap();
+    assert_eq!(pairs, (0..10).map(|a| CandidatePair { a, b: 10, image: [0; 3] }).collect::<Vec<_>>());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
