@@ -5,7 +5,7 @@ DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
 # The steps of make test, longest first, so that no long step runs alone at the end.
-TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
+TEST_STEPS := test-rust test-python test-yade-native test-yade test-harness test-hosts test-studies test-docs test-gold
 
 .PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks yade-scripts test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
@@ -92,8 +92,8 @@ clean-demo:
 # Here and in the long studies a missing peer is an error, and so is a lack of root rights, which Debian 13 for YADE needs.
 test test-build test-lint $(TEST_STEPS) new-law new-operator new-wall test-bigbig validate-full: export CI := 1
 
-# One build, then independent steps, two at a time. Each step prints how long it took; target/test-times.txt has the table.
-JOBS ?= 2
+# One build, then independent steps, three at a time: one often waits, for a process that starts or for another one. Each step prints how long it took; target/test-times.txt has the table.
+JOBS ?= 3
 
 test:
 	.ci/setup build

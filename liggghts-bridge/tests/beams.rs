@@ -21,7 +21,7 @@ fn the_deflection_of_a_cantilever_follows_beam_theory() {
     let load = 3.0 * stiffness * wanted / length.powi(3);
     let atoms: Vec<Atom> =
         (0..count).map(|k| Atom::resting(Vec3::new(2.0 * RADIUS * k as f64, 0.0, 0.0), RADIUS)).collect();
-    let mut last: Option<(Host, Vec<u8>)> = None;
+    let mut alone: Option<(Host, Vec<u8>)> = None;
     for (host, processors) in RUNS {
         let folder = tempfile::tempdir().unwrap();
         let data = folder.path().join("chain.data");
@@ -39,26 +39,30 @@ fn the_deflection_of_a_cantilever_follows_beam_theory() {
         // `processors` must precede the creation of the box.
         script =
             script.replacen("processors * 1 1\n", "", 1).replacen("newton off\n", "newton off\nprocessors * 1 1\n", 1);
-        script.push_str(&dump_for(host, "out.dump", 30000));
-        script.push_str("run 30000\n");
+        script.push_str(&dump_for(host, "out.dump", 3000));
+        // The bits of the first tenth tell whether they depend on the number of processors.
+        writeln!(script, "run {}", if processors == 1 { 30000 } else { 3000 }).unwrap();
         run_in(host, folder.path(), &script, processors);
         let path = folder.path().join("out.dump");
+        let bytes = std::fs::read(&path).unwrap();
+        if processors > 1 {
+            let (of, one) = alone.as_ref().unwrap();
+            assert!(*of == host && one.starts_with(&bytes), "{host:?}: the result depends on the number of processors");
+            assert_eq!(frames(&path).len(), 2, "{host:?}");
+            continue;
+        }
         let (_, end) = frames(&path).pop().unwrap();
         for (k, atom) in end.iter().enumerate() {
             let x = 2.0 * RADIUS * k as f64;
             let expected = load * x * x * (3.0 * length - x) / (6.0 * stiffness);
             assert!(
                 (atom.position.y - expected).abs() <= 1e-6 * wanted,
-                "{host:?}, {processors}: deflection at {x} is {:e}, not {expected:e}",
+                "{host:?}: deflection at {x} is {:e}, not {expected:e}",
                 atom.position.y
             );
         }
-        println!("{host:?}, {processors}: tip at {:.9} of the closed form", end[count - 1].position.y / wanted);
-        let bytes = std::fs::read(&path).unwrap();
-        if let Some((_, one)) = last.as_ref().filter(|(other, _)| *other == host) {
-            assert!(*one == bytes, "{host:?}: the result depends on the number of processors");
-        }
-        last = Some((host, bytes));
+        println!("{host:?}: tip at {:.9} of the closed form", end[count - 1].position.y / wanted);
+        alone = Some((host, bytes));
     }
 }
 

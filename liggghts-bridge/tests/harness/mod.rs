@@ -24,13 +24,14 @@ pub enum Host {
     Lammps,
 }
 
-/// The launcher of MPI, LAMMPS, and the folder of the plugin. `CONCORDEM_LAMMPS` names another program, for which
+/// LAMMPS on `processors` processors with our plugin. `CONCORDEM_LAMMPS` names another program than the one of `.venv-lammps`, for which
 /// `liggghts-bridge/lammps/build PROGRAM HEADERS` built the plugin; `CONCORDEM_MPIRUN` names its launcher (default `mpirun`).
-fn lammps() -> [PathBuf; 3] {
+fn lammps(processors: usize) -> Command {
     let plugin = |folder| {
         let plugin = built(&format!("{folder}/concordemplugin.so"), "liggghts-bridge/lammps/build");
         plugin.parent().unwrap().to_owned()
     };
+    let mut command = limited();
     if let Some(program) = std::env::var_os("CONCORDEM_LAMMPS") {
         let program = PathBuf::from(program);
         assert!(program.is_absolute(), "CONCORDEM_LAMMPS={}: give an absolute path", program.display());
@@ -41,14 +42,30 @@ fn lammps() -> [PathBuf; 3] {
             "CONCORDEM_MPIRUN={}: give an absolute path",
             launcher.display()
         );
-        return [launcher, program, plugin("lammps-own")];
+        launched(&mut command, &launcher, processors).arg(program).env("LAMMPS_PLUGIN_PATH", plugin("lammps-own"));
+        return command;
     }
-    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv-lammps/bin");
-    assert!(venv.join("lmp").exists(), "{} has no lmp: run .ci/setup lammps first", venv.display());
-    [venv.join("mpirun"), venv.join("lmp"), plugin("lammps")]
+    let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv-lammps");
+    let libraries = venv.join("lib");
+    // Its script `lmp` starts Python, which takes half of the time of a short run, and then this program.
+    let versions = std::fs::read_dir(&libraries).into_iter().flatten().flatten();
+    let program = versions.map(|version| version.path().join("site-packages/lammps/lmp")).find(|path| path.exists());
+    let program = program.unwrap_or_else(|| panic!("{} has no LAMMPS: run .ci/setup lammps first", venv.display()));
+    launched(&mut command, &venv.join("bin/mpirun"), processors)
+        .arg(program)
+        .envs([("LAMMPS_PLUGIN_PATH", plugin("lammps")), ("LD_LIBRARY_PATH", libraries)]);
+    command
 }
 
-/// A library in which a process of Open MPI that waits for a message sleeps. Else it polls and yields: on a busy machine, each process that waits then
+/// Lets a launcher start the program that is added to the command, unless it is to run on one processor.
+fn launched<'a>(command: &'a mut Command, launcher: &Path, processors: usize) -> &'a mut Command {
+    if processors > 1 {
+        command.arg(launcher).args(["-np", &processors.to_string()]).env("LD_PRELOAD", &*SLEEP);
+    }
+    command
+}
+
+/// A library in which a process of MPI that waits for a message sleeps. Else it polls and yields: on a busy machine, each process that waits then
 /// takes a share of a processor from the one that works. 2,000 steps of 216 spheres on two busy processors (load 12 to 20): 2 to 7 instead of 14 to 42 s
 /// on two processes, 3 instead of 48 to 64 s on four.
 static SLEEP: LazyLock<PathBuf> = LazyLock::new(|| {
@@ -78,19 +95,26 @@ fn limited() -> Command {
     command
 }
 
-/// Debian's MPI, which starts the program that is added to this command on `processors` processors.
+/// Debian's MPI, which starts the program that is added to this command on `processors` processors; on one, the program starts alone, as
+/// the launcher takes longer than a short run.
 pub fn open_mpi(processors: usize) -> Command {
     let mut command = limited();
-    command
-        .args(["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np"])
-        .arg(processors.to_string())
+    if processors > 1 {
+        // Other tests run at the same time: two processes, too, find no two idle processors.
+        command
+            .args(["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np"])
+            .arg(processors.to_string())
+            .env("LD_PRELOAD", &*SLEEP);
+    }
+    command.envs([
         // Open MPI looks for no network, and waits for no second before it kills the processes that are left when one has failed: a
         // refusal takes 0.5 instead of 1.5 s, any other start half as long.
-        .envs([("OMPI_MCA_pml", "ob1"), ("OMPI_MCA_btl", "self,vader"), ("OMPI_MCA_odls_base_sigkill_timeout", "0")]);
-    // Other tests run at the same time: two processes, too, find no two idle processors.
-    if processors > 1 {
-        command.env("LD_PRELOAD", &*SLEEP);
-    }
+        ("OMPI_MCA_pml", "ob1"),
+        ("OMPI_MCA_btl", "self,vader"),
+        ("OMPI_MCA_odls_base_sigkill_timeout", "0"),
+        // A program that starts alone starts no other one to watch over it.
+        ("OMPI_MCA_ess_singleton_isolated", "1"),
+    ]);
     command
 }
 
@@ -110,15 +134,10 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
             command
         }
         Host::Lammps => {
-            let [launcher, program, plugin] = lammps();
-            let mut command = limited();
+            let mut command = lammps(processors);
             command
-                .arg(launcher)
-                .args(["-np", &processors.to_string()])
-                .arg(program)
                 .arg("-in")
                 .arg(&path)
-                .env("LAMMPS_PLUGIN_PATH", plugin)
                 // MPICH polls without end while it waits. With more processes than idle processors each message then costs a time slice: ten
                 // times the wall time of four processes on two processors.
                 .env("MPIR_CVAR_CH4_PROGRESS_THROTTLE", "1")
@@ -154,20 +173,16 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
 
 /// What the program says about itself: its styles.
 pub fn help(host: Host) -> String {
-    let program = match host {
-        Host::Liggghts => PathBuf::from(std::env::var_os("LIGGGHTS").unwrap_or_else(|| "liggghts".into())),
-        Host::Lammps => {
-            let [_, program, _] = lammps();
-            program
+    let mut command = match host {
+        Host::Liggghts => {
+            let mut command = open_mpi(1);
+            command.arg(std::env::var_os("LIGGGHTS").unwrap_or_else(|| "liggghts".into()));
+            command
         }
+        Host::Lammps => lammps(1),
     };
-    let output = Command::new(&program)
-        .arg("-help")
-        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
-        .output()
-        .unwrap_or_else(|error| panic!("{}: {error}", program.display()));
-    text(&output)
+    command.arg("-help").env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    text(&command.output().expect("timeout (Debian package coreutils) is needed"))
 }
 
 /// Change the version in the head of our fix in a restart file. The head starts with the version, whether bonds were created (an
