@@ -319,13 +319,17 @@ impl Run {
             self.files.note("first_step_after_s", &format!("{:.3}", time.as_secs_f64()));
         }
         let reason = self.simulation.stopped().map(|reason| reason.to_string()).unwrap_or_default();
-        let unmet = self.simulation.unmet().join("; ");
+        let [unmet, torn] = [self.simulation.unmet(), self.simulation.torn()].map(|all| all.join("; "));
         self.recording.finish(&mut self.simulation, self.files, &reason)?;
         let mut text =
             format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
         if !unmet.is_empty() {
             text += ". Not reached: ";
             text += &unmet;
+        }
+        if !torn.is_empty() {
+            text += ". ";
+            text += &torn;
         }
         Ok(Outcome::Finished { path, text })
     }

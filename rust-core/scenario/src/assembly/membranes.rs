@@ -68,7 +68,7 @@ fn one(
         }
     }
     let history = membrane.history.as_deref().and_then(|name| history(scenario, name));
-    Ok(Membrane { pressure: membrane.pressure.si(), history, places: Vec::new(), faces, planar })
+    Ok(Membrane { pressure: membrane.pressure.si(), history, places: Vec::new(), faces, planar, reach })
 }
 
 /// Faces of the border of the cells that remain, counterclockwise seen from outside; lines repeat their second corner.

@@ -8,7 +8,8 @@ use super::quantity::{Length, Stress};
 
 /// A flexible membrane, as the rubber around a triaxial specimen: it spans the outer particles by triangles between their centers (in
 /// two dimensions lines), and presses on them. Each triangle gives a third of its pressure times its present area to each of its
-/// corners. The triangles are found at the start and move with their particles.
+/// corners. The triangles are found at the start and move with their particles. One that is drawn out wider than twice its reach presses
+/// less, and from four times on not at all: its particle has left the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Membrane {

@@ -57,6 +57,10 @@ impl Recording {
         if !unmet.is_empty() {
             files.note("servos_not_at_target", &unmet);
         }
+        let torn = simulation.torn().join("; ");
+        if !torn.is_empty() {
+            files.note("membranes_torn", &torn);
+        }
         let stages = simulation.ended_stages();
         let stages: Vec<String> = stages.map(|(name, time, step)| format!("{name}: {time:e} s, step {step}")).collect();
         if !stages.is_empty() {

@@ -93,6 +93,18 @@ impl Simulation {
         }
         all
     }
+
+    /// Membranes that have torn after the last step, in words.
+    pub fn torn(&self) -> Vec<String> {
+        let position = &self.state.particles.position;
+        let membranes = self.schedule.histories.membranes.iter().enumerate();
+        let torn = membranes.map(|(number, membrane)| (number, membrane.torn(position), membrane.faces.len()));
+        torn.filter(|(_, torn, _)| *torn > 0)
+            .map(|(number, torn, all)| {
+                format!("membrane[{number}] has torn at {torn} of {all} faces, which press less or not at all")
+            })
+            .collect()
+    }
 }
 
 /// The error of a servo that swings.
