@@ -42,10 +42,18 @@ def counts():
 
 
 def same_counts(wanted, found, tolerance=PAIR):
+    # YADE adds to the counters of its law and of the particles without a lock: on two threads it now and then loses a crack of some forty,
+    # or a bond or a crack of a particle; so before the take-over, as well.
+    races = O.numThreads > 1
     for one, two in zip(wanted, found):
-        # YADE's law adds to its counters without a lock: on two threads it now and then loses a crack of some forty.
-        lost = 0.1 * abs(one) if O.numThreads > 1 and one is wanted[0] else 0
-        assert (two - one <= lost + tolerance * abs(one)).all() and (one - two <= tolerance * abs(one)).all(), (one, two)
+        lost = 0.1 * abs(one) if races and one is wanted[0] else 0
+        apart = (two - one > lost + tolerance * abs(one)) | (one - two > tolerance * abs(one))
+        if races and one is wanted[1]:
+            rows = apart.any(axis=1)
+            missed = (two - one)[rows, :2]
+            assert rows.sum() <= 3 and (abs(missed).sum(axis=1) == 1).all(), (one[rows], two[rows])
+        else:
+            assert not apart.any(), (one[apart], two[apart])
 
 
 def ride(steps, ours, motion=None, start=3, **scene):
