@@ -1,5 +1,6 @@
 //! Jointed specimens from scenarios.
 
+use concordem::fracture::fragments::{bonded_pieces, count, fragments};
 use concordem::kinematics::MotionMeasure;
 use concordem::law::jointed::JointedRock;
 use concordem::math::Vec3;
@@ -300,6 +301,18 @@ fn planes_discs_and_triangles_are_one_joint() {
     let small = disc(6e-3);
     // Its part of the cross-section is a quarter; the rim needs both centers inside.
     assert!(small > by_plane / 8 && small < by_plane / 3, "{small} of {by_plane}");
+    // A plane that falls 50° toward x, and one that falls halfway between −x and y.
+    for (dip, direction, normal) in [
+        ("50 deg", "dip_direction = \"90 deg\"", "[0.766044443118978, 0, 0.6427876096865394]"),
+        ("0.3 rad", "dip_direction = -0.7853981633974483", "[-0.20896434210788, 0.20896434210788, 0.955336489125606]"),
+        ("90 deg", "", "[0, 1, 0]"),
+    ] {
+        let direction = if direction.is_empty() { String::new() } else { format!(", {direction}") };
+        let by_dip = bonds(&format!("kind = \"plane\", point = {at_middle}, dip = \"{dip}\"{direction}"));
+        assert_eq!(by_dip, bonds(&format!("kind = \"plane\", point = {at_middle}, normal = {normal}")), "{dip}");
+        let disc = format!("kind = \"disc\", center = {at_middle}, radius = 0.1");
+        assert_eq!(by_dip, bonds(&format!("{disc}, dip = \"{dip}\"{direction}")), "{dip}");
+    }
     let set = bonds("kind = \"plane\", point = [0, 0, 0.0105], normal = [0, 0, 1], count = 3, spacing = \"10.5 mm\"");
     let single = |z: f64| bonds(&format!("kind = \"plane\", point = [0, 0, {z}], normal = [0, 0, 1]"));
     assert_eq!(set, single(0.0105) + single(0.021) + single(0.0315));
@@ -325,6 +338,32 @@ fn planes_discs_and_triangles_are_one_joint() {
     assert!(half > by_plane / 3 && half < by_plane * 3 / 5, "{half} of {by_plane}");
     let (key, message) = refusal(built(&rock(&joint(&write("turned.stl", &[[a, b, c], [a, d, c]]), open))));
     assert!(key == "joint[0].shape.path" && message.contains("orient the triangles alike"), "{key}: {message}");
+}
+
+/// An open joint divides the rock from the start, which damages no bond. Bonds of a joint with strength connect until they crack.
+#[test]
+fn an_open_joint_divides_the_rock_without_damage() {
+    for (strength, open) in [("", true), ("cohesion = 1e9\ntensile_strength = 1e9", false)] {
+        let strength = format!("friction_angle = 0.5\n{strength}");
+        let assembly = sound(built(&rock(&plane(Vec3::new(0.1, 0.2, 1.0), &strength))));
+        let (mut state, model) = (assembly.state, assembly.model);
+        let check = |state: &State| {
+            let pieces = count(&fragments(state));
+            let block = state.bonds[0].contacts();
+            let damaged = (0..block.len()).filter(|&k| block.damage(k) > 0.0).count();
+            let weak = (0..block.len()).filter(|&k| block.lost_strength(k) > 0.0).count();
+            assert_eq!((damaged, weak), (0, if open { on_joint(state).len() } else { 0 }));
+            // A sphere without bonds is a piece as well.
+            let bonded = count(&bonded_pieces(state));
+            assert!(if open { pieces > bonded } else { pieces == bonded }, "{pieces}, {bonded}");
+        };
+        check(&state);
+        let mut stepper = solver(model, &mut state);
+        for _ in 0..10 {
+            assert!(stepper.step(&mut state).unwrap().bond_events.is_empty());
+        }
+        check(&state);
+    }
 }
 
 /// A joint beside the specimen gives a warning.

@@ -843,9 +843,13 @@ class JointShapePlane(TypedDict, total=False):
 
     count: int | np.integer[Any]
     """Number of planes; default: 1. Range: ≥ 1, ≤ 1,000."""
+    dip: Quantity | None
+    """Angle between the plane and the horizontal, rad, 0 to 90°; z points up. Example: `dip = "60 deg"`."""
+    dip_direction: Quantity | None
+    """Horizontal direction in which the plane falls, rad; default: 0, along y. 90° is along x, as on a map whose north is y."""
     kind: Required[Literal["plane"]]
-    normal: Required[Sequence[Quantity] | NDArray[Any]]
-    """Normal, of any length. Required. Example: `normal = [0, 0.5, 1]`."""
+    normal: Sequence[Quantity] | NDArray[Any] | None
+    """Normal, of any length; or give `dip`. Example: `normal = [0, 0.5, 1]`."""
     point: Required[Sequence[Quantity] | NDArray[Any]]
     """A point of the plane, of several the first, m. Required."""
     spacing: Quantity | None
@@ -857,9 +861,13 @@ class JointShapeDisc(TypedDict, total=False):
 
     center: Required[Sequence[Quantity] | NDArray[Any]]
     """Center, m. Required."""
+    dip: Quantity | None
+    """Angle between the disc and the horizontal, rad, 0 to 90°; z points up."""
+    dip_direction: Quantity | None
+    """Horizontal direction in which the disc falls, rad; default: 0, along y. 90° is along x."""
     kind: Required[Literal["disc"]]
-    normal: Required[Sequence[Quantity] | NDArray[Any]]
-    """Normal, of any length. Required."""
+    normal: Sequence[Quantity] | NDArray[Any] | None
+    """Normal, of any length; or give `dip`."""
     radius: Required[Quantity]
     """Radius, m. Required. Range: > 0."""
 
@@ -1087,7 +1095,8 @@ class Material(TypedDict, total=False):
 class Membrane(TypedDict, total=False):
     """A flexible membrane, as the rubber around a triaxial specimen: it spans the outer particles by triangles between their centers (in two
     dimensions lines), and presses on them. Each triangle gives a third of its pressure times its present area to each of its corners. The
-    triangles are found at the start and move with their particles."""
+    triangles are found at the start and move with their particles. One that is drawn out wider than twice its reach presses less, and from four
+    times on not at all: its particle has left the body."""
 
     history: str | None
     """Name of a history that multiplies the pressure; default: constant."""

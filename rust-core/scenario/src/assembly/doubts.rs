@@ -15,7 +15,7 @@ use concordem_contact::math::Vec3;
 use concordem_files::paths::is_hdf5;
 use concordem_operator::{Period, Region};
 use concordem_packing::Crop;
-use concordem_solver::fracture::fragments::fragments;
+use concordem_solver::fracture::fragments::bonded_pieces;
 use concordem_solver::state::State;
 
 /// Mean radii of a file, m, outside of which its unit is doubtful.
@@ -247,7 +247,7 @@ pub(super) fn pieces(scenario: &Scenario, state: &State) -> Option<Problem> {
     if !loads_ends || scenario.bonds.is_none() || state.bonds.iter().all(|block| block.contacts().is_empty()) {
         return None;
     }
-    let fragments = fragments(state);
+    let fragments = bonded_pieces(state);
     let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
     for name in &fragments {
         *sizes.entry(*name).or_default() += 1;

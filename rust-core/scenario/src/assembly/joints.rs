@@ -8,7 +8,7 @@ use super::{AssemblyError, unfit};
 use crate::schema::quantity::vector;
 use crate::schema::{Joint, JointShape, Problem, Quantity, Scenario};
 use concordem_contact::law::Jointed;
-use concordem_contact::law::jointed::{self, JointedRock, JointedRockState};
+use concordem_contact::law::jointed::{self, JointedRock, JointedRockState, OPEN};
 use concordem_contact::math::Vec3;
 use concordem_packing::{Surface, TIE};
 use concordem_solver::forces::EvaluatedContacts;
@@ -80,7 +80,7 @@ pub(super) fn add(
         let joint = block.rows[usize::from(block.flags[k].row)].joint;
         if joint.is_some_and(|joint| !joint.is_cohesive()) {
             // Cracked from the start, which is no event.
-            block.history.set(k, JointedRockState { crack: 2.0, ..JointedRockState::default() });
+            block.history.set(k, JointedRockState { crack: OPEN, ..JointedRockState::default() });
             block.flags[k].bits |= ContactFlags::REPORTED;
         }
     }
@@ -137,17 +137,22 @@ enum Place {
     Facets(Facets, Vec<[Vec3; 2]>),
 }
 
+/// Unit normal of a plane or a disc.
+fn unit_normal(joint: &Joint) -> Vec3 {
+    joint.shape.orientation().map_or(Vec3::zeros(), |orientation| orientation.unit_normal())
+}
+
 /// The places of the joints of table `at`.
 fn places(at: usize, joint: &Joint, folder: &Path) -> Result<Vec<Place>, AssemblyError> {
     Ok(match &joint.shape {
-        JointShape::Plane { point, normal, count, spacing } => {
-            let (point, normal) = (vector(point), vector(normal).normalize());
+        JointShape::Plane { point, count, spacing, .. } => {
+            let (point, normal) = (vector(point), unit_normal(joint));
             let step = normal * spacing.map_or(0.0, Quantity::si);
             let plane = |k: u32| Place::Plane(point + step * f64::from(k), normal, f64::INFINITY);
             (0..*count).map(plane).collect()
         }
-        JointShape::Disc { center, normal, radius } => {
-            vec![Place::Plane(vector(center), vector(normal).normalize(), radius.si())]
+        JointShape::Disc { center, radius, .. } => {
+            vec![Place::Plane(vector(center), unit_normal(joint), radius.si())]
         }
         JointShape::Facets { path, unit } => {
             let key = format!("joint[{at}].shape.path");

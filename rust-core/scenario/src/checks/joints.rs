@@ -1,7 +1,7 @@
 //! Checks of joints.
 
 use super::Checker;
-use crate::schema::{Joint, JointShape, LawName};
+use crate::schema::{Joint, JointShape, LawName, Orientation};
 
 impl Checker<'_> {
     pub(super) fn joints(&mut self) {
@@ -66,8 +66,7 @@ impl Checker<'_> {
             Some(_) => {}
         }
         match &joint.shape {
-            JointShape::Plane { normal, count, spacing, .. } => {
-                self.joint_normal(key, normal);
+            JointShape::Plane { count, spacing, .. } => {
                 if *count > 1 && spacing.is_none() {
                     let help = "give the distance from one plane to the next";
                     self.missing(&format!("{key}.shape.spacing"), "several planes need a spacing", help);
@@ -77,14 +76,37 @@ impl Checker<'_> {
                     self.conflict(&format!("{key}.shape.spacing"), "has no effect on one plane", help);
                 }
             }
-            JointShape::Disc { normal, .. } => self.joint_normal(key, normal),
-            JointShape::Facets { .. } => {}
+            JointShape::Disc { .. } | JointShape::Facets { .. } => {}
+        }
+        if let Some(orientation) = joint.shape.orientation() {
+            self.joint_orientation(key, &orientation);
         }
     }
 
-    fn joint_normal(&mut self, key: &str, normal: &[crate::schema::quantity::Number; 3]) {
-        if super::components(normal).iter().all(|x| *x == 0.0) {
-            self.range(&format!("{key}.shape.normal"), "has no direction", "give the normal, such as [0, 0, 1]");
+    fn joint_orientation(&mut self, key: &str, orientation: &Orientation) {
+        let Orientation { normal, dip, dip_direction } = orientation;
+        let of = |name: &str| format!("{key}.shape.{name}");
+        match (normal, dip) {
+            (None, None) => {
+                let help = "give `normal`, such as [0, 0, 1], or `dip`, such as \"60 deg\"";
+                self.missing(&of("normal"), "needs `normal` or `dip`", help);
+            }
+            (Some(_), Some(_)) => self.conflict(&of("dip"), "both `dip` and `normal`", "remove one of them"),
+            (Some(normal), None) if super::components(normal).iter().all(|x| *x == 0.0) => {
+                self.range(&of("normal"), "has no direction", "give the normal, such as [0, 0, 1]");
+            }
+            // A rounding error of a right angle.
+            (None, Some(dip)) if !(0.0..=std::f64::consts::FRAC_PI_2 * (1.0 + 1e-12)).contains(&dip.si()) => {
+                self.range(
+                    &of("dip"),
+                    "must lie between 0 and 90°",
+                    "a plane that falls the other way has another `dip_direction`",
+                );
+            }
+            _ => {}
+        }
+        if dip.is_none() && dip_direction.is_some() {
+            self.conflict(&of("dip_direction"), "has no effect without `dip`", "give `dip`, or remove the key");
         }
     }
 }

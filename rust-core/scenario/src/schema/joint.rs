@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use concordem_contact::math::Vec3;
+
 use super::quantity::{Angle, Dimension, Length, Number, Quantity, Stress};
 
 /// Stiffness per area, Pa/m.
@@ -69,8 +71,12 @@ pub enum JointShape {
     Plane {
         /// A point of the plane, of several the first, m. Required.
         point: [Length; 3],
-        /// Normal, of any length. Required. Example: `normal = [0, 0.5, 1]`.
-        normal: [Number; 3],
+        /// Normal, of any length; or give `dip`. Example: `normal = [0, 0.5, 1]`.
+        normal: Option<[Number; 3]>,
+        /// Angle between the plane and the horizontal, rad, 0 to 90°; z points up. Example: `dip = "60 deg"`.
+        dip: Option<Angle>,
+        /// Horizontal direction in which the plane falls, rad; default: 0, along y. 90° is along x, as on a map whose north is y.
+        dip_direction: Option<Angle>,
         /// Number of planes; default: 1.
         #[serde(default = "one")]
         #[schemars(extend("minimum" = 1, "maximum" = 1000))]
@@ -83,8 +89,12 @@ pub enum JointShape {
     Disc {
         /// Center, m. Required.
         center: [Length; 3],
-        /// Normal, of any length. Required.
-        normal: [Number; 3],
+        /// Normal, of any length; or give `dip`.
+        normal: Option<[Number; 3]>,
+        /// Angle between the disc and the horizontal, rad, 0 to 90°; z points up.
+        dip: Option<Angle>,
+        /// Horizontal direction in which the disc falls, rad; default: 0, along y. 90° is along x.
+        dip_direction: Option<Angle>,
         /// Radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Length,
@@ -98,6 +108,39 @@ pub enum JointShape {
         #[schemars(extend("exclusiveMinimum" = 0))]
         unit: Length,
     },
+}
+
+/// How a plane joint lies: its normal, or its dip and the direction of the dip.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Orientation {
+    pub normal: Option<[Number; 3]>,
+    pub dip: Option<Angle>,
+    pub dip_direction: Option<Angle>,
+}
+
+impl Orientation {
+    /// The unit normal, which points up if the dip is given. Zero if neither is given, or the normal is zero.
+    pub fn unit_normal(&self) -> Vec3 {
+        if let Some(dip) = self.dip.map(Quantity::si) {
+            let direction = self.dip_direction.map_or(0.0, Quantity::si);
+            let (up, along) = (libm::cos(dip), libm::sin(dip));
+            return Vec3::new(along * libm::sin(direction), along * libm::cos(direction), up);
+        }
+        let normal = self.normal.map_or(Vec3::zeros(), |normal| Vec3::from(normal.map(Quantity::si)));
+        normal.try_normalize(0.0).unwrap_or_default()
+    }
+}
+
+impl JointShape {
+    /// How a plane or a disc lies.
+    pub(crate) fn orientation(&self) -> Option<Orientation> {
+        match *self {
+            Self::Plane { normal, dip, dip_direction, .. } | Self::Disc { normal, dip, dip_direction, .. } => {
+                Some(Orientation { normal, dip, dip_direction })
+            }
+            Self::Facets { .. } => None,
+        }
+    }
 }
 
 fn one() -> u32 {

@@ -68,6 +68,7 @@ pub use document::Document;
 pub use error::{Location, MOST_SHOWN, Problem, ProblemKind, ReadError, ScenarioError, Source};
 pub use fibers::{FiberGroup, Fibers};
 pub use history::{Control, History, HistoryShape, Stage, StageStop};
+pub(crate) use joint::Orientation;
 pub use joint::{Joint, JointShape};
 pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,

@@ -70,7 +70,8 @@ impl<L: ContactLaw, K: LoopKind, T: Lanes> TileEvaluator<'_, L, K, T> {
             totals.energy.integration += response.energy.integration;
         }
         if response.status != Status::Lives {
-            let failed = L::OUTLIVES_FAILURE && L::damage(&self.tile.history.get(k)) >= 1.0;
+            // Reported when it cracked, or open from the start.
+            let failed = L::OUTLIVES_FAILURE && flags.has(ContactFlags::REPORTED);
             self.tile.history.set(k, end(flags, response.status, response.state));
             if response.status.is_broken() {
                 let position = self.context.poses[a].position + normal * point.to_contact_point();

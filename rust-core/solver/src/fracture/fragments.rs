@@ -1,12 +1,22 @@
-//! Fragments: sets of particles connected by intact bonds.
+//! Fragments: sets of particles connected by bonds that have strength.
 
 use crate::state::State;
-use crate::state::contacts::ContactFlags;
+use crate::state::contacts::{ContactFlags, Contacts};
 
 /// Fragment of each particle, by index: the smallest id of the particles in it. So a fragment keeps its number while
-/// parts break off, unless that particle leaves. A particle without bonds is a fragment of its own. Members of a clump
-/// are in the same fragment.
+/// parts break off, unless that particle leaves. A particle without bonds is a fragment of its own. A cracked bond that
+/// still presses connects nothing. Members of a clump are in the same fragment.
 pub fn fragments(state: &State) -> Vec<u32> {
+    pieces(state, |block, k| block.lost_strength(k) < 1.0)
+}
+
+/// As [`fragments`], but bonds that were made cracked, as those of an open joint, connect as well.
+pub fn bonded_pieces(state: &State) -> Vec<u32> {
+    pieces(state, |_, _| true)
+}
+
+/// Sets of particles that those of the unbroken bonds connect for which `connects` is true.
+fn pieces(state: &State, connects: impl Fn(&dyn Contacts, usize) -> bool) -> Vec<u32> {
     let particles = &state.particles;
     let mut parent: Vec<u32> = (0..particles.len() as u32).collect();
     let join = |parent: &mut [u32], a: u32, b: u32| {
@@ -21,7 +31,7 @@ pub fn fragments(state: &State) -> Vec<u32> {
     for block in &state.bonds {
         for k in 0..block.len() {
             let view = block.view(k);
-            if !view.flags.has(ContactFlags::BROKEN) {
+            if !view.flags.has(ContactFlags::BROKEN) && connects(block.contacts(), k) {
                 join(&mut parent, view.pair.a, view.pair.b);
             }
         }

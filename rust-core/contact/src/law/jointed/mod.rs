@@ -33,7 +33,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use rock::{Joint, JointedRock, JointedRockState};
+pub use rock::{Joint, JointedRock, JointedRockState, OPEN};
 #[cfg(feature = "std")]
 pub use table::JointedTable;
 

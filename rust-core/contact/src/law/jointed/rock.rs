@@ -61,7 +61,7 @@ crate::law_state! {
     pub struct JointedRockState {
         /// Shear force on A.
         shear_force: Vec3, "N", Odd;
-        /// As in `jointed` bonds: 0 without a crack, 1 for one in shear in the last step, 2 for one before; 2 from the start for joints without strength.
+        /// As in `jointed` bonds: 0 without a crack, 1 for one in shear in the last step, 2 for one before; 3 from the start for joints without strength.
         crack: f64, "1", Even;
         /// Branch vector from A to B across a joint; 0 off joints.
         branch: Vec3, "m", Odd;
@@ -73,6 +73,9 @@ crate::law_state! {
         slip: f64, "m", Even;
     }
 }
+
+/// [`JointedRockState::crack`] of a bond that is open from the start.
+pub const OPEN: f64 = 3.0;
 
 impl JointedRockState {
     fn of_bond(state: JointedState) -> Self {
@@ -173,7 +176,7 @@ impl Joint {
         let of_bond = match (whole, slides) {
             (true, false) => 0.0,
             (true, true) => 1.0,
-            (false, _) => 2.0,
+            (false, _) => old.crack.max(2.0),
         };
         step.go_on(JointedRockState {
             shear_force: if slides { trial * (limit / size) } else { trial },
@@ -363,7 +366,12 @@ impl ContactLaw for JointedRock {
         Self { bond: self.bond.exchanged(), ..*self }
     }
 
+    /// A bond that had no strength has no damage.
     fn damage(state: &JointedRockState) -> f64 {
+        if state.crack == OPEN { 0.0 } else { state.crack.min(1.0) }
+    }
+
+    fn lost_strength(&self, _reference: Reference, state: &JointedRockState) -> f64 {
         state.crack.min(1.0)
     }
 
