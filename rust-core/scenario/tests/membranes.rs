@@ -277,3 +277,18 @@ fn impossible_membranes_are_refused() {
     let message = assemble(&scenario, Path::new(""), &mut |_, _| ()).err().expect("refused").to_string();
     assert!(message.contains("encloses nothing"), "{message}");
 }
+
+/// A particle far outside has torn the faces at it, and only these; the loads of all corners stay finite.
+#[test]
+fn a_particle_that_leaves_tears_its_faces() {
+    let mut simulation = simulation(&bonded(3, BALL, "", "[stop]\nsteps = 1"));
+    assert!(simulation.torn().is_empty());
+    let membrane = &simulation.schedule.histories.membranes[0];
+    let p = membrane.faces[0][0];
+    let (of_particle, all) = (membrane.faces.iter().filter(|face| face.contains(&p)).count(), membrane.faces.len());
+    simulation.state.particles.position[p as usize] *= 10.0;
+    assert_eq!(
+        simulation.torn(),
+        [format!("membrane[0] has torn at {of_particle} of {all} faces, which press less or not at all")]
+    );
+}

@@ -100,7 +100,7 @@ impl Checker<'_> {
                 self.range(
                     &of("dip"),
                     "must lie between 0 and 90°",
-                    "a plane that falls the other way has another `dip_direction`",
+                    "write degrees as \"60 deg\"; a plane that falls the other way has another `dip_direction`",
                 );
             }
             _ => {}
