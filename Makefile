@@ -101,8 +101,7 @@ test:
 	# Installs the peers, and Debian 13 for the native plugin of YADE, in the background; what needs them waits.
 	(setsid nohup sh -c '.ci/setup test && yade-bridge/tests/native/chroot.sh make' >/dev/null 2>&1 &)
 	.ci/timed build $(MAKE) --no-print-directory test-build
-	$(MAKE) --no-print-directory --keep-going --jobs=$(JOBS) --output-sync=target $(TEST_STEPS)
-	@echo; cat target/test-times.txt
+	$(MAKE) --no-print-directory --keep-going --jobs=$(JOBS) --output-sync=target $(TEST_STEPS); status=$$?; echo; cat target/test-times.txt; exit $$status
 
 # Everything that the steps start: program, tests, examples, libraries for the hosts, Python package. Every call of cargo
 # must select the same packages, because another selection may enable other features of dependencies and compile them again.

@@ -405,17 +405,36 @@ def test_removing_gives_the_bodies_back():
     assert engine.solver.steps == 3
 
 
-def test_an_empty_scene_at_the_same_address():
-    """YADE may put a new scene where the former one was. It has no bodies yet when its script sets the engines."""
-    engine = engine_from_one_thread()
+def test_a_scene_that_ended_is_never_taken_for_a_new_one():
+    """YADE may put a new scene, its container, and its bodies where the former ones were. Its script sets engines as if nothing had been."""
+
     O.reset()
-    scene = bridge._memory.known_address_of(O._sceneObj)
-    container = bridge._memory.known_pointer(scene + bridge._scene.host().layout["Scene.bodies"])
-    # As if the container were where the former one was.
-    engine._container = container
-    assert not engine._bodies_now().any()
-    O.engines = [ForceResetter(), NewtonIntegrator()]
-    assert not bridge.engines()
+
+    def pair():
+        O.bodies.append([sphere((0, 0, z), 1e-3, material=O.materials.append(CpmMat(young=1e9, poisson=0.2, sigmaT=3e6, epsCrackOnset=1e-4, relDuctility=30))) for z in (0, 1.9e-3)])
+        O.engines = [
+            ForceResetter(),
+            InsertionSortCollider([Bo1_Sphere_Aabb()]),
+            InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=2)], [Law2_ScGeom_CpmPhys_Cpm()]),
+            NewtonIntegrator(),
+        ]
+        O.dt = 1e-9
+        steps(2)
+
+    # A reset that we do not see, as in YADE's window.
+    unseen = type(O).reset.__wrapped__.__get__(O)
+    for way in (unseen, O.reset, O.resetThisScene):
+        for _ in range(40):
+            pair()
+            engine = bridge.take_over()
+            assert bridge.engines() == [engine]
+            way()
+            # The former container still is at its address, so that no other one can be, or we have forgotten it.
+            assert len(engine._held) == 2 if way is unseen else engine._held is None
+            assert not bridge.engines()
+            pair()
+            assert not bridge.engines()
+            O.reset()
 
 
 def test_nothing_leaks():

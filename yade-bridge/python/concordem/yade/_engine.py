@@ -75,8 +75,15 @@ def _calm() -> bool:
     return all(engine._scene == scene and engine._is_calm() for engine in _registered.values())
 
 
+def _forget() -> None:
+    """The current scene ends."""
+    for engine in _here():
+        engine._release()
+
+
 _hooks.sources.append(_here)
 _hooks.calm.append(_calm)
+_hooks.forgetters.append(_forget)
 
 
 class BondedEngine:
@@ -91,6 +98,8 @@ class BondedEngine:
         self.command = _command(name)
         self._threads = threads
         self._scene = 0
+        #: The bodies of that scene; None: the engine is in no scene.
+        self._held: Any = None
         self.attached = False
         #: Whether the engine is, or should be, in O.engines.
         self._placed = False
@@ -151,6 +160,8 @@ class BondedEngine:
     def _place(self, scene: int, container: int) -> None:
         """The scene and its bodies, by their addresses."""
         self._scene, self._container = scene, container
+        # While this exists, YADE puts no other container at that address.
+        self._held = host().omega.bodies
 
     def _attach(self) -> None:
         yade = host()
@@ -278,16 +289,10 @@ class BondedEngine:
 
     def _is_here(self) -> bool:
         """Whether the scene at this address still is the one with the bonded bodies."""
-        layout = host().layout
-        if known_pointer(self._scene + layout["Scene.bodies"]) != self._container:
+        if self._held is None or known_pointer(self._scene + host().layout["Scene.bodies"]) != self._container:
+            self._held = None  # the scene has ended, and never comes back
             return False
-        if self._waits:
-            return _is_in_engines(self.name)
-        # The first body tells it in nearly every step.
-        first, count = int(self.ids[0]), self._solver.body_count
-        if first < count and known_pointer(known_pointer(self._container + layout["bodies.vector"]) + 16 * first) == self._first:
-            return True
-        return bool((self._bodies_now() == self._bodies).any())
+        return not self._waits or _is_in_engines(self.name)
 
     def _facts_of_bodies(self) -> tuple[NDArray[np.uint64], Reals]:
         """Addresses of the materials, and radii."""
@@ -297,7 +302,6 @@ class BondedEngine:
         """Remember what must not change."""
         omega = host().omega
         self._bodies = self._bodies_now()
-        self._first = int(self._bodies[0])
         self._materials, self._radii = self._facts_of_bodies()
         self._watched: list[Any] = []
         if self.law:
@@ -456,6 +460,7 @@ class BondedEngine:
     def _release(self) -> None:
         _reading.end(self._mirror)
         _registered.pop(self.name, None)
+        self._held = None
         self.attached = False
 
     # -- for YADE and its scripts ---------------------------------------------------------------------------------------
