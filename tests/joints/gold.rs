@@ -157,7 +157,7 @@ fn specimen(gold: &BTreeMap<String, Table>, run: &str) -> (State, Model, [Vec<us
         dilation: real("joint_tan_dilation"),
     };
     let rows = vec![JointedRock { bond: rock, joint: None }, JointedRock { bond: rock, joint: Some(joint) }];
-    let joints = Joints::new(marks);
+    let joints = Joints::new(marks, vec![0]);
     let mut bonds = ContactBlock::new(rows.clone());
     let mut on_joint = Vec::new();
     for row in gold[&format!("{run}.bonds")].rows() {

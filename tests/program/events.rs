@@ -2,6 +2,7 @@
 
 use concordem::output::ResultFile;
 use concordem::program::exit;
+use concordem::state::columns::ColumnData;
 use concordem_tests::commands::{concordem, text, write};
 use concordem_tests::pairs::PulledPairs;
 use tempfile::TempDir;
@@ -62,7 +63,7 @@ fn breaks_are_counted_by_mode_and_grouped() {
     let rows = result.rows("contacts/cohesive_beam").expect("bonds");
     let of = |name: &str| {
         let (_, column) = rows.iter().find(|(column, _)| column == name).expect("a column");
-        let concordem::state::columns::ColumnData::F64(values) = &column.data else { panic!("not reals") };
+        let ColumnData::F64(values) = &column.data else { panic!("not reals") };
         values.clone()
     };
     let (factors, areas) = (of("strength_factor"), of("area"));
@@ -204,7 +205,7 @@ fn cracks_have_area_width_and_direction() {
 fn elongations(path: &std::path::Path) -> Vec<f64> {
     let rows = ResultFile::open(path).expect("a result").rows("contacts/cohesive_beam").expect("bonds");
     let (_, column) = rows.iter().find(|(name, _)| name == "strength_factor").expect("factors");
-    let concordem::state::columns::ColumnData::F64(factors) = &column.data else { panic!("not reals") };
+    let ColumnData::F64(factors) = &column.data else { panic!("not reals") };
     factors.iter().map(|factor| factor * 2e-6).collect()
 }
 
@@ -311,4 +312,86 @@ fn fragments_are_measured_at_any_time() {
     let scenario = write(folder.path(), "loose.toml", &loose);
     done(["run", "-q", text(&scenario)]);
     refused(["fragments", text(&folder.path().join("loose.h5"))], "no [bonds]");
+}
+
+/// Three pairs that are pulled apart: across an open joint, across one with strength, and across none. Nothing breaks in the first, whose
+/// bond just comes apart: it is neither an event nor a broken bond. The others have an event each, with the number of the joint.
+#[test]
+fn events_name_the_joint_and_open_joints_do_not_break() {
+    let scenario = r#"
+        version = 1
+        [packing]
+        kind = "spheres"
+        spheres = [[0, 0, 0, 1], [0, 0, 2, 1], [10, 0, 0, 1], [10, 0, 2, 1], [20, 0, 0, 1], [20, 0, 2, 1]]
+        [[material]]
+        name = "rock"
+        density = 1000
+        jointed = { young = "1 MPa", stiffness_ratio = 0.3, tensile_strength = 10, cohesion = 10, friction_angle = "30 deg" }
+        [bonds]
+        law = "jointed"
+        interaction_ratio = 1.05
+        [contacts]
+        law = "jointed"
+        [[set]]
+        name = "lower"
+        selection = { kind = "box", minimum = [-2, -2, -2], maximum = [22, 2, 1] }
+        [[set]]
+        name = "upper"
+        selection = { kind = "box", minimum = [-2, -2, 1], maximum = [22, 2, 4] }
+        [[prescribe]]
+        set = "lower"
+        velocity = [0, 0, 0]
+        [[prescribe]]
+        set = "upper"
+        velocity = [0, 0, 1e-3]
+        [[joint]]
+        shape = { kind = "disc", center = [0, 0, 1], normal = [0, 0, 1], radius = 3 }
+        normal_stiffness = "1 MPa/m"
+        shear_stiffness = "1 MPa/m"
+        friction_angle = "30 deg"
+        [[joint]]
+        shape = { kind = "disc", center = [10, 0, 1], normal = [0.6, 0, 0.8], radius = 3 }
+        normal_stiffness = "1 MPa/m"
+        shear_stiffness = "1 MPa/m"
+        friction_angle = "30 deg"
+        tensile_strength = 1
+        cohesion = 1
+        [integration]
+        time_step = 1e-3
+        [stop]
+        steps = 1000
+        [output]
+        snapshot_interval = 500
+    "#;
+    let folder = TempDir::new().expect("a temporary folder");
+    let file = write(folder.path(), "joints.toml", scenario);
+    done(["run", "-q", text(&file)]);
+    let path = folder.path().join("joints.h5");
+    let result = ResultFile::open(&path).expect("a result");
+    let events = result.events().expect("events");
+    let mut joints: Vec<(u32, Option<u16>)> = events.iter().map(|event| (event.id_a, event.joint)).collect();
+    joints.sort_unstable();
+    assert_eq!(joints, [(2, Some(1)), (4, None)]);
+    assert_eq!(result.samples("broken").expect("a series").last(), Some(&2.0));
+    let bonds = result.rows("contacts/jointed").expect("a table");
+    let numbers = |name: &str| match &bonds.iter().find(|(column, _)| column == name).expect(name).1.data {
+        ColumnData::U16(values) => values.iter().map(|&n| u32::from(n)).collect::<Vec<_>>(),
+        ColumnData::U8(values) => values.iter().map(|&n| u32::from(n)).collect(),
+        _ => panic!("{name}"),
+    };
+    assert_eq!((numbers("joint"), numbers("broken")), (vec![1, 65535], vec![1, 1]));
+    let given = done(["events", text(&path), "--duration", "1 us"]);
+    for (name, value) in [("broken bonds", "2"), ("joint[0]", "0"), ("joint[1]", "1")] {
+        let line = given.lines().find(|line| line.contains(name)).expect(name);
+        assert_eq!(line.split_whitespace().last(), Some(value), "{given}");
+    }
+    // The spheres part along z: width and slip of the crack across the joint are those along and across its normal.
+    let faces = done(["events", text(&path), "--csv=faces"]);
+    assert_eq!(column(&faces, "joint"), [1.0, 65535.0]);
+    let (width, slip) = (column(&faces, "opening [m]"), column(&faces, "slip [m]"));
+    let moved = width[1];
+    assert!(moved > 5e-4 && slip[1] < 1e-12 * moved, "{faces}");
+    let near = |found: f64, share: f64| (found - share * moved).abs() < 1e-9 * moved;
+    assert!(near(width[0], 0.8) && near(slip[0], 0.6), "{faces}");
+    assert_eq!([column(&faces, "nx")[0], column(&faces, "nz")[0]].map(f64::abs), [0.6, 0.8]);
 }

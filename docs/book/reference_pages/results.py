@@ -62,6 +62,7 @@ MEANINGS = {
     "fragment": "Fragment: the smallest id of the particles that intact bonds connect",
     "id": "Stable id of the particle, in the order of the packing",
     "ids": "Stable ids of A and B",
+    "joint": "Number of the `[[joint]]` that the bond lies across, from 0; 65535 off joints; with joints only",
     "length": "Distance of the centers",
     "lost_strength": "Fraction of its strength that the contact has lost",
     "mass": "Mass",

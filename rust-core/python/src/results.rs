@@ -158,6 +158,7 @@ pub fn events<'py>(py: Python<'py>, events: &[Event]) -> PyResult<Bound<'py, PyA
         ("in_shear", "1", of(py, events, |e| e.in_shear)),
         ("energy", "J", of(py, events, |e| e.energy)),
         ("damage", "1", of(py, events, |e| e.damage)),
+        ("joint", "1", of(py, events, |e| e.joint.unwrap_or(u16::MAX))),
     ];
     let column = |(name, unit, values): (&str, &str, _)| TableColumn { name: name.into(), unit: unit.into(), values };
     table(py, columns.into_iter().map(column).collect())

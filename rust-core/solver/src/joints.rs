@@ -22,15 +22,17 @@ pub struct Joints {
     first: Vec<u32>,
     /// Marks, by particle and joint.
     marks: Vec<Mark>,
+    /// Of each joint: the number of its table in the scenario, which may make several parallel ones.
+    table: Vec<u16>,
 }
 
 impl Joints {
-    /// Of marks with the ids of their particles, in any order.
-    pub fn new(mut marks: Vec<(u32, Mark)>) -> Self {
+    /// Of marks with the ids of their particles, in any order; `table`: of each joint, the number of its table in the scenario.
+    pub fn new(mut marks: Vec<(u32, Mark)>, table: Vec<u16>) -> Self {
         marks.sort_unstable();
         let count = marks.last().map_or(0, |(id, _)| *id as usize + 1);
         let first = (0..=count).map(|id| marks.partition_point(|mark| (mark.0 as usize) < id) as u32);
-        Self { first: first.collect(), marks: marks.into_iter().map(|(_, mark)| mark).collect() }
+        Self { first: first.collect(), marks: marks.into_iter().map(|(_, mark)| mark).collect(), table }
     }
 
     /// Whether there are none.
@@ -59,6 +61,11 @@ impl Joints {
         let [low, high] = [ids[0].min(ids[1]), ids[0].max(ids[1])].map(|id| self.of(id));
         let across = |mark: &&Mark| high.iter().any(|m| m.joint == mark.joint && m.in_front != mark.in_front);
         low.iter().find(across).copied()
+    }
+
+    /// The number of the table of the first joint that separates two particles.
+    pub fn table_between(&self, ids: [u32; 2]) -> Option<u16> {
+        self.table.get(usize::from(self.between(ids)?.joint)).copied()
     }
 
     /// Pair coefficients of a pair across a joint.
@@ -90,14 +97,15 @@ mod tests {
     #[test]
     fn the_first_joint_between_two_particles_decides() {
         let mark = |joint, in_front, row| Mark { joint, in_front, row };
-        let joints = Joints::new(vec![
+        let marks = vec![
             (4, mark(1, true, 9)),
             (4, mark(0, true, 7)),
             (2, mark(0, false, 6)),
             (2, mark(1, false, 8)),
             (7, mark(1, false, 5)),
             (7, mark(0, true, 7)),
-        ]);
+        ];
+        let joints = Joints::new(marks, vec![3, 4]);
         let row = |a, b| joints.between([a, b]).map(|mark| mark.row);
         assert_eq!((row(2, 4), row(4, 2)), (Some(6), Some(6)));
         // On one side of the first joint, on two of the second.
@@ -105,6 +113,8 @@ mod tests {
         // Particles without marks, also beyond the last one that has some, and a particle and itself.
         assert_eq!((row(0, 4), row(2, 90), row(4, 4)), (None, None, None));
         assert_eq!(joints.rows(), [5, 6, 7, 8, 9]);
+        let table = |a, b| joints.table_between([a, b]);
+        assert_eq!((table(2, 4), table(7, 4), table(0, 4)), (Some(3), Some(4), None));
         assert!(Joints::default().is_empty() && Joints::default().between([0, 1]).is_none());
     }
 }

@@ -1,7 +1,8 @@
 //! Crack surfaces: the faces of the power diagram between particles whose bond has broken.
 //!
 //! The diagram is that of the first snapshot, so cracks are shown in the body before it deforms, and the area of a crack across a specimen
-//! is that of its section. Opening and slip are those of the last snapshot.
+//! is that of its section. Opening and slip are those of the last snapshot. The faces across a plane joint zigzag along it; they count with
+//! their projections on the joint, which add up to its area, and with its normal.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -23,8 +24,10 @@ use concordem_solver::state::{Particles, Sphere};
 pub struct CrackFace {
     /// Corners of the face in the first snapshot, m.
     pub corners: Vec<Vec3>,
-    /// Area times unit normal, m² (in the plane of unit depth).
+    /// Area times unit normal, m² (in the plane of unit depth); across a plane joint, the projection on it.
     pub area: Vec3,
+    /// Unit normal; across a plane joint, the normal of the joint.
+    pub normal: Vec3,
     /// The break.
     pub event: Event,
     /// Displacement of the second particle relative to the first one until the last snapshot, m; the normal points to the second one.
@@ -34,19 +37,14 @@ pub struct CrackFace {
 }
 
 impl CrackFace {
-    /// Unit normal.
-    pub fn normal(&self) -> Vec3 {
-        self.area.normalize()
-    }
-
     /// Width of the crack, m: the displacement along the normal.
     pub fn opening(&self) -> f64 {
-        self.jump.dot(&self.normal())
+        self.jump.dot(&self.normal)
     }
 
     /// Displacement across the normal, m.
     pub fn slip(&self) -> f64 {
-        (self.jump - self.normal() * self.opening()).norm()
+        (self.jump - self.normal * self.opening()).norm()
     }
 }
 
@@ -101,11 +99,21 @@ impl CrackFaces {
                 let polygon = nearest.remove(&[a.min(b), a.max(b)])?;
                 let jump = body.branch(&polygon, 1) - body.branch(&polygon, 0);
                 let materials = polygon.pair.map(|p| body.material[p as usize]);
-                Some(CrackFace { corners: polygon.corners, area: polygon.area, event, jump, materials })
+                let (area, normal) = match normal_of_joint(&scenario, &event) {
+                    // The particles lie on two sides of the joint, so that the projection is not zero.
+                    Some(normal) => (normal * normal.dot(&polygon.area), normal * normal.dot(&polygon.area).signum()),
+                    None => (polygon.area, polygon.area.normalize()),
+                };
+                Some(CrackFace { corners: polygon.corners, area, normal, event, jump, materials })
             })
             .collect();
         Ok(Self { without_face: count - faces.len(), faces })
     }
+}
+
+/// Unit normal of the plane joint, if any, that the bond of an event lay across.
+fn normal_of_joint(scenario: &Scenario, event: &Event) -> Option<Vec3> {
+    scenario.joints.get(usize::from(event.joint?))?.shape.unit_normal()
 }
 
 /// Edges of the periodic cell at the start and at the end, as columns, m; `None` without a cell.

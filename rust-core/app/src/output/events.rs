@@ -46,7 +46,9 @@ pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Resul
     let meaning = "Energy dissipated by damage of the bond in this step, including what it still stored if it broke.";
     column(group, ("energy", "J", 1), all().map(|e| e.energy), meaning, path)?;
     let meaning = "Damage after the event: 0 intact, 1 without strength.";
-    column(group, ("damage", "1", 1), all().map(|e| e.damage), meaning, path)
+    column(group, ("damage", "1", 1), all().map(|e| e.damage), meaning, path)?;
+    let meaning = "Number of the [[joint]] that the bond lies across, from 0; 65535 off joints.";
+    column(group, ("joint", "1", 1), all().map(|e| e.joint.unwrap_or(u16::MAX)), meaning, path)
 }
 
 /// Reads the event log.
@@ -61,8 +63,9 @@ pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, Outpu
     let in_shear: Vec<u8> = hdf::read_array(group, "in_shear", path)?;
     let energy: Vec<f64> = hdf::read_array(group, "energy", path)?;
     let damage: Vec<f64> = hdf::read_array(group, "damage", path)?;
+    let joint: Vec<u16> = hdf::read_array(group, "joint", path)?;
     let count = time.len();
-    let lengths = [step.len(), id_a.len(), id_b.len(), in_shear.len(), energy.len(), damage.len()];
+    let lengths = [step.len(), id_a.len(), id_b.len(), in_shear.len(), energy.len(), damage.len(), joint.len()];
     if lengths.iter().any(|&n| n != count) || position.len() != 3 * count || shares.len() != 4 * count {
         let problem = "the columns of `events` have different lengths".to_owned();
         return Err(OutputError::Damaged { path: path.to_owned(), problem });
@@ -77,6 +80,7 @@ pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, Outpu
         in_shear: in_shear[k] != 0,
         energy: energy[k],
         damage: damage[k],
+        joint: (joint[k] != u16::MAX).then_some(joint[k]),
     };
     Ok((0..count).map(event).collect())
 }

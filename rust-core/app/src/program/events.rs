@@ -180,6 +180,11 @@ fn add_counts(facts: &mut Facts, events: &[Event]) {
     facts.add("broken bonds", count(broken.len()));
     facts.add("  in tension", count(broken.len() - by_shear));
     facts.add("  in shear", count(by_shear));
+    let last = broken.iter().filter_map(|event| event.joint).max();
+    for joint in last.map_or(0..0, |last| 0..last + 1) {
+        let across = broken.iter().filter(|event| event.joint == Some(joint)).count();
+        facts.add(&format!("  across joint[{joint}]"), count(across));
+    }
     if broken.len() < events.len() {
         facts.add("damaged bonds", count(events.len() - broken.len()));
     }
@@ -338,13 +343,13 @@ fn load_table(
 
 fn face_table(faces: &[CrackFace]) -> String {
     let mut text =
-        "time [s],id_a,id_b,x [m],y [m],z [m],area [m²],nx,ny,nz,opening [m],slip [m],shear,damage\n".to_owned();
+        "time [s],id_a,id_b,x [m],y [m],z [m],area [m²],nx,ny,nz,opening [m],slip [m],shear,damage,joint\n".to_owned();
     for face in faces {
-        let Event { time, id_a, id_b, position: x, damage, .. } = face.event;
-        let n = face.normal();
+        let Event { time, id_a, id_b, position: x, damage, joint, .. } = face.event;
+        let n = face.normal;
         let _ = writeln!(
             text,
-            "{time:e},{id_a},{id_b},{:e},{:e},{:e},{:e},{},{},{},{:e},{:e},{},{damage}",
+            "{time:e},{id_a},{id_b},{:e},{:e},{:e},{:e},{},{},{},{:e},{:e},{},{damage},{}",
             x.x,
             x.y,
             x.z,
@@ -354,7 +359,8 @@ fn face_table(faces: &[CrackFace]) -> String {
             n.z,
             face.opening(),
             face.slip(),
-            u8::from(is_sheared(&face.event))
+            u8::from(is_sheared(&face.event)),
+            joint.unwrap_or(u16::MAX)
         );
     }
     text

@@ -115,6 +115,7 @@ fn synthetic_until(path: &Path, (peak_stress, peak_strain): (f64, f64), scenario
             in_shear: false,
             energy: 1e-6,
             damage: 0.9 + 0.1 * uniform(),
+            joint: None,
         });
     }
     let position = [Vec3::zeros(), Vec3::new(0.05, 0.05, 0.05)];

@@ -27,7 +27,7 @@ pub struct Records {
 }
 
 /// Numbers of an event in a row.
-const EVENT: usize = 14;
+const EVENT: usize = 15;
 
 impl Records {
     /// No records of this schedule.
@@ -194,9 +194,10 @@ impl WriteColumns for Kept<'_> {
 
 /// An event as a row; whole numbers are exact.
 fn reals_of(event: &Event) -> [f64; EVENT] {
-    let Event { time, step, id_a, id_b, position: x, mode_shares: m, in_shear, energy, damage } = *event;
+    let Event { time, step, id_a, id_b, position: x, mode_shares: m, in_shear, energy, damage, joint } = *event;
     let [step, a, b] = [step as f64, f64::from(id_a), f64::from(id_b)];
-    [time, step, a, b, x.x, x.y, x.z, m[0], m[1], m[2], m[3], f64::from(u8::from(in_shear)), energy, damage]
+    let [in_shear, joint] = [f64::from(u8::from(in_shear)), joint.map_or(-1.0, f64::from)];
+    [time, step, a, b, x.x, x.y, x.z, m[0], m[1], m[2], m[3], in_shear, energy, damage, joint]
 }
 
 /// The event of a row.
@@ -211,5 +212,6 @@ fn event(row: &[f64]) -> Event {
         in_shear: row[11] != 0.0,
         energy: row[12],
         damage: row[13],
+        joint: (row[14] >= 0.0).then_some(row[14] as u16),
     }
 }

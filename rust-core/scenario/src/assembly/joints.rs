@@ -42,7 +42,7 @@ pub(super) fn add(
     for (at, joint) in scenario.joints.iter().enumerate() {
         for place in places(at, joint, folder)? {
             let number = table_of.len() as u16;
-            table_of.push(at);
+            table_of.push(at as u16);
             let mut row_of_normal: BTreeMap<[u64; 3], usize> = BTreeMap::new();
             for (p, x) in state.particles.position.iter().enumerate() {
                 // No bond is longer, and no contact.
@@ -64,7 +64,7 @@ pub(super) fn add(
             }
         }
     }
-    model.joints = Joints::new(marks);
+    model.joints = Joints::new(marks, table_of.clone());
     let with_joints = |plain: &[Jointed]| {
         let off: Vec<JointedRock> = plain.iter().map(|&bond| JointedRock { bond, joint: None }).collect();
         [off, rows.clone()].concat()
@@ -75,7 +75,7 @@ pub(super) fn add(
         let pair = block.pair[k];
         let ids = [pair.a, pair.b].map(|p| state.particles.id[p as usize]);
         if let Some(mark) = model.joints.between(ids) {
-            crossing[table_of[usize::from(mark.joint)]] += 1;
+            crossing[usize::from(table_of[usize::from(mark.joint)])] += 1;
         }
         let joint = block.rows[usize::from(block.flags[k].row)].joint;
         if joint.is_some_and(|joint| !joint.is_cohesive()) {
@@ -139,7 +139,7 @@ enum Place {
 
 /// Unit normal of a plane or a disc.
 fn unit_normal(joint: &Joint) -> Vec3 {
-    joint.shape.orientation().map_or(Vec3::zeros(), |orientation| orientation.unit_normal())
+    joint.shape.unit_normal().unwrap_or_default()
 }
 
 /// The places of the joints of table `at`.

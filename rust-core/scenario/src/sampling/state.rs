@@ -48,7 +48,7 @@ impl Bonds {
                 bonds.push([view.pair.a, view.pair.b], &a, &(b - a), &(b - a).normalize(), damage);
             }
         }
-        for bond in &state.broken {
+        for bond in state.broken_bonds() {
             let [a, b] = ends(bond.pair, bond.image);
             bonds.push([bond.pair.a, bond.pair.b], &a, &(b - a), &bond.previous.normal, [1.0, 1.0]);
         }

@@ -513,6 +513,7 @@ impl Simulation {
             in_shear: bond_event.in_shear,
             energy: bond_event.energy,
             damage: bond_event.damage,
+            joint: self.solver.model().joints.table_between(ids),
         }
     }
 

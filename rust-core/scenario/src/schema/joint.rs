@@ -132,6 +132,11 @@ impl Orientation {
 }
 
 impl JointShape {
+    /// Unit normal of a plane or a disc; zero if none is given.
+    pub fn unit_normal(&self) -> Option<Vec3> {
+        Some(self.orientation()?.unit_normal())
+    }
+
     /// How a plane or a disc lies.
     pub(crate) fn orientation(&self) -> Option<Orientation> {
         match *self {

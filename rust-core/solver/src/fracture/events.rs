@@ -24,4 +24,6 @@ pub struct Event {
     pub energy: f64,
     /// Damage after the event: 0 intact, 1 without strength.
     pub damage: f64,
+    /// Number of the table of the joint that the bond lies across, from 0; `None` off joints.
+    pub joint: Option<u16>,
 }

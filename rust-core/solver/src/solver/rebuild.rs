@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Solver;
 use crate::forces::TileMap;
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs, candidate_pairs_with_others};
-use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair};
+use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair, is_open};
 use crate::state::{Cell, Particles, State, Wall};
 use crate::walls::element_table;
 use crate::{Model, SolverError};
@@ -122,8 +122,8 @@ impl Solver {
                 let (pair, image) = (view.pair, view.flags.image);
                 // The host of a subdomain keeps its own list for all subdomains.
                 if self.owned.is_empty() {
-                    let (reference, previous) = (view.reference, view.previous);
-                    broken.push(BrokenBond { block: index as u16, pair, image, reference, previous });
+                    let (reference, previous, open) = (view.reference, view.previous, is_open(block, k));
+                    broken.push(BrokenBond { block: index as u16, pair, image, reference, previous, open });
                 }
                 if let (Some(contacts), Some(row)) = (contacts.as_ref(), self.model.contact_row(particles, pair)) {
                     let reference = reference_after(block, k, contacts.contacts(), row, particles);

@@ -96,6 +96,11 @@ impl Clone for State {
 }
 
 impl State {
+    /// The bonds that broke, without those that were open from the start.
+    pub fn broken_bonds(&self) -> impl Iterator<Item = &BrokenBond> {
+        self.broken.iter().filter(|bond| !bond.open)
+    }
+
     /// Displacement from the position of particle `p` to its position without the moves back by whole cells, m.
     pub fn unwrapping(&self, p: usize) -> Vec3 {
         self.particles.unwrapping(p, self.cell.as_ref())

@@ -17,4 +17,6 @@ pub struct BrokenBond {
     pub reference: Reference,
     /// Normal and length at the break.
     pub previous: PreviousGeometry,
+    /// Whether it never had strength, as a bond of an open joint: it came apart, but nothing broke.
+    pub open: bool,
 }

@@ -61,13 +61,14 @@ fn polydata(cracks: &[CrackFace]) -> String {
     array(&mut text, "Float64", "area", 1, each(&|crack| crack.area.norm()));
     array(&mut text, "Float64", "opening", 1, each(&CrackFace::opening));
     array(&mut text, "Float64", "slip", 1, each(&CrackFace::slip));
-    array(&mut text, "Float64", "normal", 3, cracks.iter().map(CrackFace::normal).flat_map(|n| [n.x, n.y, n.z]));
+    array(&mut text, "Float64", "normal", 3, cracks.iter().map(|crack| crack.normal).flat_map(|n| [n.x, n.y, n.z]));
     array(&mut text, "Float64", "time", 1, each(&|crack| crack.event.time));
     array(&mut text, "Float64", "damage", 1, each(&|crack| crack.event.damage));
     array(&mut text, "Float64", "energy", 1, each(&|crack| crack.event.energy));
     array(&mut text, "Float64", "mode_shares", 4, cracks.iter().flat_map(|crack| crack.event.mode_shares));
     array(&mut text, "UInt8", "mode", 1, cracks.iter().map(|crack| mode(&crack.event.mode_shares)));
     array(&mut text, "UInt8", "in_shear", 1, cracks.iter().map(|crack| u8::from(crack.event.in_shear)));
+    array(&mut text, "UInt16", "joint", 1, cracks.iter().map(|crack| crack.event.joint.unwrap_or(u16::MAX)));
     array(&mut text, "UInt16", "materials", 2, cracks.iter().flat_map(|crack| crack.materials));
     array(&mut text, "UInt32", "ids", 2, cracks.iter().flat_map(|crack| [crack.event.id_a, crack.event.id_b]));
     text + "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n"

@@ -13,6 +13,7 @@ use crate::output::{OutputError, ResultFile, RunFiles, csv};
 use concordem_contact::math::Vec3;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
+use concordem_solver::Model;
 use concordem_solver::state::State;
 
 pub use header::header;
@@ -70,8 +71,8 @@ impl Recording {
         let displacement = self.displacement(&simulation.state);
         let forces = simulation.solver.record(&mut simulation.state)?;
         let state = &simulation.state;
-        let scatter = &simulation.solver.model().strength_scatter;
-        let tables = Tables { state, displacement: &displacement, forces: &forces, scatter };
+        let Model { strength_scatter: scatter, joints, .. } = simulation.solver.model();
+        let tables = Tables { state, displacement: &displacement, forces: &forces, scatter, joints };
         remove_old_csv(&path, self.csv)?;
         files.finish(state, &tables)?;
         if self.csv {

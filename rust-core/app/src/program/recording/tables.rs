@@ -6,10 +6,11 @@ use concordem_contact::math::Vec3;
 use concordem_contact::scatter::Scatter;
 use concordem_scenario::sampling::rotation_vector;
 use concordem_solver::evaluation::strength_of_bond;
+use concordem_solver::joints::Joints;
 use concordem_solver::record::{Forces, WallForces};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
-use concordem_solver::state::contacts::{BrokenBond, ContactFlags, ContactView, Contacts, Pair};
+use concordem_solver::state::contacts::{BrokenBond, ContactFlags, ContactView, Contacts, Pair, is_open};
 use rayon::prelude::*;
 
 /// Tables of a state: `particles/…` with one row per particle in the order of ids, `cell/…`, `contacts/LAW/…` with one row
@@ -22,6 +23,8 @@ pub(in crate::program) struct Tables<'a> {
     pub forces: &'a Forces,
     /// Scatter of the strengths of bonds, by material; empty if there is none.
     pub scatter: &'a [Option<Scatter>],
+    /// Joints between the particles.
+    pub joints: &'a Joints,
 }
 
 impl WriteColumns for Tables<'_> {
@@ -71,9 +74,12 @@ impl WriteColumns for Tables<'_> {
         let (mut from, mut first) = (0, 0);
         for (place, (block, &end)) in self.state.bonds.iter().zip(ends).enumerate() {
             let broken: Vec<BrokenBond> =
-                self.state.broken.iter().filter(|bond| bond.block as usize == place).copied().collect();
+                self.state.broken_bonds().filter(|bond| bond.block as usize == place).copied().collect();
             let rows = Rows { forces: from..end, first };
             contacts(self.state, block.contacts(), &broken, block.law(), self.forces, rows, sink)?;
+            if !self.joints.is_empty() {
+                joint_numbers(self.state, block.contacts(), &broken, self.joints, block.law(), sink)?;
+            }
             if !self.scatter.is_empty() {
                 strength_factors(self.state, block.contacts(), &broken, self.scatter, block.law(), sink)?;
             }
@@ -224,6 +230,22 @@ fn contacts(
     Ok(())
 }
 
+/// Numbers of the tables of the joints that bonds lie across, broken bonds last.
+fn joint_numbers(
+    state: &State,
+    block: &dyn Contacts,
+    broken: &[BrokenBond],
+    joints: &Joints,
+    name: &str,
+    sink: &mut dyn ColumnSink,
+) -> Result<(), ColumnError> {
+    let id = |p: u32| state.particles.id[p as usize];
+    let of = |pair: Pair| joints.table_between([id(pair.a), id(pair.b)]).unwrap_or(u16::MAX);
+    let pairs = block.pairs().iter().copied().chain(broken.iter().map(|bond| bond.pair));
+    let numbers: Vec<u16> = pairs.map(of).collect();
+    sink.column(&format!("contacts/{name}/joint"), Column::u16(&numbers))
+}
+
 /// Factors on the strengths of bonds, broken bonds last.
 fn strength_factors(
     state: &State,
@@ -330,7 +352,7 @@ pub(in crate::program) fn bond_damage(state: &State) -> Vec<f64> {
     for block in &state.bonds {
         (0..block.len()).for_each(|k| add(block.view(k).pair, block.damage(k)));
     }
-    state.broken.iter().for_each(|bond| add(bond.pair, 1.0));
+    state.broken_bonds().for_each(|bond| add(bond.pair, 1.0));
     sum.iter().zip(&count).map(|(sum, count)| if *count > 0.0 { sum / count } else { 0.0 }).collect()
 }
 
@@ -366,7 +388,9 @@ impl BondRows {
             for (k, force) in force.iter().enumerate() {
                 let view = block.view(k);
                 if view.flags.has(ContactFlags::BROKEN) {
-                    rows.add(state, (view.pair, view.flags.image), view.reference, None);
+                    if !is_open(block.contacts(), k) {
+                        rows.add(state, (view.pair, view.flags.image), view.reference, None);
+                    }
                     continue;
                 }
                 let damage = forces.contacts.damage.get(first + k).map_or_else(|| block.damage(k), |damage| damage[0]);
@@ -374,7 +398,7 @@ impl BondRows {
             }
             (from, first) = (end, first + block.len());
         }
-        for bond in &state.broken {
+        for bond in state.broken_bonds() {
             rows.add(state, (bond.pair, bond.image), bond.reference, None);
         }
         rows

@@ -175,7 +175,7 @@ impl Live {
              \"moved\": \"{}\", \"bonds\": \"{}\"}}",
             serde_json::Value::from(self.title.as_str()),
             serde_json::Value::from(status),
-            state.broken.len(),
+            state.broken_bonds().count(),
             largest / slice.longest * 10_000.0,
             slice.head,
             base64(&moved),

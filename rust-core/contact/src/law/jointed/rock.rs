@@ -274,7 +274,10 @@ impl Step {
         } else {
             energy.add_friction(of_normal);
         }
-        over(status, energy)
+        let mut response = over(status, energy);
+        // Tells a bond that was open from the start.
+        response.state.crack = old.crack;
+        response
     }
 }
 

@@ -38,6 +38,11 @@ pub trait LawOfContacts: Send + Sync {
     fn unstrained_length(&self, k: usize, particles: &Particles) -> f64;
 }
 
+/// Whether contact `k` never had strength, as a bond of an open joint: it has lost all without damage.
+pub fn is_open<C: LawOfContacts + ?Sized>(block: &C, k: usize) -> bool {
+    block.damage(k) == 0.0 && block.lost_strength(k) == 1.0
+}
+
 impl<L: ContactLaw> LawOfContacts for ContactBlock<L> {
     fn law(&self) -> &'static str {
         L::NAME

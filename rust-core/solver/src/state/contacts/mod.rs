@@ -17,7 +17,7 @@ use concordem_contact::law::{ContactGeometry, ContactLaw, Reference};
 
 pub use super::pairs::{BrokenBond, ContactFlags, Pair};
 pub use editing::EditContacts;
-pub use law::LawOfContacts;
+pub use law::{LawOfContacts, is_open};
 pub use reading::ReadContacts;
 pub use stiffness::ContactStiffness;
 pub use storage::StoreContacts;

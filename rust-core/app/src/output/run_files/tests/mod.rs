@@ -73,6 +73,7 @@ impl Toy {
                     in_shear: x < 0.5,
                     energy: x * x,
                     damage: x,
+                    joint: (k % 2 == 1).then_some(k as u16),
                 });
             }
         }
