@@ -7,6 +7,7 @@ first test that fails, that ends abnormally, or that takes far longer than witho
 
     tests/mutants/run.py --check            does every mutant apply, and is it Rust? Seconds; compiles nothing
     tests/mutants/run.py                    all mutants; an hour or two. Stop it at any time: it goes on there
+    tests/mutants/run.py --own           only with the tests of the package that holds the mutant: a second per mutant; survivors stay to run
     tests/mutants/run.py --area law --only ID --limit 10
     tests/mutants/run.py --report           write result.json from what is known; runs no mutant
 
@@ -39,7 +40,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "validation"))
 from concordem_validate import provenance
 
-WORK = ROOT / "target" / "mutants"
+# Cargo names files without links.
+WORK = (ROOT / "target" / "mutants").resolve()
 TREE = WORK / "tree"
 BUILD = WORK / "build"
 LIST = Path(__file__).with_name("mutants.toml")
@@ -140,6 +142,8 @@ def span(mutant, text):
         text = mutant["within"]
     found = find_once(text, mutant["original"], f"{name} `original`")
     end = found + len(mutant["original"])
+    if re.match(r"\s*let\b", mutant["original"]):
+        raise Fault(f"{name} `original` declares a name, which would end with the choice between it and the mutant; write its value alone")
     if text[end:end + 1] in (".", "?") and re.search(r" [-+*/] ", re.sub(r"\(.*\)", "", mutant["original"])):
         raise Fault(f"{name} `original` is no operand: {text[end:end + 12]!r} belongs to its last part only")
     return start + found, start + end
@@ -359,17 +363,19 @@ class Suite:
         return test in self.known.get(name, {}).get("seconds", {})
 
 
-def kill(mutant, suite, old):
+def kill(mutant, suite, old, own_only=False):
     """Run the tests with a mutant until one fails; returns which or None, and the hash of each binary that passes.
 
     First the test that killed it last, then the quick tests of its package and of all others, then the slow ones. Binaries that are
-    the same as when it survived are not run again.
+    the same as when it survived are not run again. `own_only`: only the tests of its package.
     """
     package, passed = mutant["file"].split("/")[0], dict(old.get("passed", {}))
     todo = [binary for binary in suite.binaries if passed.get(binary["name"]) != binary["hash"]]
     own = [binary for binary in todo if binary["package"] == package]
     # Tests of behavior notice more than the unit tests of other packages.
     others = sorted((b for b in todo if b["package"] != package), key=lambda binary: binary["package"] != "tests")
+    if own_only:
+        todo, others = own, []
 
     def run(binary, tests):
         seconds = suite.seconds(binary)
@@ -503,7 +509,12 @@ def run(mutants, selected, suite, arguments):
         if arguments.again or old.get("fingerprint") != fingerprint(mutant):
             old = {"killer": old.get("killer")}
         started = time.monotonic()
-        killer, passed = kill(mutant, suite, old)
+        killer, passed = kill(mutant, suite, old, arguments.own)
+        if killer is None and arguments.own:
+            with lock:
+                done += 1
+                print(f"{done:4}/{len(todo)} passes the tests of its package: {mutant['id']}", flush=True)
+            return
         seconds = round(time.monotonic() - started + (old.get("seconds", 0) if old.get("passed") else 0), 1)
         record = {"id": mutant["id"], "fingerprint": fingerprint(mutant), "killer": killer, "seconds": seconds, "passed": passed}
         with lock, open(WORK / "state.jsonl", "a") as file:
@@ -528,6 +539,7 @@ def main():
     parser.add_argument("--area", action="append", choices=AREAS, help="run the mutants of these areas; may be repeated")
     parser.add_argument("--limit", type=int, metavar="N", help="run N mutants at most")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="mutants at the same time (2)")
+    parser.add_argument("--own", action="store_true", help="only tests of the package of the mutant; survivors stay to run")
     parser.add_argument("--again", action="store_true", help="also run mutants whose outcome is known")
     arguments = parser.parse_args()
     try:
