@@ -147,6 +147,10 @@ def pages():
     lines += ["## concordem.coupling", "", *add("coupling/__init__.py", "")]
     for path in ("_protocol", "_materials", "_scikit", "_sequential", "_embedding", "_volume", "_pictures"):
         lines += module(f"coupling/{path}.py", "")[2:]
+    lines += module("inference/_posterior.py", "concordem.inference")
+    for path in ("_ensemble", "_quantities"):
+        lines += module(f"inference/{path}.py", "")[2:]
+    lines += module("datasets.py", "concordem.datasets")
     lines += ["## Result types", "", *named_tuples()]
     lines += ["## Errors", ""]
     for node in python_tree("_errors.py").body:

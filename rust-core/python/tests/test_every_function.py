@@ -16,7 +16,7 @@ from pathlib import Path
 import concordem
 import numpy as np
 import pytest
-from concordem import coupling, operators, packing
+from concordem import coupling, datasets, inference, operators, packing
 
 from test_cells import cell_scenario
 from test_control import BOX
@@ -47,6 +47,14 @@ ELSEWHERE = {
     "coupling.restore_elements": "test_coupling_failures.py",
     "coupling.write_elements": "test_coupling_failures.py",
     "coupling.write_page": "test_coupling.py",
+    "inference.Curve": "test_inference.py",
+    "inference.Ensemble": "test_inference.py",
+    "inference.Parameter": "test_inference.py",
+    "inference.Posterior": "test_inference.py",
+    "inference.posterior": "test_inference.py",
+    "datasets.KINDS": "test_datasets.py",
+    "datasets.load": "test_datasets.py",
+    "datasets.strain_paths": "test_datasets.py",
     "concordem.plot": "test_plot.py",
     "Simulation.plot": "test_plot.py",
     "Result.plot": "test_plot.py",
@@ -67,7 +75,7 @@ name = "floor"
 def public():
     """Names of all public functions and methods."""
     found = set()
-    for module in (concordem, operators, packing, coupling):
+    for module in (concordem, operators, packing, coupling, inference, datasets):
         for name in module.__all__:
             item = getattr(module, name)
             label = f"{module.__name__.rpartition('.')[2]}.{name}"

@@ -24,7 +24,8 @@ A scenario describes a run, a simulation computes it, and its state is available
 :func:`measure`, :func:`report`, :func:`render`, :func:`export`, :func:`characterise`, :func:`sweep`, and :func:`explain` are the commands of the
 program; :func:`figure` is `concordem plot`. :func:`plot`, also a method of simulations and results, draws curves with matplotlib. Tables of scenarios with their types are in
 :mod:`concordem.tables`, operators on arrays in :mod:`concordem.operators`, packings in :mod:`concordem.packing`, couplings with finite elements
-in :mod:`concordem.coupling`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
+in :mod:`concordem.coupling`, posteriors of parameters from measured curves in :mod:`concordem.inference`, strain paths of cells for learning in
+:mod:`concordem.datasets`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
 """
 
 from . import operators, packing, tables
@@ -57,6 +58,7 @@ from ._errors import (
     ConcordemWarning,
     ContinuumError,
     CouplingError,
+    InferenceError,
     InternalError,
     MissingFileError,
     OperatorError,
@@ -87,6 +89,7 @@ __all__ = [
     "ElasticConstants",
     "ElasticFit",
     "Forces",
+    "InferenceError",
     "InternalError",
     "Key",
     "MeshState",

@@ -123,6 +123,10 @@ class CouplingError(ConcordemError, RuntimeError):
     """A coupled calculation cannot continue, or its two sides do not fit."""
 
 
+class InferenceError(ConcordemError, ValueError):
+    """An ensemble, a measured curve, or a prior does not fit, or strain paths cannot be made."""
+
+
 class InternalError(ConcordemError, RuntimeError):
     """An internal error; please report it. A simulation in which it occurs during a step cannot be used any more."""
 
