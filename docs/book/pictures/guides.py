@@ -3,12 +3,14 @@
 They need on the machine what their page needs: the package in this Python, `yade`, `concordem-liggghts`, `lmp`, `concordem-validate`, `chromium`.
 """
 
+import io
 import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 
 import h5py
 import matplotlib.pyplot as plt
@@ -272,7 +274,55 @@ def collision(runs):
     save(figure, "collision")
 
 
+def posterior(_runs):
+    """The example of tutorials/from-a-curve-to-a-posterior.md with the ensemble of the tests: 40 points, four packings."""
+    from concordem import inference
+
+    root = BOOK.parents[1]
+    ensemble = inference.Ensemble.load(root / "rust-core/python/tests/data/bars.npz")
+    found = inference.posterior(ensemble, inference.Curve.from_csv(BOOK / "data/tension.csv"), noise="0.08 MPa")
+    corner = found.plot()
+    figure, axes = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
+    found.plot_predictive(axes=axes)
+    images = []
+    for one in (corner, figure):
+        buffer = io.BytesIO()
+        one.savefig(buffer, dpi=90, format="png")
+        plt.close(one)
+        images.append(Image.open(buffer).convert("RGB"))
+    whole = Image.new("RGB", (sum(one.width for one in images), max(one.height for one in images)), "white")
+    whole.paste(images[0], (0, 0))
+    whole.paste(images[1], (images[0].width, (whole.height - images[1].height) // 2))
+    whole.quantize(128).save(IMAGES / "posterior.png", optimize=True)
+
+
+def strain_paths(_runs):
+    """Paths and the surrogate of how-to/learn-from-cells.md: stress over strain of one path of each kind, and what the surrogate gives."""
+    words, before = {}, os.getcwd()
+    page = (BOOK / "how-to/learn-from-cells.md").read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            for block in page.split("```python\n")[1:]:
+                exec(block.split("```")[0], words)
+        finally:
+            os.chdir(before)
+    data, kinds = words["data"], words["datasets"].KINDS
+    figure, axes = plt.subplots(1, 3, figsize=(9.5, 3.2), sharey=True)
+    for kind, axis in enumerate(axes):
+        row = words["tested"][data["kind"][words["tested"]] == kind][0]
+        axis.plot(1e3 * data["strain"][row, :, 2], data["stress"][row, :, 2] / 1e6, ".-", label="cell")
+        guess = words["surrogate"].predict(words["inputs"](row))[:, 2]
+        axis.plot(1e3 * data["strain"][row, 1:, 2], guess / 1e6, "--", color=ORANGE, label="surrogate")
+        axis.set(title=kinds[kind], xlabel="strain 33, 1e-3")
+    axes[0].set_ylabel("stress 33, MPa")
+    axes[0].legend()
+    save(figure, "strain-paths")
+
+
 PICTURES = {
+    "posterior": posterior,
+    "strain-paths": strain_paths,
     "measure": measure,
     "restart": restart,
     "python-plot": package,
