@@ -217,6 +217,9 @@ fn array(steps: usize) -> Vec<u8> {
 /// Fingerprint of the sweep that the journal belongs to.
 const FINGERPRINT: &str = "0123456789abcdef";
 
+/// Numbers of its points.
+const NUMBERS: usize = 61;
+
 const SURFACE: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\
                        facet normal 0 0 1\nouter loop\nvertex 0 0 1\nvertex 1 0 1\nvertex 0 1 1\nendloop\nendfacet\nendsolid s\n";
 
@@ -256,8 +259,8 @@ impl Samples {
         files.commit(&assembly.state).expect("a commit");
         drop(files);
         let parts = file("run.h5.parts");
-        let (mut journal, _) = Journal::open(&file("journal"), FINGERPRINT).expect("a journal");
-        journal.add(0, &Outcome::default()).expect("a point");
+        let (mut journal, _) = Journal::open(&file("journal"), FINGERPRINT, NUMBERS).expect("a journal");
+        journal.add(0, &Outcome::new(NUMBERS)).expect("a point");
         let mut binary = vec![0_u8; 80];
         binary.extend_from_slice(&2_u32.to_le_bytes());
         binary.extend((0..100).map(|k| k as u8));
@@ -413,7 +416,7 @@ fn sweep(samples: &Samples, bytes: &[u8]) {
 }
 
 fn journal(samples: &Samples, bytes: &[u8]) {
-    let _ = Journal::open(&samples.file("input-journal", bytes), FINGERPRINT);
+    let _ = Journal::open(&samples.file("input-journal", bytes), FINGERPRINT, NUMBERS);
 }
 
 fn spheres(_: &Samples, bytes: &[u8]) {

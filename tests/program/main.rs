@@ -25,6 +25,7 @@ mod render;
 mod results;
 mod settings;
 mod sweep;
+mod sweep_ensembles;
 mod sweep_runs;
 mod watch;
 

@@ -16,6 +16,7 @@ use concordem::program::sweep::{Swept, sweep_file};
 use concordem::program::{Console, Failure, Host, packings_folder};
 use concordem::sampling::ScheduledOperator;
 use concordem::scenario::{Problem, Scenario as Read};
+use numpy::PyArrayMethods as _;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -350,7 +351,7 @@ fn export(
 ///
 /// Returns
 /// -------
-/// Sweep : files, values of the axes, and numbers of all points.
+/// Sweep : files, values of the axes, numbers of all points, and curves of runs.
 ///
 /// Raises
 /// ------
@@ -398,7 +399,14 @@ fn sweep<'py>(
             problems.set_item(point, problem)?;
         }
     }
-    result(py, "Sweep", (path, page, axes, points, problems))
+    let curves = PyDict::new(py);
+    for (k, curve) in sweep.curves.iter().enumerate() {
+        let ordinates: Vec<f64> = outcomes.iter().flat_map(|outcome| sweep.ordinates(k, outcome)).copied().collect();
+        let y = scalars(py, &ordinates).reshape([outcomes.len(), curve.abscissas.len()])?;
+        let fields = (scalars(py, &curve.abscissas), y, &curve.x.name, &curve.y.name, &curve.x.unit, &curve.y.unit);
+        curves.set_item(&curve.name, result(py, "Curve", fields)?)?;
+    }
+    result(py, "Sweep", (path, page, axes, points, problems, curves))
 }
 
 /// Explain a key of scenarios, as `concordem explain` does.

@@ -267,6 +267,44 @@ def test_sweep(small, tmp_path):
         concordem.sweep(small)
 
 
+ENSEMBLE = """
+version = 1
+scenario = "small.toml"
+study = "run"
+results = ["max stress"]
+sampling = { method = "latin-hypercube", count = 3 }
+[[axis]]
+name = "rate"
+key = "loading.strain_rate"
+linear = { from = 10, to = 20 }
+[[axis]]
+key = "title"
+values = ["a", "b"]
+[[curve]]
+name = "stress-strain"
+x = "strain"
+y = "stress"
+from = 0
+to = 1
+count = 11
+"""
+
+
+@pytest.mark.once
+def test_sweep_with_samples_and_curves(small, tmp_path):
+    (tmp_path / "ensemble.toml").write_text(ENSEMBLE)
+    found = concordem.sweep(tmp_path / "ensemble.toml")
+    rates = found.axes["rate"]
+    assert list(rates[::2]) == list(rates[1::2]) and len(set(rates)) == 3 and found.axes["title"] == ["a", "b"] * 3
+    assert sorted(int((rate - 10) / 10 * 3) for rate in rates[::2]) == [0, 1, 2]
+    curve = found.curves["stress-strain"]
+    assert isinstance(curve, concordem.Curve)
+    assert (curve.x_name, curve.y_name, curve.x_unit, curve.y_unit) == ("strain", "stress", "1", "Pa")
+    assert curve.x.shape == (11,) and curve.y.shape == (6, 11) and curve.x[10] == 1
+    assert np.isfinite(curve.y[:, 0]).all() and np.isnan(curve.y[:, 10]).all()
+    assert (curve.y[0::2, 0] == curve.y[1::2, 0]).all()
+
+
 def test_explain():
     (key,) = concordem.explain("loading.strain_rate")[:1]
     assert key.path == "loading.strain_rate" and "1/s" in key.value + key.description

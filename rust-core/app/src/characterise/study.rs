@@ -2,13 +2,14 @@
 
 use super::{Body, CharacteriseError, Choice, characterise};
 use crate::sweep::outcome::Outcome;
+use crate::sweep::point::{Study, numbers_of};
 use concordem_packing::cooker::BOUNDARY_DEPTH;
 use concordem_scenario::assembly::Placed;
 use concordem_scenario::schema::Scenario;
 
 /// Structure of the packing of a scenario.
 pub(crate) fn structure(scenario: &Scenario, placed: &Placed) -> Outcome {
-    let mut outcome = Outcome::default();
+    let mut outcome = Outcome::new(numbers_of(Study::Structure));
     if let Err(problem) = fill(&mut outcome, scenario, placed) {
         outcome.problem = Some(problem.to_string());
     }

@@ -3,10 +3,11 @@
 //! | In the HDF5 file | |
 //! |---|---|
 //! | `sweep`, `scenario` | both files, as text |
-//! | `axes/NAME` | values of an axis: numbers, or lines of text |
-//! | `points/axis_K` | index of the value of axis K (from 0) at each point |
+//! | `axes/NAME` | values of an axis: numbers, or lines of text; of a sampled axis with `sampled` = 1, `from`, `to`, `scale` |
+//! | `points/axis_K` | index of the value of axis K (from 0) at each point; all sampled axes have the same one |
 //! | `points/young`, … | the quantities of [`outcome`](crate::sweep::outcome), one number per point, with unit and meaning |
 //! | `points/stiffness` | of elastic sweeps: 36 numbers per point, Pa (11, 22, 33, 23, 31, 12; engineering shear strains) |
+//! | `curves/NAME/x`, `curves/NAME/y` | of runs: abscissas, and ordinates with one row per point; each with name and unit |
 //! | `problems` | one line per failed point: number and message |
 
 use std::fmt::Write as _;
@@ -36,7 +37,13 @@ pub fn write(path: &Path, sweep: &Sweep, outcomes: &[Outcome]) -> Result<(), Out
         for (k, axis) in sweep.axes.iter().enumerate() {
             let name = dataset_name(axis, k);
             if let Some(numbers) = numbers(axis) {
-                hdf::write_array(&axes, &name, &numbers, 1, path)?;
+                let dataset = hdf::write_array(&axes, &name, &numbers, 1, path)?;
+                if let Some(range) = axis.sampled {
+                    hdf::write_attribute(&dataset, "sampled", &1_u8, path)?;
+                    hdf::write_attribute(&dataset, "from", &range.from, path)?;
+                    hdf::write_attribute(&dataset, "to", &range.to, path)?;
+                    hdf::write_text_attribute(&dataset, "scale", range.scale.name(), path)?;
+                }
             } else {
                 let lines: Vec<String> = (0..axis.values.len()).map(|k| axis.text(k)).collect();
                 hdf::write_text(&axes, &name, &lines.join("\n"), path)?;
@@ -62,8 +69,23 @@ pub fn write(path: &Path, sweep: &Sweep, outcomes: &[Outcome]) -> Result<(), Out
             let description = "Stiffness, 6 by 6, row by row; 11, 22, 33, 23, 31, 12, engineering shear strains";
             hdf::write_column(&points, STIFFNESS, &Column::f64(&stiffness, 36, "Pa"), "Pa", description, path)?;
         }
+        write_curves(file, sweep, outcomes, path)?;
         hdf::write_text(file, "problems", &problems(outcomes), path)
     })
+}
+
+fn write_curves(file: &hdf5::File, sweep: &Sweep, outcomes: &[Outcome], path: &Path) -> Result<(), OutputError> {
+    for (k, curve) in sweep.curves.iter().enumerate() {
+        let group = file.create_group(&format!("curves/{}", curve.name)).at(path)?;
+        let ordinates: Vec<f64> = outcomes.iter().flat_map(|outcome| sweep.ordinates(k, outcome)).copied().collect();
+        let x = hdf::write_array(&group, "x", &curve.abscissas, 1, path)?;
+        let y = hdf::write_array(&group, "y", &ordinates, curve.abscissas.len(), path)?;
+        for (dataset, series) in [(x, &curve.x), (y, &curve.y)] {
+            hdf::write_text_attribute(&dataset, "name", &series.name, path)?;
+            hdf::write_text_attribute(&dataset, "unit", &series.unit, path)?;
+        }
+    }
+    Ok(())
 }
 
 /// One line per failed point.
@@ -76,7 +98,7 @@ pub fn problems(outcomes: &[Outcome]) -> String {
     })
 }
 
-/// All points as comma-separated text: axes, quantities, stiffness, problem.
+/// All points as comma-separated text: axes, quantities, stiffness, problem; without curves.
 pub fn csv(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " "));
     let mut heads: Vec<String> = sweep.axes.iter().map(|axis| quoted(&axis.name)).collect();

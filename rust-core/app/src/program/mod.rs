@@ -145,8 +145,8 @@ enum Command {
     Characterise(characterise::CharacteriseArguments),
     /// Compute the elastic constants of a bonded periodic packing by four methods
     Elastic(elastic::ElasticArguments),
-    /// Compute elastic constants, structures of packings, or results of whole runs, for all combinations of values of a scenario's keys;
-    /// write one file and one web page
+    /// Compute elastic constants, structures of packings, or results and curves of whole runs, for all combinations or samples of values
+    /// of a scenario's keys; write one file and one web page
     Sweep(sweep::SweepArguments),
     /// Generate only the packing of a scenario and write it to a file
     Pack(pack::PackArguments),

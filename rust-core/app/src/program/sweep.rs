@@ -1,5 +1,8 @@
 //! `concordem sweep`: elastic constants, structures, or results of runs, for all combinations of given values of a scenario's keys.
 
+mod merge;
+mod slurm;
+
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
@@ -12,7 +15,7 @@ use super::drive::Interruption;
 use super::meter::Meter;
 use super::recording::check_result_name;
 use super::settings::Settings;
-use super::{Console, Failure, Work};
+use super::{Console, Failure, Work, shell};
 use crate::characterise::structure;
 use crate::output::sealed::{target, write_text};
 use crate::output::{OutputError, sweep as files};
@@ -20,11 +23,11 @@ use crate::report;
 use crate::sweep::Sweep;
 use crate::sweep::journal::{Journal, path_of};
 use crate::sweep::outcome::Outcome;
+use crate::sweep::parts::{MOST_PARTS, Part};
 use crate::sweep::point::{Study, evaluate};
 use crate::sweep::results::run;
 use concordem_operator::interruption::{Stopped, look, stoppable};
 use concordem_scenario::assembly::{PackingCache, Placed, place, place_cached};
-use concordem_scenario::schema::Scenario;
 use concordem_statics::Accuracy;
 
 /// Arguments of `concordem sweep`.
@@ -40,9 +43,21 @@ pub(super) struct SweepArguments {
     csv: bool,
     #[command(flatten)]
     settings: Settings,
-    /// Overwrite an existing result, and discard points of an unfinished sweep
+    /// Overwrite an existing result, and discard points of an unfinished sweep; with --part, those of the part; with --merge, none
     #[arg(long, short)]
     force: bool,
+    /// Compute only one of several parts, into a file beside the result: --part 3/10
+    #[arg(long, value_name = "PART/PARTS", conflicts_with_all = ["merge", "slurm", "csv"])]
+    part: Option<Part>,
+    /// Write the result from the files of all parts
+    #[arg(long, conflicts_with = "slurm")]
+    merge: bool,
+    /// Write a script that computes all parts as an array job of SLURM, and merges them; compute nothing
+    #[arg(long, value_name = "SCRIPT", requires = "parts")]
+    slurm: Option<PathBuf>,
+    /// Number of parts of the script
+    #[arg(long, value_name = "N", requires = "slurm", value_parser = clap::value_parser!(u32).range(1..=MOST_PARTS as i64))]
+    parts: Option<u32>,
     #[command(flatten)]
     work: Work,
 }
@@ -51,12 +66,16 @@ pub(super) struct SweepArguments {
 struct Stop<'a> {
     /// Set by a signal.
     requested: Arc<AtomicBool>,
+    /// Set when a point cannot be saved.
+    failed: AtomicBool,
     progress: &'a Mutex<Progress>,
+    /// Number of points to compute, with those that are known.
+    points: usize,
 }
 
 impl Stop<'_> {
     fn is_due(&self) -> bool {
-        self.requested.load(Ordering::Relaxed) || locked(self.progress).failure.is_some()
+        self.requested.load(Ordering::Relaxed) || self.failed.load(Ordering::Relaxed)
     }
 
     /// What `work` finds; `None` if a signal comes first. What it has done until then is lost.
@@ -78,6 +97,12 @@ struct Progress {
 }
 
 pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    if let (Some(script), Some(parts)) = (&arguments.slurm, arguments.parts) {
+        return slurm::write(arguments, script, parts as usize, console);
+    }
+    if let Some(part) = arguments.part {
+        return compute_part(arguments, part, console);
+    }
     let swept = compute_all(arguments, console)?;
     if let Some(note) = swept.failed {
         console.tell(&note);
@@ -117,37 +142,129 @@ pub fn sweep_file(
         csv,
         settings: Settings::default(),
         force: overwrite,
+        part: None,
+        merge: false,
+        slurm: None,
+        parts: None,
         work: Work { threads, quiet: false },
     };
     compute_all(&arguments, console)
 }
 
-fn compute_all(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<Swept, Failure> {
-    let sweep = Sweep::read_with(&arguments.sweep, arguments.settings.list())?;
+/// Path of the result. Without `--force`, neither it nor what is written with it may exist, except for an unfinished sweep: one killed while
+/// writing its result still has its journal, and the same command writes the result again.
+fn result_path(arguments: &SweepArguments, console: &Console<'_>) -> Result<PathBuf, Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
     check_result_name(if console.host.is_some() { "" } else { "--output " }, &path)?;
     let path = target(&path)?;
-    let page = path.with_extension("html");
-    let table = path.with_extension("csv");
-    let journal_path = path_of(&path);
-    // A sweep killed while writing its result still has its journal; the same command writes the result again.
-    let unfinished = journal_path.exists();
-    for path in [Some(&path), Some(&page), arguments.csv.then_some(&table)].into_iter().flatten() {
-        if path.exists() && !arguments.force && !unfinished {
-            return Err(OutputError::Exists { path: path.clone() }.into());
+    let others = [Some(path.with_extension("html")), arguments.csv.then(|| path.with_extension("csv"))];
+    let exists = [Some(path.clone())].into_iter().chain(others).flatten().find(|path| path.exists());
+    match exists {
+        Some(path_of_old) if !arguments.force && !path_of(&path).exists() => {
+            Err(OutputError::Exists { path: path_of_old }.into())
         }
+        _ => Ok(path),
     }
-    if arguments.force && unfinished {
-        std::fs::remove_file(&journal_path).map_err(|error| Failure::File {
-            path: journal_path.clone(),
-            action: "remove",
-            error,
-        })?;
+}
+
+/// Removes a file, if it exists.
+fn remove(path: &Path) -> Result<(), Failure> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Failure::File { path: path.to_owned(), action: "remove", error })
+        }
+        _ => Ok(()),
     }
-    let (journal, outcomes) = Journal::open(&journal_path, &sweep.fingerprint()?)?;
+}
+
+fn compute_all(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<Swept, Failure> {
+    let sweep = Sweep::read_with(&arguments.sweep, arguments.settings.list())?;
+    let path = result_path(arguments, console)?;
+    let page = path.with_extension("html");
+    let journal = path_of(&path);
+    let groups = sweep.groups()?;
+    if arguments.merge {
+        merge::merge(&sweep, &groups, &path, arguments)?;
+    } else if arguments.force {
+        remove(&journal)?;
+    }
     let points = sweep.points();
+    let outcomes: Vec<Outcome> = complete(&sweep, groups, &journal, arguments, console)?.into_values().collect();
+    files::write(&path, &sweep, &outcomes)?;
+    write_text(&page, &report::sweep::page(&sweep, &outcomes))?;
+    if arguments.csv {
+        write_text(&path.with_extension("csv"), &files::csv(&sweep, &outcomes))?;
+    }
+    remove(&journal)?;
+    let failed = failures(outcomes.iter(), points);
+    Ok(Swept { result: path, page, failed, sweep, outcomes })
+}
+
+/// How many points failed, and why the first one did, if any did.
+fn failures<'a>(outcomes: impl Iterator<Item = &'a Outcome>, points: usize) -> Option<String> {
+    let problems: Vec<&str> = outcomes.filter_map(|outcome| outcome.problem.as_deref()).collect();
+    let first = problems.first()?;
+    Some(format!("{} of {points} points failed; the first failure: {first}", problems.len()))
+}
+
+/// Computes one part into its own journal.
+fn compute_part(arguments: &SweepArguments, part: Part, console: &mut Console<'_>) -> Result<(), Failure> {
+    let sweep = Sweep::read_with(&arguments.sweep, arguments.settings.list())?;
+    let path = result_path(arguments, console)?;
+    check_parts(part.of, &sweep)?;
+    let journal = part.path(&path);
+    if arguments.force {
+        remove(&journal)?;
+    }
+    let share = part.share(&sweep.groups()?);
+    let outcomes = complete(&sweep, share, &journal, arguments, console)?;
+    if let Some(note) = failures(outcomes.values(), outcomes.len()) {
+        console.tell(&note);
+    }
+    if !arguments.work.quiet {
+        let command = command(arguments, &|word| shell::argument(Path::new(word)));
+        console.tell(&format!("part {} of {} is finished; when all parts are: {command} --merge", part.part, part.of));
+    }
+    console.print(&format!("{}\n", journal.display()))
+}
+
+/// The command for this sweep and result, without options of the work; `quote` makes one word of the shell.
+fn command(arguments: &SweepArguments, quote: &dyn Fn(&str) -> String) -> String {
+    let file = |path: &Path| {
+        let text = path.to_string_lossy();
+        // A name that begins with a dash would be an option.
+        quote(&if text.starts_with('-') { format!("./{text}") } else { text.into_owned() })
+    };
+    let mut words = vec!["concordem sweep".to_owned(), file(&arguments.sweep)];
+    words.extend(arguments.output.iter().flat_map(|output| ["-o".to_owned(), file(output)]));
+    words.extend(arguments.settings.list().iter().flat_map(|setting| ["--set".to_owned(), quote(&setting.given)]));
+    words.join(" ")
+}
+
+/// Refuses more parts than points.
+fn check_parts(parts: usize, sweep: &Sweep) -> Result<(), Failure> {
+    let points = sweep.points();
+    if parts <= points {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!("{parts} parts of {points} points are not possible; use at most {points} parts")))
+}
+
+/// Computes those points of the groups that the journal does not have; returns all of them.
+fn complete(
+    sweep: &Sweep,
+    mut groups: Vec<Vec<usize>>,
+    journal_path: &Path,
+    arguments: &SweepArguments,
+    console: &mut Console<'_>,
+) -> Result<BTreeMap<usize, Outcome>, Failure> {
+    let (journal, outcomes) = Journal::open(journal_path, &sweep.fingerprint()?, sweep.numbers())?;
+    let points = groups.iter().map(Vec::len).sum();
     let known = outcomes.len();
-    let groups = groups(&sweep, &outcomes)?;
+    for group in &mut groups {
+        group.retain(|point| !outcomes.contains_key(point));
+    }
+    groups.retain(|group| !group.is_empty());
     if !arguments.work.quiet && console.host.is_none() {
         let rest = if known > 0 { format!(", {known} of them known") } else { String::new() };
         console.tell(&format!("{points} points{rest}; {} packings to generate", groups.len()));
@@ -156,12 +273,13 @@ fn compute_all(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<
     let cache = console.cache();
     let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(display), failure: None });
     let interruption = Interruption::listen(console.host.as_ref());
-    let stop = Stop { requested: Arc::clone(&interruption.requested), progress: &progress };
+    let requested = Arc::clone(&interruption.requested);
+    let stop = Stop { requested, failed: AtomicBool::new(false), progress: &progress, points };
     arguments.work.install(|| {
         if sweep.study == Study::Run {
-            compute_runs(&sweep, &groups, cache.as_ref(), &stop);
+            compute_runs(sweep, &groups, cache.as_ref(), &stop);
         } else {
-            groups.par_iter().for_each(|group| compute(&sweep, group, &stop));
+            groups.par_iter().for_each(|group| compute(sweep, group, &stop));
         }
         Ok(())
     })?;
@@ -179,21 +297,7 @@ fn compute_all(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<
             journal_path.display()
         )));
     }
-    let outcomes: Vec<Outcome> = outcomes.into_values().collect();
-    files::write(&path, &sweep, &outcomes)?;
-    write_text(&page, &report::sweep::page(&sweep, &outcomes))?;
-    if arguments.csv {
-        write_text(&table, &files::csv(&sweep, &outcomes))?;
-    }
-    std::fs::remove_file(&journal_path).map_err(|error| Failure::File {
-        path: journal_path,
-        action: "remove",
-        error,
-    })?;
-    let bad = outcomes.iter().filter(|outcome| outcome.problem.is_some()).count();
-    let first = outcomes.iter().find_map(|outcome| outcome.problem.as_deref()).unwrap_or_default();
-    let failed = (bad > 0).then(|| format!("{bad} of {points} points failed; the first failure: {first}"));
-    Ok(Swept { result: path, page, failed, sweep, outcomes })
+    Ok(outcomes)
 }
 
 /// Computes the points of a group, which share a packing, until the sweep stops.
@@ -201,7 +305,7 @@ fn compute(sweep: &Sweep, group: &[usize], stop: &Stop<'_>) {
     if stop.is_due() {
         return;
     }
-    let note = |point: usize, outcome: Outcome| note(stop.progress, sweep.points(), point, outcome);
+    let note = |point: usize, outcome: Outcome| note(stop, point, outcome);
     // Every scenario was checked when the sweep was read.
     let Ok(first) = sweep.scenario(group[0]) else { return };
     let accuracy = Accuracy { residual: sweep.residual, ..Accuracy::default() };
@@ -209,7 +313,7 @@ fn compute(sweep: &Sweep, group: &[usize], stop: &Stop<'_>) {
         None => {}
         Some(Err(error)) => {
             for &point in group {
-                note(point, Outcome::failed(error.to_string()));
+                note(point, Outcome::failed(sweep.numbers(), error.to_string()));
             }
         }
         Some(Ok(placed)) => group.par_iter().for_each(|&point| {
@@ -225,11 +329,13 @@ fn compute(sweep: &Sweep, group: &[usize], stop: &Stop<'_>) {
     }
 }
 
-/// Runs the scenarios of all points. Each run has its own threads: in a shared pool, a thread that waits within one run would begin
-/// another one.
+/// Runs the scenarios of all points, as many at once as there are threads; each run then has one thread. Fewer runs share the threads.
+/// Each run has its own threads: in a shared pool, a thread that waits within one run would begin another one.
 fn compute_runs(sweep: &Sweep, groups: &[Vec<usize>], cache: Option<&PackingCache>, stop: &Stop<'_>) {
-    let points: Vec<(usize, usize)> =
-        groups.iter().enumerate().flat_map(|(g, group)| group.iter().map(move |&point| (g, point))).collect();
+    // The first points of all groups come first, so that the threads generate different packings.
+    let longest = groups.iter().map(Vec::len).max().unwrap_or(0);
+    let of_rank = |rank: usize| groups.iter().enumerate().filter_map(move |(g, group)| Some((g, *group.get(rank)?)));
+    let points: Vec<(usize, usize)> = (0..longest).flat_map(of_rank).collect();
     let packings: Vec<OnceLock<Result<Placed, String>>> = groups.iter().map(|_| OnceLock::new()).collect();
     let next = AtomicUsize::new(0);
     let threads = rayon::current_num_threads();
@@ -248,12 +354,12 @@ fn compute_runs(sweep: &Sweep, groups: &[Vec<usize>], cache: Option<&PackingCach
                     place_cached(&scenario, &folder, cache, &mut |_, _| look()).map_err(|e| e.to_string())
                 });
                 match placed {
-                    Err(problem) => Some(Outcome::failed(problem.clone())),
-                    Ok(placed) => run(&scenario, placed, &sweep.results, &|| stop.is_due()),
+                    Err(problem) => Some(Outcome::failed(sweep.numbers(), problem.clone())),
+                    Ok(placed) => run(sweep, &scenario, placed, &|| stop.is_due()),
                 }
             };
             if let Some(outcome) = pool.install(|| stop.unless(compute)).flatten() {
-                note(stop.progress, sweep.points(), point, outcome);
+                note(stop, point, outcome);
             }
         }
     };
@@ -270,33 +376,14 @@ fn locked(progress: &Mutex<Progress>) -> std::sync::MutexGuard<'_, Progress> {
 }
 
 /// Saves a finished point.
-fn note(progress: &Mutex<Progress>, points: usize, point: usize, outcome: Outcome) {
-    let mut now = locked(progress);
+fn note(stop: &Stop<'_>, point: usize, outcome: Outcome) {
+    let mut now = locked(stop.progress);
     if let Err(error) = now.journal.add(point, &outcome) {
         let path = PathBuf::from("the journal of the sweep");
         now.failure = Some(Failure::File { path, action: "write", error });
+        stop.failed.store(true, Ordering::Relaxed);
     }
     now.outcomes.insert(point, outcome);
-    let share = now.outcomes.len() as f64 / points as f64;
+    let share = now.outcomes.len() as f64 / stop.points as f64;
     now.meter.stage("sweep", share);
-}
-
-/// The points to compute, grouped by packing.
-fn groups(sweep: &Sweep, known: &BTreeMap<usize, Outcome>) -> Result<Vec<Vec<usize>>, Failure> {
-    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
-    let mut index: BTreeMap<String, usize> = BTreeMap::new();
-    for point in (0..sweep.points()).filter(|point| !known.contains_key(point)) {
-        let key = packing_key(&sweep.scenario(point)?);
-        let place = *index.entry(key.clone()).or_insert_with(|| {
-            groups.push((key, Vec::new()));
-            groups.len() - 1
-        });
-        groups[place].1.push(point);
-    }
-    Ok(groups.into_iter().map(|group| group.1).collect())
-}
-
-/// Scenarios with the same key have the same packing.
-fn packing_key(scenario: &Scenario) -> String {
-    format!("{} {:?}", scenario.dimension, scenario.packing)
 }

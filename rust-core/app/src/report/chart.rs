@@ -54,6 +54,8 @@ pub(super) enum Style {
     Crosses,
     /// Open diamonds without a line.
     Diamonds,
+    /// Dots without a line.
+    Dots,
     /// Area stacked on the areas before it.
     StackedArea,
 }
@@ -221,7 +223,8 @@ impl Chart {
             let _ = writeln!(
                 svg,
                 "<line class=\"{class}\" x1=\"{at:.2}\" x2=\"{at:.2}\" y1=\"{TOP}\" y2=\"{bottom}\"/>\
-                 <text x=\"{at:.2}\" y=\"{:.0}\" text-anchor=\"middle\">{label}</text>",
+                 <text x=\"{:.2}\" y=\"{:.0}\" text-anchor=\"middle\">{label}</text>",
+                at.min(WIDTH - 0.5 * NARROW * label.chars().count() as f64),
                 bottom + 17.0
             );
         }
@@ -256,7 +259,7 @@ impl Chart {
         for series in self.series.iter().filter(|series| series.in_legend) {
             let swatch = match series.style {
                 Style::StackedArea => format!("<rect width=\"24\" height=\"12\" fill=\"{}\"/>", series.color),
-                Style::Crosses | Style::Diamonds => marker(series, (12.0, 6.0)),
+                Style::Crosses | Style::Diamonds | Style::Dots => marker(series, (12.0, 6.0)),
                 _ => format!("<polyline points=\"0,6 24,6\" {}/>", stroke(series)),
             };
             entry(&swatch, &series.name);
@@ -271,6 +274,9 @@ impl Chart {
 /// Distance between the labels of the ticks and the drawing, and room for the label of the axis beside them.
 const TICK_GAP: f64 = 6.0;
 const AXIS_LABEL: f64 = 24.0;
+
+/// Width of a character of the labels of ticks; the last label must not leave the drawing.
+const NARROW: f64 = 6.2;
 
 /// Where the drawing begins, so that the label of the vertical axis stands clear of the labels of its ticks.
 fn left_margin(y: &Scale) -> f64 {
@@ -320,7 +326,7 @@ fn parts(points: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
 
 fn line_or_markers(series: &Series, placed: &[(f64, f64)]) -> String {
     let name = escape(&series.name);
-    let scatter = matches!(series.style, Style::Crosses | Style::Diamonds);
+    let scatter = matches!(series.style, Style::Crosses | Style::Diamonds | Style::Dots);
     let mut svg = String::new();
     for part in parts(placed) {
         if scatter {

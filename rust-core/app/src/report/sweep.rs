@@ -1,5 +1,6 @@
 //! The page of a sweep: its quantities over each axis, and a table of the means.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::RISES;
@@ -17,6 +18,8 @@ const COLORS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00"
 const MOST_CURVES: usize = 8;
 /// Largest number of rows of the table; the result files contain all points.
 const MOST_ROWS: usize = 400;
+/// Largest number of dots in a chart.
+const MOST_DOTS: usize = 2000;
 
 /// A quantity of a figure, and its appearance.
 struct Drawn {
@@ -185,6 +188,7 @@ pub fn page(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     for &x in &shown {
         body += &over(sweep, outcomes, x, &shown);
     }
+    body += &curves(sweep, outcomes);
     body += &table(sweep, outcomes, &shown);
     let _ = write!(
         body,
@@ -211,17 +215,23 @@ fn rising(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     )
 }
 
-/// Points with these values of the axes `of`.
-fn matching<'a>(
-    sweep: &'a Sweep,
-    outcomes: &'a [Outcome],
-    of: &'a [usize],
-    values: &'a [usize],
-) -> impl Iterator<Item = &'a Outcome> {
-    outcomes.iter().enumerate().filter_map(move |(point, outcome)| {
-        let place = sweep.place(point);
-        of.iter().zip(values).all(|(&axis, &value)| place[axis] == value).then_some(outcome)
-    })
+/// Points by their values of some axes.
+struct ByValues<'a>(BTreeMap<Vec<usize>, Vec<&'a Outcome>>);
+
+impl<'a> ByValues<'a> {
+    fn new(sweep: &Sweep, outcomes: &'a [Outcome], axes: &[usize]) -> Self {
+        let mut all: BTreeMap<Vec<usize>, Vec<&Outcome>> = BTreeMap::new();
+        for (point, outcome) in outcomes.iter().enumerate() {
+            let place = sweep.place(point);
+            all.entry(axes.iter().map(|&axis| place[axis]).collect()).or_default().push(outcome);
+        }
+        Self(all)
+    }
+
+    /// The points with these values.
+    fn of(&self, values: &[usize]) -> impl Iterator<Item = &'a Outcome> {
+        self.0.get(values).into_iter().flatten().copied()
+    }
 }
 
 /// Mean and standard deviation of the finite values.
@@ -236,23 +246,31 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     Some((mean, if n > 1.0 { (spread / (n - 1.0)).sqrt() } else { 0.0 }))
 }
 
-/// All combinations of values of these axes, the last one fastest.
+/// All combinations of values of these axes, the last one fastest. Sampled axes have the same index.
 fn combinations(sweep: &Sweep, axes: &[usize]) -> Vec<Vec<usize>> {
-    axes.iter().fold(vec![Vec::new()], |all, &axis| {
+    let is_sampled = |axis: usize| sweep.axes[axis].sampled.is_some();
+    let first = axes.iter().position(|&axis| is_sampled(axis));
+    axes.iter().enumerate().fold(vec![Vec::new()], |all, (k, &axis)| {
         let longer = |start: Vec<usize>| {
-            (0..sweep.axes[axis].values.len()).map(move |value| start.iter().copied().chain([value]).collect())
+            let values = match first {
+                Some(first) if first < k && is_sampled(axis) => start[first]..start[first] + 1,
+                _ => 0..sweep.axes[axis].values.len(),
+            };
+            values.map(move |value| start.iter().copied().chain([value]).collect())
         };
         all.into_iter().flat_map(longer).collect()
     })
 }
 
-/// Figures over one axis; empty if the axis has fewer than two numbers.
+/// Figures over one axis; empty if the axis has fewer than two numbers. A sampled axis has one dot per sample; over the other axes, the
+/// figures show means over all samples.
 fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> String {
     let along = &sweep.axes[x];
     let numbers: Option<Vec<f64>> = (0..along.values.len()).map(|k| along.number(k)).collect();
     let Some(numbers) = numbers.filter(|numbers| numbers.len() > 1) else { return String::new() };
     let (low, high) = numbers.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), &v| (l.min(v), h.max(v)));
-    let others: Vec<usize> = shown.iter().copied().filter(|&k| k != x && sweep.axes[k].values.len() > 1).collect();
+    let separate = |k: usize| k != x && sweep.axes[k].values.len() > 1 && sweep.axes[k].sampled.is_none();
+    let others: Vec<usize> = shown.iter().copied().filter(|&k| separate(k)).collect();
     let all = combinations(sweep, &others);
     let every = all.len().div_ceil(MOST_CURVES);
     let curves: Vec<&Vec<usize>> = all.iter().step_by(every).collect();
@@ -260,22 +278,35 @@ fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> Strin
     if every > 1 {
         let _ = writeln!(html, "<p class=\"quiet\">{} of {} curves.</p>", curves.len(), all.len());
     }
+    let step = if along.sampled.is_some() { (numbers.len() * curves.len()).div_ceil(MOST_DOTS) } else { 1 };
+    let note = match step {
+        1 if along.sampled.is_some() => "One dot per sample.".to_owned(),
+        1 if sweep.axes.iter().any(|axis| axis.sampled.is_some()) => "Means over all samples.".to_owned(),
+        1 => String::new(),
+        _ => format!("One dot per sample, of every {step}th sample; the result files contain all of them."),
+    };
+    if !note.is_empty() {
+        let _ = writeln!(html, "<p class=\"quiet\">{note}</p>");
+    }
     html += "<div class=\"pair\">\n";
-    let family = Family { sweep, outcomes, x, numbers: &numbers, others: &others };
+    let axes: Vec<usize> = others.iter().copied().chain([x]).collect();
+    let points = ByValues::new(sweep, outcomes, &axes);
+    let family = Family { sweep, points, numbers: &numbers, step, others: &others, dots: along.sampled.is_some() };
     for (f, figure) in figures(sweep).iter().enumerate() {
         let series: Vec<Series> =
             curves.iter().enumerate().flat_map(|(c, values)| family.series(figure, c, values)).collect();
         if series.is_empty() {
             continue;
         }
-        let legend = curves.len() > 1;
+        // Dots show the first quantity only.
+        let label = if family.dots { figure.label.split(';').next().unwrap_or_default() } else { &figure.label };
         let chart = Chart {
             id: format!("over-{x}-{f}"),
             title: format!("{} over {}", figure.title, along.name),
             x: Axis { label: along.name.clone(), logarithmic: low > 0.0 && high / low > 20.0 },
-            y: Axis::new(&figure.label),
+            y: Axis::new(label),
             series,
-            legend,
+            legend: curves.len() > 1,
             ..Chart::default()
         };
         let _ = writeln!(html, "<div><h3>{}</h3>{}</div>", escape(&figure.title), chart.html());
@@ -283,42 +314,45 @@ fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> Strin
     html + "</div>\n"
 }
 
-/// Curves over one axis, one for each combination of values of the others.
+/// Curves or dots over one axis, one family for each combination of values of the others.
 struct Family<'a> {
     sweep: &'a Sweep,
-    outcomes: &'a [Outcome],
-    /// The axis.
-    x: usize,
-    /// Its values.
+    /// The points, by the values of the other axes and of this one.
+    points: ByValues<'a>,
+    /// Values of the axis.
     numbers: &'a [f64],
+    /// Of how many values one is drawn.
+    step: usize,
     others: &'a [usize],
+    dots: bool,
 }
 
 impl Family<'_> {
     /// The quantities of a figure for the `c`-th combination `values` of the other axes.
     fn series(&self, figure: &Figure, c: usize, values: &[usize]) -> Vec<Series> {
-        let Self { sweep, outcomes, x, numbers, others } = *self;
-        let name = others
+        let name = self
+            .others
             .iter()
             .zip(values)
-            .map(|(&axis, &value)| format!("{} {}", sweep.axes[axis].name, sweep.axes[axis].text(value)))
+            .map(|(&axis, &value)| format!("{} {}", self.sweep.axes[axis].name, self.sweep.axes[axis].text(value)))
             .collect::<Vec<_>>()
             .join(", ");
         let name = if name.is_empty() { "all".to_owned() } else { name };
-        let axes: Vec<usize> = others.iter().copied().chain([x]).collect();
-        let series = figure.curves.iter().map(|drawn| {
-            let mut points: Vec<(f64, f64)> = (0..numbers.len())
+        let drawn = figure.curves.iter().filter(|drawn| !self.dots || drawn.style == Style::LineAndDots);
+        let series = drawn.map(|drawn| {
+            let mut points: Vec<(f64, f64)> = (0..self.numbers.len())
+                .step_by(self.step)
                 .filter_map(|k| {
                     let place: Vec<usize> = values.iter().copied().chain([k]).collect();
-                    let found = mean(matching(sweep, outcomes, &axes, &place).map(|outcome| (drawn.of)(outcome)))?;
-                    Some((numbers[k], found.0))
+                    let found = mean(self.points.of(&place).map(|outcome| (drawn.of)(outcome)))?;
+                    Some((self.numbers[k], found.0))
                 })
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             Series {
                 name: format!("{name}{}", drawn.way),
                 color: COLORS[c % COLORS.len()],
-                style: drawn.style,
+                style: if self.dots { Style::Dots } else { drawn.style },
                 points,
                 in_legend: drawn.style == Style::LineAndDots,
                 marks_peak: false,
@@ -326,6 +360,60 @@ impl Family<'_> {
         });
         series.filter(|series| !series.points.is_empty()).collect()
     }
+}
+
+/// Figures of the curves of runs: all of few points; of more, mean, smallest, and largest ordinates.
+fn curves(sweep: &Sweep, outcomes: &[Outcome]) -> String {
+    if sweep.curves.is_empty() {
+        return String::new();
+    }
+    let few = outcomes.len() <= MOST_CURVES;
+    let note = if few { "One line per point." } else { "Solid: mean of all points; dashed: smallest and largest." };
+    let mut html = format!("<h2>Curves</h2>\n<p class=\"quiet\">{note}</p>\n<div class=\"pair\">\n");
+    for (k, curve) in sweep.curves.iter().enumerate() {
+        let label = |series: &crate::sweep::series::Series| {
+            let quantity = Quantity {
+                name: series.name.clone().into(),
+                unit: series.unit.clone().into(),
+                description: String::new().into(),
+            };
+            let (unit, scale) = shown(&quantity);
+            (format!("{}{unit}", series.name), scale)
+        };
+        let ((x_label, x_scale), (y_label, y_scale)) = (label(&curve.x), label(&curve.y));
+        let line = |name: String, c: usize, style, ordinates: Vec<f64>| {
+            let place = |(x, y): (&f64, f64)| (x * x_scale, y * y_scale);
+            let points = curve.abscissas.iter().zip(ordinates).map(place).collect();
+            Series { name, color: COLORS[c % COLORS.len()], style, points, in_legend: true, marks_peak: false }
+        };
+        let series: Vec<Series> = if few {
+            let one = |(point, outcome)| {
+                line(format!("point {point}"), point, Style::Line, sweep.ordinates(k, outcome).to_vec())
+            };
+            outcomes.iter().enumerate().map(one).collect()
+        } else {
+            let at = |j: usize| {
+                outcomes.iter().map(move |outcome| sweep.ordinates(k, outcome).get(j).copied().unwrap_or(f64::NAN))
+            };
+            let all = |of: &dyn Fn(usize) -> f64| (0..curve.abscissas.len()).map(of).collect();
+            vec![
+                line("mean".into(), 0, Style::Line, all(&|j| mean(at(j)).map_or(f64::NAN, |(mean, _)| mean))),
+                line("smallest".into(), 0, Style::Dashed, all(&|j| at(j).fold(f64::NAN, f64::min))),
+                line("largest".into(), 0, Style::Dashed, all(&|j| at(j).fold(f64::NAN, f64::max))),
+            ]
+        };
+        let chart = Chart {
+            id: format!("curve-{k}"),
+            title: curve.name.clone(),
+            x: Axis::new(&x_label),
+            y: Axis::new(&y_label),
+            series,
+            legend: few && outcomes.len() > 1,
+            ..Chart::default()
+        };
+        let _ = writeln!(html, "<div><h3>{}</h3>{}</div>", escape(&curve.name), chart.html());
+    }
+    html + "</div>\n"
 }
 
 /// A column that a study always has.
@@ -346,6 +434,7 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
         let _ = write!(html, "<th>{}</th>", escape(&sweep.axes[axis].name));
     }
     let heads = heads(sweep);
+    let points = ByValues::new(sweep, outcomes, shown);
     for (head, _) in &heads {
         let _ = write!(html, "<th class=\"number\">{}</th>", escape(head));
     }
@@ -353,10 +442,16 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     for values in rows.iter().take(MOST_ROWS) {
         html += "<tr>";
         for (&axis, &value) in shown.iter().zip(values) {
-            let _ = write!(html, "<td>{}</td>", escape(&sweep.axes[axis].text(value)));
+            let axis = &sweep.axes[axis];
+            // Samples have many digits.
+            let text = match axis.number(value).filter(|_| axis.sampled.is_some()) {
+                Some(value) => number(value),
+                None => axis.text(value),
+            };
+            let _ = write!(html, "<td>{}</td>", escape(&text));
         }
         for (k, (_, of)) in heads.iter().enumerate() {
-            let cell = match mean(matching(sweep, outcomes, shown, values).map(of)) {
+            let cell = match mean(points.of(values).map(of)) {
                 None => "–".to_owned(),
                 Some((value, spread)) if (k < 2 || sweep.study != Study::Elastic) && spread > 0.0 => {
                     format!("{} ± {}", number(value), number(spread))

@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use super::sampling::{Sampled, Scale};
+
 /// One axis of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -13,6 +15,8 @@ pub struct Axis {
     pub values: Vec<Vec<toml::Value>>,
     /// Whether figures show the mean over this axis.
     pub average: bool,
+    /// The range of a sampled axis, whose values belong together with those of the other sampled axes.
+    pub sampled: Option<Sampled>,
 }
 
 impl Axis {
@@ -78,12 +82,25 @@ pub(super) struct WrittenAxis {
 struct Range {
     from: f64,
     to: f64,
-    count: usize,
+    /// Without it, the axis is sampled.
+    count: Option<usize>,
 }
 
 impl WrittenAxis {
-    /// The axis with all its values.
-    pub(super) fn resolve(self) -> Result<Axis, AxisError> {
+    /// The range of a sampled axis, its scale, and its key in the file.
+    fn range(&self) -> Option<(Range, Scale, &'static str)> {
+        let linear = self.linear.map(|range| (range, Scale::Linear, "linear"));
+        linear.or_else(|| self.logarithmic.map(|range| (range, Scale::Logarithmic, "logarithmic")))
+    }
+
+    /// Whether the axis has a range without a count.
+    pub(super) fn is_sampled(&self) -> bool {
+        self.range().is_some_and(|(range, ..)| range.count.is_none())
+    }
+
+    /// The axis with all its values. `samples`: numbers from 0 to 1 of a sampled axis, none without `[sampling]`.
+    pub(super) fn resolve(self, samples: Option<&[f64]>) -> Result<Axis, AxisError> {
+        let range = self.range();
         let keys = match (self.key, self.keys) {
             (Some(key), None) => vec![key],
             (None, Some(keys)) if !keys.is_empty() => keys,
@@ -95,37 +112,34 @@ impl WrittenAxis {
                 ));
             }
         };
-        let several = keys.len() > 1;
-        let values = match (self.values, self.linear, self.logarithmic) {
-            (Some(values), None, None) => rows(values, keys.len())?,
-            (None, Some(range), None) => {
-                range.numbers("linear", &|share| range.from + (range.to - range.from) * share)?
-            }
-            (None, None, Some(range)) => {
-                if !(range.from > 0.0 && range.to > 0.0) {
-                    let message = format!("a range from {} to {} cannot be logarithmic", range.from, range.to);
-                    return Err(AxisError::new("logarithmic", &message, "both ends must be positive"));
-                }
-                let (low, high) = (range.from.ln(), range.to.ln());
-                range.numbers("logarithmic", &|share| (low + (high - low) * share).exp())?
-            }
-            _ => {
-                let message = "an axis needs one of `values`, `linear`, `logarithmic`".to_owned();
-                return Err(AxisError::new("", &message, "write values = [1, 2, 3]"));
-            }
+        let ways = [self.values.is_some(), self.linear.is_some(), self.logarithmic.is_some()];
+        if ways.iter().filter(|given| **given).count() != 1 {
+            let message = "an axis needs one of `values`, `linear`, `logarithmic`";
+            return Err(AxisError::new("", message, "write values = [1, 2, 3]"));
+        }
+        let (values, sampled) = match range {
+            None => (rows(self.values.unwrap_or_default(), keys.len())?, None),
+            Some((range, scale, key)) => range.values(scale, key, samples)?,
         };
         if values.is_empty() {
             return Err(AxisError::new("values", "the axis has no values", "give at least one"));
         }
-        if several && values[0].len() != keys.len() {
+        if keys.len() > 1 && values[0].len() != keys.len() {
             return Err(AxisError::new(
                 "keys",
                 "a range can set only one key",
                 "write values = [[...], [...]] for several keys",
             ));
         }
+        if self.average && sampled.is_some() {
+            return Err(AxisError::new(
+                "average",
+                "a sampled axis has no mean: its values belong to those of the other sampled axes",
+                "remove the key",
+            ));
+        }
         let name = self.name.unwrap_or_else(|| keys.join(", "));
-        Ok(Axis { name, keys, values, average: self.average })
+        Ok(Axis { name, keys, values, average: self.average, sampled })
     }
 }
 
@@ -145,21 +159,49 @@ fn rows(values: Vec<toml::Value>, keys: usize) -> Result<Vec<Vec<toml::Value>>, 
     values.into_iter().map(row).collect()
 }
 
+/// One list per point, with the value of the only key; and the range, if it is sampled.
+type Values = (Vec<Vec<toml::Value>>, Option<Sampled>);
+
 impl Range {
-    /// Numbers at equal intervals; both ends are exactly as written.
-    fn numbers(&self, name: &'static str, at: &dyn Fn(f64) -> f64) -> Result<Vec<Vec<toml::Value>>, AxisError> {
-        if !((2..=10_000).contains(&self.count) && self.from.is_finite() && self.to.is_finite()) {
-            let message = format!("a range of {} values from {} to {} is not possible", self.count, self.from, self.to);
-            return Err(AxisError::new(name, &message, "give finite ends and a count from 2 to 10000"));
+    /// The values of the range: at equal intervals if it has a count, with both ends exactly as written; else at the samples.
+    fn values(self, scale: Scale, key: &'static str, samples: Option<&[f64]>) -> Result<Values, AxisError> {
+        let Self { from, to, count } = self;
+        if scale == Scale::Logarithmic && !(from > 0.0 && to > 0.0) {
+            let message = format!("a range from {from} to {to} cannot be logarithmic");
+            return Err(AxisError::new(key, &message, "both ends must be positive"));
         }
-        let one = |k: usize| match k {
-            0 => self.from,
-            _ if k + 1 == self.count => self.to,
-            // Twelve digits avoid rounding noise in tables.
-            _ => format!("{:.11e}", at(k as f64 / (self.count - 1) as f64)).parse().unwrap_or(f64::NAN),
-        };
-        Ok((0..self.count).map(|k| vec![toml::Value::Float(one(k))]).collect())
+        let floats = |numbers: Vec<f64>| numbers.into_iter().map(|number| vec![toml::Value::Float(number)]).collect();
+        let refused = |message: &str, help| Err(AxisError::new(key, message, help));
+        match (count, samples) {
+            (None, None) => refused(
+                "the range has no `count`, and the sweep has no [sampling]",
+                "write count = 5 in the range; or, to sample the axis, add [sampling] with method = \"sobol\" and count = 64",
+            ),
+            (None, Some(samples)) if from.is_finite() && to.is_finite() => {
+                let sampled = Sampled { from, to, scale };
+                Ok((floats(samples.iter().map(|&share| sampled.at(share)).collect()), Some(sampled)))
+            }
+            (None, Some(_)) => refused(&format!("a range from {from} to {to} is not possible"), "give finite ends"),
+            (Some(count), _) if (2..=10_000).contains(&count) && from.is_finite() && to.is_finite() => {
+                Ok((floats(spaced(from, to, count, scale)), None))
+            }
+            (Some(count), _) => refused(
+                &format!("a range of {count} values from {from} to {to} is not possible"),
+                "give finite ends and a count from 2 to 10000",
+            ),
+        }
     }
+}
+
+/// Numbers at equal intervals of the scale; both ends are exactly as written.
+pub(super) fn spaced(from: f64, to: f64, count: usize, scale: Scale) -> Vec<f64> {
+    let range = Sampled { from, to, scale };
+    let one = |k: usize| match k {
+        0 => from,
+        _ if k + 1 == count => to,
+        _ => range.at(k as f64 / (count - 1) as f64),
+    };
+    (0..count).map(one).collect()
 }
 
 /// Sets the value at a key path such as `material[0].cpm.young`. Tables on the path must exist; the last key need not.

@@ -12,16 +12,21 @@
 //! values = [1, 2, 3]
 //! average = true
 //! ```
-//! The last axis varies fastest in the numbering of points. Points with the same packing share it. A [`journal`] stores
-//! finished points, so that they are not computed again. The numbers of a point depend only on the point, so the
-//! result is the same for any number of interruptions and threads.
+//! The last axis varies fastest in the numbering of points. Axes with a range without a count are [sampled](sampling) together: they
+//! count as one axis, at the place of the first of them. Points with the same packing share it. A [`journal`] stores finished points, so
+//! that they are not computed again. The numbers of a point depend only on the point, so the result is the same for any number of
+//! interruptions, threads, and [`parts`].
 
 mod axis;
+pub mod curve;
 pub mod journal;
 pub mod outcome;
+pub mod parts;
 pub mod point;
 pub mod results;
+pub mod sampling;
 mod schema;
+pub mod series;
 #[cfg(test)]
 mod tests;
 
@@ -36,9 +41,11 @@ use concordem_scenario::checks::read_text;
 use concordem_scenario::schema::{
     Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Setting, Source, large,
 };
+use curve::{Curve, MOST_ORDINATES, WrittenCurve};
 use outcome::MOST_RESULTS;
 use point::Study;
 use results::{DEFAULT, RunResult};
+use sampling::Sampling;
 pub use schema::schema;
 
 /// Largest number of points.
@@ -63,6 +70,8 @@ pub struct Sweep {
     pub residual: f64,
     /// Results that runs record.
     pub results: Vec<RunResult>,
+    /// Curves that runs record.
+    pub curves: Vec<Curve>,
     /// Axes.
     pub axes: Vec<Axis>,
     base: toml::Table,
@@ -84,6 +93,9 @@ struct Written {
     dynamics: bool,
     residual: Option<f64>,
     results: Option<Vec<String>>,
+    sampling: Option<Sampling>,
+    #[serde(rename = "curve", default)]
+    curves: Vec<WrittenCurve>,
     #[serde(rename = "axis", default)]
     axes: Vec<WrittenAxis>,
 }
@@ -131,8 +143,9 @@ impl Sweep {
                 let help = format!("write a sweep with scenario = \"{}\"; `concordem init --template elastic-sweep` shows one", source.name);
                 return wrong(vec![Problem { value: None, message, help, ..problem }]);
             }
-            let help = "a sweep has version, title, scenario, study, results, dynamics, residual, and [[axis]] tables with name, key or \
-                        keys, values or linear or logarithmic, and average";
+            let help = "a sweep has version, title, scenario, study, results, dynamics, residual, [[axis]] tables with name, key or \
+                        keys, values or linear or logarithmic, and average; [sampling] with method (sobol, latin-hypercube, random), \
+                        count, and seed; and [[curve]] tables with name, x, y, from, to, and count";
             wrong(vec![Problem { help: help.to_owned(), ..problem }])
         })?;
         let problem = |kind: ProblemKind, key: String, message: String, help: &str| {
@@ -172,11 +185,13 @@ impl Sweep {
         let first = Scenario::parse(&scenario.display().to_string(), &scenario_text)?;
         let (results, wrong_results) = results_of(&written, &first);
         problems.extend(list(wrong_results));
+        let (curves, wrong_curves) = curves_of(&written, &first);
+        problems.extend(list(wrong_curves));
         let base: toml::Table = toml::from_str(&large::protect(&scenario_text))
             .map_err(|error| wrong(vec![problem(ProblemKind::Syntax, "scenario".into(), error.to_string(), "")]))?;
-        let (axes, wrong_axes) = resolve(written.axes, &base);
+        let (axes, wrong_axes) = resolve(written.axes, written.sampling, &base);
         problems.extend(list(wrong_axes));
-        let points = axes.iter().fold(1_usize, |points, axis| points.saturating_mul(axis.values.len()));
+        let points = combined(&axes).fold(1_usize, |points, (_, count)| points.saturating_mul(count));
         if points > MOST_POINTS {
             let message = format!("the axes span {points} points; the limit is {MOST_POINTS}");
             problems.push(problem(ProblemKind::OutOfRange, "axis".into(), message, "use fewer values"));
@@ -193,6 +208,7 @@ impl Sweep {
             dynamics: written.dynamics,
             residual,
             results,
+            curves,
             axes,
             base,
             files: BTreeSet::new(),
@@ -201,15 +217,22 @@ impl Sweep {
 
     /// Number of points.
     pub fn points(&self) -> usize {
-        self.axes.iter().map(|axis| axis.values.len()).product()
+        combined(&self.axes).map(|(_, count)| count).product()
     }
 
-    /// Index of the value of each axis at point `k`; the last axis varies fastest.
+    /// Index of the value of each axis at point `k`; the last axis varies fastest. All sampled axes have the same index.
     pub fn place(&self, mut k: usize) -> Vec<usize> {
         let mut place = vec![0; self.axes.len()];
-        for (place, axis) in place.iter_mut().zip(&self.axes).rev() {
-            *place = k % axis.values.len();
-            k /= axis.values.len();
+        let mut sample = 0;
+        for (axis, count) in combined(&self.axes).rev() {
+            place[axis] = k % count;
+            if self.axes[axis].sampled.is_some() {
+                sample = place[axis];
+            }
+            k /= count;
+        }
+        for (place, _) in place.iter_mut().zip(&self.axes).filter(|(_, axis)| axis.sampled.is_some()) {
+            *place = sample;
         }
         place
     }
@@ -300,6 +323,13 @@ impl Sweep {
     }
 }
 
+/// Axes whose values are combined in full, with the numbers of their values: all but the sampled axes after the first of these.
+fn combined(axes: &[Axis]) -> impl DoubleEndedIterator<Item = (usize, usize)> {
+    let first = axes.iter().position(|axis| axis.sampled.is_some());
+    let counts = axes.iter().enumerate().filter(move |(k, axis)| axis.sampled.is_none() || Some(*k) == first);
+    counts.map(|(k, axis)| (k, axis.values.len()))
+}
+
 /// Key in the sweep, kind, message, and remedy of a problem.
 type KeyProblem = (String, ProblemKind, String, &'static str);
 
@@ -309,6 +339,15 @@ fn without_effect(written: &Written) -> Vec<KeyProblem> {
     if written.study != Study::Run && written.results.is_some() {
         let message = "has no effect: only the study \"run\" records results of runs".to_owned();
         problems.push(("results".into(), ProblemKind::Conflict, message, "write study = \"run\", or remove the key"));
+    }
+    if written.study != Study::Run && !written.curves.is_empty() {
+        let message = "has no effect: only the study \"run\" records curves of runs".to_owned();
+        problems.push((
+            "curve[0]".into(),
+            ProblemKind::Conflict,
+            message,
+            "write study = \"run\", or remove the table",
+        ));
     }
     if written.study != Study::Elastic {
         for (key, given) in [("dynamics", written.dynamics), ("residual", written.residual.is_some())] {
@@ -344,12 +383,47 @@ fn results_of(written: &Written, scenario: &Scenario) -> (Vec<RunResult>, Vec<Ke
     (results, problems)
 }
 
+/// The curves of runs of a scenario, and the problems of the others.
+fn curves_of(written: &Written, scenario: &Scenario) -> (Vec<Curve>, Vec<KeyProblem>) {
+    let (mut curves, mut problems) = (Vec::new(), Vec::new());
+    if written.study != Study::Run {
+        return (curves, problems);
+    }
+    for (k, curve) in written.curves.iter().enumerate() {
+        match curve.clone().resolve(scenario, &curves) {
+            Ok(curve) => curves.push(curve),
+            Err((key, message, help)) => {
+                problems.push((format!("curve[{k}].{key}"), ProblemKind::Conflict, message, help));
+            }
+        }
+    }
+    let count: usize = curves.iter().map(|curve| curve.abscissas.len()).sum();
+    if count > MOST_ORDINATES {
+        let message = format!("the curves have {count} numbers per point; the limit is {MOST_ORDINATES}");
+        problems.push((
+            "curve[0].count".into(),
+            ProblemKind::OutOfRange,
+            message,
+            "use fewer abscissas, or fewer curves",
+        ));
+    }
+    (curves, problems)
+}
+
 /// The axes with all their values, and the problems of the others; `base` is the scenario.
-fn resolve(written: Vec<WrittenAxis>, base: &toml::Table) -> (Vec<Axis>, Vec<KeyProblem>) {
+fn resolve(written: Vec<WrittenAxis>, sampling: Option<Sampling>, base: &toml::Table) -> (Vec<Axis>, Vec<KeyProblem>) {
     let mut axes: Vec<Axis> = Vec::new();
     let mut problems = Vec::new();
+    let sampled = written.iter().filter(|axis| axis.is_sampled()).count();
+    if let Some((key, message, help)) = sampling.and_then(|sampling| sampling.problem(sampled)) {
+        problems.push((key.to_owned(), ProblemKind::OutOfRange, message, help));
+        return (axes, problems);
+    }
+    let samples = sampling.map(|sampling| sampling.samples(sampled));
+    let mut of_axes = samples.iter().flatten().map(Vec::as_slice);
     for (k, axis) in written.into_iter().enumerate() {
-        let axis = match axis.resolve() {
+        let numbers = if axis.is_sampled() { of_axes.next() } else { None };
+        let axis = match axis.resolve(numbers) {
             Ok(axis) => axis,
             Err(error) => {
                 let place = format!("axis[{k}]{}{}", if error.key.is_empty() { "" } else { "." }, error.key);

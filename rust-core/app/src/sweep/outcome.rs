@@ -74,39 +74,38 @@ quantities! {
 /// Name of the stiffness matrix in files; it has 36 numbers per point.
 pub const STIFFNESS: &str = "stiffness";
 
-/// Numbers of a point; runs have at most as many results.
-pub(crate) const MOST_RESULTS: usize = QUANTITIES.len() + 36;
+/// Largest number of results of runs.
+pub(super) const MOST_RESULTS: usize = 61;
 
 /// Result of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// Values in the order of [`columns`](super::point::columns); NaN for missing numbers.
+    /// Values in the order of [`columns`](super::point::columns), then ordinates of all curves; NaN for missing numbers.
     pub values: Vec<f64>,
     /// Problem of a failed point.
     pub problem: Option<String>,
 }
 
-impl Default for Outcome {
-    fn default() -> Self {
-        Self { values: vec![f64::NAN; MOST_RESULTS], problem: None }
-    }
-}
-
 impl Outcome {
+    /// Outcome without any of its numbers yet.
+    pub fn new(numbers: usize) -> Self {
+        Self { values: vec![f64::NAN; numbers], problem: None }
+    }
+
     /// Outcome of a failed point.
-    pub fn failed(problem: String) -> Self {
-        Self { problem: Some(problem), ..Self::default() }
+    pub fn failed(numbers: usize, problem: String) -> Self {
+        Self { problem: Some(problem), ..Self::new(numbers) }
     }
 
     /// Value of a quantity; NaN if it is missing.
     pub fn get(&self, name: &str) -> f64 {
-        place(name).map_or(f64::NAN, |k| self.values[k])
+        place(name).and_then(|k| self.values.get(k)).map_or(f64::NAN, |value| *value)
     }
 
     /// Sets the value of a quantity.
     pub(crate) fn set(&mut self, name: &str, value: f64) {
-        if let Some(k) = place(name) {
-            self.values[k] = value;
+        if let Some(of) = place(name).and_then(|k| self.values.get_mut(k)) {
+            *of = value;
         }
     }
 }

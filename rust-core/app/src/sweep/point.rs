@@ -31,7 +31,29 @@ pub fn columns(sweep: &Sweep) -> Vec<String> {
     names.chain((0..36).map(|k| format!("{STIFFNESS}_{}{}", k / 6 + 1, k % 6 + 1))).collect()
 }
 
+/// Numbers of a point of a study without curves and named results.
+pub(crate) fn numbers_of(study: Study) -> usize {
+    match study {
+        Study::Elastic => QUANTITIES.len() + 36,
+        Study::Structure => STRUCTURE.len(),
+        Study::Run => 0,
+    }
+}
+
 impl Sweep {
+    /// Numbers of a point: results, and ordinates of all curves.
+    pub fn numbers(&self) -> usize {
+        let ordinates: usize = self.curves.iter().map(|curve| curve.abscissas.len()).sum();
+        numbers_of(self.study) + self.results.len() + ordinates
+    }
+
+    /// Ordinates of curve `k` in the numbers of a point.
+    pub fn ordinates<'a>(&self, k: usize, outcome: &'a Outcome) -> &'a [f64] {
+        let count = |k: usize| self.curves.get(k).map_or(0, |curve| curve.abscissas.len());
+        let start = numbers_of(self.study) + self.results.len() + (0..k).map(count).sum::<usize>();
+        outcome.values.get(start..start + count(k)).unwrap_or_default()
+    }
+
     /// Quantities with one number per point.
     pub fn quantities(&self) -> Vec<Quantity> {
         match self.study {
@@ -44,7 +66,7 @@ impl Sweep {
 
 /// Elastic constants of a scenario on a given packing.
 pub(crate) fn evaluate(scenario: &Scenario, placed: &Placed, accuracy: Accuracy, dynamics: bool) -> Outcome {
-    let mut outcome = Outcome::default();
+    let mut outcome = Outcome::new(numbers_of(Study::Elastic));
     if let Err(problem) = fill(&mut outcome, scenario, placed, accuracy, dynamics) {
         outcome.problem = Some(problem);
     }

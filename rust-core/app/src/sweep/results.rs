@@ -1,11 +1,13 @@
 //! Results of a run that a sweep records: properties of the specimen, and values of series and operators.
 
 use concordem_scenario::assembly::{Placed, assemble_placed};
-use concordem_scenario::sampling::{Operator, Record};
+use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::Simulation;
-use concordem_scenario::schema::{OperatorSample, Scenario};
+use concordem_scenario::schema::Scenario;
 
-use super::outcome::{MOST_RESULTS, Outcome, Quantity};
+use super::Sweep;
+use super::outcome::{Outcome, Quantity};
+use super::series::{Place, Rows, Series};
 use crate::report::{RISES, properties_of_run};
 
 /// Which number of a series.
@@ -22,10 +24,8 @@ enum Of {
 enum Source {
     /// A property of the specimen, by its symbol.
     Property(String),
-    /// A series of the record, by its place.
-    Series(Of, usize),
-    /// A component of an operator: number of the `[[sample]]`, first number of the component in a row.
-    Operator(Of, usize, usize),
+    /// A number of a series.
+    Series(Of, Place),
 }
 
 /// A result that a sweep records.
@@ -55,26 +55,6 @@ pub const PROPERTIES: [(&str, &str); 10] = [
 /// Results that a sweep records if it names none.
 pub const DEFAULT: [&str; 6] = ["E", "f_t", "f_c", "strain_at_peak", RISES, "last broken"];
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Names of the numbers of an operator's row, as in CSV tables, with their units; maps have none.
-fn columns_of(sample: &OperatorSample) -> Vec<(String, String)> {
-    if sample.grid.is_some() {
-        return Vec::new();
-    }
-    let name = |quantity: &str, k: usize, components: usize| match components {
-        3 => format!("{} {quantity}_{}", sample.name(), AXES[k]),
-        9 => format!("{} {quantity}_{}{}", sample.name(), AXES[k / 3], AXES[k % 3]),
-        _ => format!("{} {quantity}", sample.name()),
-    };
-    let operator: Operator = sample.operator;
-    let quantities = operator.quantities().iter();
-    quantities
-        .flat_map(|q| (0..q.components).map(move |k| (q.name, k, q.components, q.unit)))
-        .map(|(quantity, k, components, unit)| (name(quantity, k, components), unit.to_owned()))
-        .collect()
-}
-
 impl RunResult {
     /// The quantity of files and pages.
     pub(super) fn quantity(&self) -> Quantity {
@@ -84,7 +64,7 @@ impl RunResult {
                     .to_owned()
             }
             Source::Property(symbol) => format!("{symbol} of the specimen"),
-            Source::Series(..) | Source::Operator(..) => "Number of a series".to_owned(),
+            Source::Series(..) => "Number of a series".to_owned(),
         };
         Quantity { name: self.name.clone().into(), unit: self.unit.clone().into(), description: description.into() }
     }
@@ -106,32 +86,25 @@ impl RunResult {
             Some(("last", rest)) => (Of::Last, rest),
             _ => (Of::Last, words),
         };
-        if let Some(at) = Record::COLUMNS.iter().position(|column| column.name == rest) {
-            return Ok(found(Record::COLUMNS[at].unit, Source::Series(of, at)));
-        }
-        let mut known = Vec::new();
-        for (k, sample) in scenario.samples.iter().enumerate() {
-            let columns = columns_of(sample);
-            if let Some(at) = columns.iter().position(|(name, _)| name == rest) {
-                return Ok(found(&columns[at].1, Source::Operator(of, k, at)));
+        match Series::find(rest, scenario) {
+            Ok(series) => Ok(found(&series.unit, Source::Series(of, series.place))),
+            Err(known) => {
+                let properties = PROPERTIES.map(|(symbol, _)| symbol.to_owned());
+                let all: Vec<String> = properties.into_iter().chain(known).collect();
+                Err(format!(
+                    "a run has no result `{words}`; there are {}, the series and operators also after max, min, mean, or last",
+                    all.join(", ")
+                ))
             }
-            known.extend(columns.into_iter().map(|(name, _)| name));
         }
-        let properties = PROPERTIES.map(|(symbol, _)| symbol.to_owned());
-        let series = Record::COLUMNS.iter().map(|column| column.name.to_owned());
-        let all: Vec<String> = properties.into_iter().chain(series).chain(known).collect();
-        Err(format!(
-            "a run has no result `{words}`; there are {}, the series and operators also after max, min, mean, or last",
-            all.join(", ")
-        ))
     }
 }
 
-/// Runs a scenario to its end, in memory; `None` if `stopped` returns true before.
-pub fn run(scenario: &Scenario, placed: &Placed, results: &[RunResult], stopped: &dyn Fn() -> bool) -> Option<Outcome> {
-    match try_run(scenario, placed, results, stopped) {
+/// Runs a scenario of the sweep to its end, in memory; `None` if `stopped` returns true before.
+pub fn run(sweep: &Sweep, scenario: &Scenario, placed: &Placed, stopped: &dyn Fn() -> bool) -> Option<Outcome> {
+    match try_run(sweep, scenario, placed, stopped) {
         Ok(outcome) => outcome,
-        Err(problem) => Some(Outcome::failed(problem)),
+        Err(problem) => Some(Outcome::failed(sweep.numbers(), problem)),
     }
 }
 
@@ -139,9 +112,9 @@ pub fn run(scenario: &Scenario, placed: &Placed, results: &[RunResult], stopped:
 const LOOK: u64 = 64;
 
 fn try_run(
+    sweep: &Sweep,
     scenario: &Scenario,
     placed: &Placed,
-    results: &[RunResult],
     stopped: &dyn Fn() -> bool,
 ) -> Result<Option<Outcome>, String> {
     let assembly =
@@ -149,36 +122,34 @@ fn try_run(
     let length = assembly.summary.specimen.map(|(_, length)| length);
     let mut simulation =
         Simulation::new(assembly.state, assembly.model, assembly.schedule).map_err(|error| error.to_string())?;
-    let mut records: Vec<Vec<f64>> = Vec::new();
-    let mut rows: Vec<Vec<Vec<f64>>> = vec![Vec::new(); scenario.samples.len()];
+    let mut rows = Rows { records: Vec::new(), operators: vec![Vec::new(); scenario.samples.len()] };
     while simulation.stopped().is_none() {
         if simulation.state.clock.step % LOOK == 0 && stopped() {
             return Ok(None);
         }
         let advance = simulation.advance().map_err(|error| error.to_string())?;
-        records.extend(advance.sample.iter().chain(&advance.last).map(Record::to_row));
+        let records = advance.sample.iter().chain(&advance.last);
+        rows.records.extend(records.map(|record| (record.step as u64, record.to_row())));
         for row in advance.operators {
-            rows[row.operator].push(row.values);
+            rows.operators[row.operator].push((row.step, row.values));
         }
     }
     let column = |name: &str| -> Vec<f64> {
         let at = Record::COLUMNS.iter().position(|column| column.name == name);
-        at.map_or_else(Vec::new, |at| records.iter().map(|record| record[at]).collect())
+        at.map_or_else(Vec::new, |at| rows.records.iter().map(|(_, record)| record[at]).collect())
     };
     let [strain, gauge, stress] = ["strain", "gauge_strain", "stress"].map(column);
     let rounding = simulation.schedule.rounding.after(simulation.state.clock.step);
     let properties = properties_of_run(scenario, [&strain, &gauge, &stress], length, rounding);
-    let mut outcome = Outcome::default();
-    for (k, result) in results.iter().take(MOST_RESULTS).enumerate() {
-        outcome.values[k] = match &result.source {
-            Source::Property(symbol) => {
-                properties.iter().find(|(name, _)| name == symbol).map_or(f64::NAN, |(_, value)| *value)
-            }
-            Source::Series(of, at) => of.number(&mut records.iter().map(|record| record[*at])),
-            Source::Operator(of, sample, at) => of.number(&mut rows[*sample].iter().map(|row| row[*at])),
-        };
-    }
-    Ok(Some(outcome))
+    let number = |result: &RunResult| match &result.source {
+        Source::Property(symbol) => {
+            properties.iter().find(|(name, _)| name == symbol).map_or(f64::NAN, |(_, value)| *value)
+        }
+        Source::Series(of, place) => of.number(&mut rows.of(*place).map(|(_, value)| value)),
+    };
+    let results = sweep.results.iter().map(number);
+    let curves = sweep.curves.iter().flat_map(|curve| curve.ordinates(&rows));
+    Ok(Some(Outcome { values: results.chain(curves).collect(), problem: None }))
 }
 
 impl Of {

@@ -73,7 +73,7 @@ from ._errors import (
 )
 from ._plot import _method, plot
 from ._tables import to_pandas, to_xarray
-from ._types import BeamFit, Check, ElasticAnswers, ElasticConstants, ElasticFit, Forces, Key, MeshState, Summary, Sweep, WallState, units
+from ._types import BeamFit, Check, Curve, ElasticAnswers, ElasticConstants, ElasticFit, Forces, Key, MeshState, Summary, Sweep, WallState, units
 from .packing import characterise
 
 __all__ = [
@@ -81,6 +81,7 @@ __all__ = [
     "BeamFit",
     "CalibrationError",
     "Check",
+    "Curve",
     "ConcordemError",
     "ConcordemWarning",
     "ContinuumError",

@@ -521,6 +521,23 @@ class Check(NamedTuple):
     """All facts as the program prints them, by name."""
 
 
+class Curve(NamedTuple):
+    """A curve of all points of a sweep: one series of each run over another."""
+
+    x: Reals
+    """Abscissas, which all points share, shape (n,)."""
+    y: Reals
+    """Ordinates, shape (points, n); NaN where a run never reaches the abscissa."""
+    x_name: str
+    """Series of the abscissas, such as "strain"."""
+    y_name: str
+    """Series of the ordinates."""
+    x_unit: str
+    """SI unit of the abscissas; "1" for a pure number."""
+    y_unit: str
+    """SI unit of the ordinates."""
+
+
 class Sweep(NamedTuple):
     """A finished sweep."""
 
@@ -534,6 +551,8 @@ class Sweep(NamedTuple):
     """Quantities of each point, a structured array; `concordem.units` gives the units."""
     problems: dict[int, str]
     """Why points failed, by their number."""
+    curves: dict[str, Curve]
+    """Curves of runs, by their name."""
 
 
 class Key(NamedTuple):
