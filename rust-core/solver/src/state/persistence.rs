@@ -437,8 +437,12 @@ fn write_broken(broken: &[BrokenBond], sink: &mut dyn ColumnSink) -> Result<(), 
     sink.column("broken/image", Column::I8 { data: &image, components: 3, unit: "1" })?;
     sink.column("broken/reference", Column::f64(bytemuck::cast_slice(&reference), 2, "m, m^2"))?;
     sink.column("broken/frame", Column::f64(bytemuck::cast_slice(&previous), 4, "1, 1, 1, m"))?;
-    let open: Vec<u8> = broken.iter().map(|bond| u8::from(bond.open)).collect();
-    sink.column("broken/open", Column::u8(&open))
+    // Most states have none.
+    if broken.iter().any(|bond| bond.open) {
+        let open: Vec<u8> = broken.iter().map(|bond| u8::from(bond.open)).collect();
+        sink.column("broken/open", Column::u8(&open))?;
+    }
+    Ok(())
 }
 
 fn read_broken(source: &mut dyn ColumnSource) -> Result<Vec<BrokenBond>, ColumnError> {
@@ -451,7 +455,11 @@ fn read_broken(source: &mut dyn ColumnSource) -> Result<Vec<BrokenBond>, ColumnE
     let image = with_length("broken/image", source.i8("broken/image")?, 3 * n)?;
     let reference = with_length("broken/reference", source.f64("broken/reference")?, 2 * n)?;
     let previous = with_length("broken/frame", source.f64("broken/frame")?, 4 * n)?;
-    let open = with_length("broken/open", source.u8("broken/open")?, n)?;
+    let open = if source.exists("broken/open") {
+        with_length("broken/open", source.u8("broken/open")?, n)?
+    } else {
+        vec![0; n]
+    };
     let bond = |k: usize| BrokenBond {
         block: block[k],
         pair: Pair { a: pair[2 * k], b: pair[2 * k + 1] },
