@@ -82,7 +82,7 @@ def test_noise_is_estimated(soft):
 
 
 def test_intervals_that_neglect_noise_fail(soft):
-    # The check above can fail: with a third of the noise, intervals are too narrow and the misfit is told.
+    # The check above can fail: with a third of the noise, intervals are too narrow, and a warning names the misfit.
     hits = []
     for trial, (truth, random) in enumerate(inner_points(soft, 5, 1)):
         measured = softening(truth) + random.normal(0, 3e5, len(X))
@@ -311,10 +311,13 @@ def test_result_of_a_sampled_sweep(sweep):
 def test_command(sweep, tmp_path):
     x = np.linspace(0, 1, 21)
     (tmp_path / "curve.csv").write_text("strain [%],stress [MPa]\n" + "".join(f"{100 * a},{1.5 * a - a * a / 3}\n" for a in x))
+    with pytest.importorskip("h5py").File(sweep, "r+") as file:
+        file["points/f_t"][:3] = np.nan
     command = [sys.executable, "-m", "concordem", "posterior", "ensemble.h5", "curve.csv", "-o", "p.png", "--noise", "0.02 MPa"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-3:] == ["p.png", "p-curve.png", "p.json"]
+    assert done.stderr.startswith("warning: 3 of 72 runs have no finite") and ".py" not in done.stderr, done.stderr
     found = json.loads((tmp_path / "p.json").read_text())["parameters"]
     low, high = found["young"]["interval_90"]
     assert low < 1.5 < high and found["energy"]["prior"] == [1.0, 10.0]

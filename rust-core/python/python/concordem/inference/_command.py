@@ -46,7 +46,12 @@ def main(arguments: Sequence[str]) -> int:
         needed("matplotlib").use("Agg")
         from matplotlib import pyplot
 
-        ensemble = Ensemble.load(options.ensemble) if options.ensemble.suffix == ".npz" else Ensemble.from_sweep(options.ensemble)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", ConcordemWarning)
+            ensemble = Ensemble.load(options.ensemble) if options.ensemble.suffix == ".npz" else Ensemble.from_sweep(options.ensemble)
+        for one in told:
+            # Without the line of this file.
+            print(f"warning: {one.message}", file=sys.stderr)
         curves = [name for name, one in ensemble.outputs.items() if one.x is not None]
         name = options.name or (curves[0] if len(curves) == 1 else None)
         if name is None:
