@@ -61,6 +61,7 @@ AT_BORDERS = {
         "rust-core/contact/src/law/damped_beam/table.rs",
         "rust-core/contact/src/law/jointed/table.rs",
         "rust-core/contact/src/law/jointed/tests.rs",
+        "rust-core/contact/src/law/softening_beam/table.rs",
         "rust-core/python/python/concordem/tables.py",
         "rust-core/python/tests/test_scenario.py",
         "rust-core/scenario/src/checks/joints.rs",

@@ -6,8 +6,9 @@ use crate::harness::{self, Atom, Host, data_file_for, dump_for, frames, head_for
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{
-    BeamDamping, BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters,
-    DampedBeam, Elastic, Frictional, HertzMindlin, Jointed, Kinematics, LinearBond, PairRadius, Section, Status,
+    BeamDamping, BeamFractureEnergy, BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm,
+    CpmParameters, DampedBeam, Elastic, Frictional, HertzMindlin, Jointed, Kinematics, LinearBond, PairRadius, Section,
+    Softening, SofteningBeam, Status,
 };
 use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem_contact::scatter::{Distribution, Scatter};
@@ -391,6 +392,29 @@ fn damped_beam_equals_direct_calls() {
     assert_ne!(expected[5], undamped[5]);
     compare(
         "damped_beam young 70e9 poisson 0.25 radius_ratio 0.6 tensile_strength 3e8 damping_ratio 0.1 bending_damping_ratio 0.4 \
+         bond distance 1.2 contact frictional contact.normal_stiffness 1e6 contact.shear_stiffness 4e5 \
+         contact.friction_coefficient 0.4",
+        &legs,
+        &expected,
+        true,
+    );
+}
+
+/// Beams of the path soften in bending and tension, and break.
+#[test]
+fn softening_beam_equals_direct_calls() {
+    let after = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.0).unwrap();
+    let beam = CohesiveBeam { strength: 1e8, ..CohesiveBeam::new(70e9, 0.25, Section::Ratio(0.6)).unwrap() };
+    let energy = BeamFractureEnergy { tension: 1e6, shear: 2e6, exponent: 1.5 };
+    let law = SofteningBeam::new(beam, energy, Softening::Exponential).unwrap();
+    let legs = path(1.0);
+    let expected = direct(Some(&law), &after, &legs, MotionMeasure::Finite);
+    let elastic = CohesiveBeam { strength: f64::INFINITY, ..beam };
+    assert_ne!(expected, direct(Some(&elastic), &after, &legs, MotionMeasure::Finite));
+    assert_ne!(expected, direct(Some(&beam), &after, &legs, MotionMeasure::Finite));
+    compare(
+        "softening_beam young 70e9 poisson 0.25 radius_ratio 0.6 tensile_strength 1e8 fracture_energy 1e6 \
+         shear_fracture_energy 2e6 mixture_exponent 1.5 softening exponential \
          bond distance 1.2 contact frictional contact.normal_stiffness 1e6 contact.shear_stiffness 4e5 \
          contact.friction_coefficient 0.4",
         &legs,

@@ -32,6 +32,7 @@ pub const FEATURES: &[Feature] = &[
     one("bonds", "bonds cpm", |case| bonds(case, "cpm")),
     one("bonds", "bonds cohesive_beam", |case| bonds(case, "cohesive_beam")),
     one("bonds", "bonds damped_beam", |case| bonds(case, "damped_beam")),
+    one("bonds", "bonds softening_beam", |case| bonds(case, "softening_beam")),
     one("bonds", "bonds jointed", |case| bonds(case, "jointed")),
     one("contacts", "no contacts", |case| case.contacts == "none"),
     one("contacts", "contacts linear_bond", |case| case.contacts == "linear_bond"),

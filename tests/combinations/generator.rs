@@ -27,7 +27,7 @@ fn basic(seed: u64, number: u64) -> Case {
     let deformable = random.happens(0.2)
         && [bonds.map_or("none", |b| b.0), contacts]
             .iter()
-            .all(|law| !["cpm", "cohesive_beam", "damped_beam", "jointed"].contains(law));
+            .all(|law| !["cpm", "cohesive_beam", "damped_beam", "softening_beam", "jointed"].contains(law));
     let (materials, options) = materials(random, bonds.map(|b| b.0), contacts, deformable, dimension);
     let two = random.happens(0.2);
     let materials = if two { format!("{materials}{}", materials.replacen("\"m\"", "\"n\"", 1)) } else { materials };
@@ -257,6 +257,7 @@ fn bonds(random: &mut Random, dimension: u8) -> Option<(&'static str, f64)> {
     // Draws no number, so that all else in the scenarios of a seed stays the same.
     let law = match law {
         "cohesive_beam" if ratio == 1.2 => "damped_beam",
+        "cohesive_beam" if ratio == 1.45 => "softening_beam",
         "linear_bond" if dimension == 3 && ratio == 1.2 => "jointed",
         law => law,
     };
@@ -305,7 +306,7 @@ fn materials(
     if uses("cpm") {
         text += &cpm(random);
     }
-    for law in ["cohesive_beam", "damped_beam"].into_iter().filter(|law| uses(law)) {
+    for law in ["cohesive_beam", "damped_beam", "softening_beam"].into_iter().filter(|law| uses(law)) {
         text += &beam(random, law);
     }
     if uses("frictional") {
@@ -446,6 +447,17 @@ fn beam(random: &mut Random, law: &str) -> String {
     }
     if random.happens(0.2) {
         text += &format!(", hydrostatic_strength = {:?}", young * 1e-4);
+    }
+    if law == "softening_beam" {
+        text = text.replace(&format!(", hydrostatic_strength = {:?}", young * 1e-4), "");
+        if !text.contains("strength") && !text.contains("cohesion") {
+            text += &format!(", tensile_strength = {:?}", young * 1e-3);
+        }
+        // At the largest strength ten times what a bond of 4 mm stores.
+        text += &format!(", fracture_energy = {:?}", young * 9e-6 * 2e-2);
+        text += ["", ", shear_fracture_energy = 1e7", ", shear_fracture_energy = 1e7, mixture_exponent = 2"]
+            [(young.to_bits() >> 2) as usize % 3];
+        text += ["", ", softening = \"exponential\""][(young.to_bits() >> 5) as usize % 2];
     }
     if law == "damped_beam" {
         if text.contains("poisson = 0.1") && !text.contains("spring") {

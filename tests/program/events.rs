@@ -108,6 +108,10 @@ fn pressed_pairs_break_in_shear() {
             "damped_beam",
             "young = 1e9, radius_ratio = 1, tensile_strength = 1e6, cohesion = 1e6, moment_share = 0, damping_ratio = 0.1",
         ),
+        (
+            "softening_beam",
+            "young = 1e9, radius_ratio = 1, tensile_strength = 1e6, cohesion = 1e6, moment_share = 0, fracture_energy = 2",
+        ),
         ("linear_bond", "normal_stiffness = 1e6, shear_stiffness = 1e6, normal_strength = 3, shear_strength = 3"),
         (
             "jointed",

@@ -16,7 +16,7 @@ OTHERS = {
 }
 
 #: Pages of the theory whose name is not that of the law.
-THEORY = {"hertz_mindlin": "hertz-mindlin", "linear_bond": "linear-bond", "cohesive_beam": "cohesive-beam", "damped_beam": "cohesive-beam"}
+THEORY = {"hertz_mindlin": "hertz-mindlin", "linear_bond": "linear-bond", "cohesive_beam": "cohesive-beam", "damped_beam": "cohesive-beam", "softening_beam": "cohesive-beam"}
 
 INTRODUCTION = """# Parameters of the laws
 

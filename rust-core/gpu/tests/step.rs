@@ -5,9 +5,10 @@
 
 use concordem_contact::law::cpm::CpmParameters;
 use concordem_contact::law::{
-    CohesiveBeam, ContactLaw, ContactStiffness, Cpm, DampedBeam, Elastic, Frictional, HertzMindlin, Jointed,
+    BeamFractureEnergy, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, DampedBeam, Elastic, Frictional, HertzMindlin,
+    Jointed,
 };
-use concordem_contact::law::{LinearBond, Section};
+use concordem_contact::law::{LinearBond, Section, Softening, SofteningBeam};
 use concordem_contact::math::Vec3;
 use concordem_gpu::DeviceSteps;
 use concordem_gpu::arguments::Launch;
@@ -269,6 +270,16 @@ fn damped_beams_have_the_bits_of_the_solver() {
     let (state, course) = scene(Some(damped), NONE, Damping::None, 0.05).compare(130, 1000);
     assert_quiet(&course);
     assert!(state.ledger.viscous.get() > 0.0);
+}
+
+/// Beams that soften and break: damage is a matter of the device, the end of a bond stops it.
+#[test]
+fn softening_beams_have_the_bits_of_the_solver() {
+    let beam = CohesiveBeam { strength: 20e6, ..CohesiveBeam::new(YOUNG, 0.2, Section::Ratio(0.5)).unwrap() };
+    let energy = BeamFractureEnergy { tension: 1000.0, shear: 3000.0, exponent: 1.5 };
+    let softening = SofteningBeam::new(beam, energy, Softening::Exponential).unwrap();
+    let (state, course) = scene(Some(softening), Some(frictional()), LOCAL, 4000.0).compare(300, 1000);
+    assert!(state.broken.len() > 10 && course.on_device > 20, "{} broke, {course:?}", state.broken.len());
 }
 
 /// Beams that break leave frictional contacts between fast spheres, which also rebuilds the neighbor list.

@@ -6,6 +6,7 @@ mod damping;
 mod dashpots;
 mod fracture;
 mod rotating_ends;
+mod softening;
 mod vibrations;
 
 use std::f64::consts::PI;

@@ -17,7 +17,7 @@ pub struct Factors {
     /// Factor on the strength: on all stresses or forces at which a bond fails.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub strength: Number,
-    /// Factor on the ductility: on the softening strain divided by the crack onset strain. Only for laws that soften ("cpm").
+    /// Factor on the ductility: on the softening strain divided by the crack onset strain. Only for laws that soften ("cpm", "softening_beam": on the fracture energies).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub ductility: Number,
 }
@@ -48,7 +48,7 @@ impl Factors {
         if self.ductility.si() == 1.0 {
             return Ok(());
         }
-        let help = "remove the factor, or use the law \"cpm\"";
+        let help = "remove the factor, or use a law that softens";
         Err(Fault::conflict("ductility", "the bonds of this law are brittle: they have no softening to scale", help))
     }
 

@@ -44,6 +44,7 @@ pub use jointed::JointedState;
 pub use linear_bond::LinearBondState;
 #[cfg(feature = "std")]
 pub use names::{ContactLawName, LawName};
+pub use softening_beam::{BeamFractureEnergy, Softening, SofteningBeamState};
 pub use state::{Field, LawState, Parity};
 pub use straight_form::{ColumnUse, Given, Masses};
 #[cfg(feature = "std")]

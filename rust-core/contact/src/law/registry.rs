@@ -18,6 +18,7 @@ macro_rules! for_each_law {
             linear_bond: LinearBond,
             cohesive_beam: CohesiveBeam,
             damped_beam: DampedBeam,
+            softening_beam: SofteningBeam,
             jointed: Jointed,
             frictional: Frictional,
             hertz_mindlin: HertzMindlin,

@@ -553,8 +553,7 @@ fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
     state.clock.step += 1;
 }
 
-/// Fail if the motion, or a force, is NaN or infinite. The sums of the kick show it; only then are the particles read.
-/// Bonds that are too long for their law.
+/// Fail if a bond is too long for its law.
 fn refuse_long_bonds(state: &State) -> Result<(), SolverError> {
     for block in &state.bonds {
         let block = block.contacts();
@@ -571,6 +570,7 @@ fn refuse_long_bonds(state: &State) -> Result<(), SolverError> {
     Ok(())
 }
 
+/// Fail if the motion, or a force, is NaN or infinite. The sums of the kick show it; only then are the particles read.
 fn check_finite(state: &State, report: &StepReport) -> Result<(), SolverError> {
     let kick = &report.kick;
     let (step, time) = (state.clock.step, state.clock.time());

@@ -310,13 +310,17 @@ impl CohesiveBeam {
 
     /// Shear coefficient of a Timoshenko beam; infinite for all others.
     #[inline(always)]
-    fn shear_coefficient(&self) -> f64 {
+    pub(in crate::law) fn shear_coefficient(&self) -> f64 {
         if let BeamModel::Timoshenko { shear_coefficient } = self.model { shear_coefficient } else { f64::INFINITY }
     }
 
     /// Stiffnesses of a Timoshenko beam; an infinite shear coefficient gives the Euler-Bernoulli beam to the last bit.
     #[inline(always)]
-    fn stiffnesses_of_beam(&self, geometry: &ContactGeometry, shear_coefficient: f64) -> BeamStiffness {
+    pub(in crate::law) fn stiffnesses_of_beam(
+        &self,
+        geometry: &ContactGeometry,
+        shear_coefficient: f64,
+    ) -> BeamStiffness {
         let (area, inverse) = (geometry.area, 1.0 / geometry.reference_length);
         let per_length = self.young * inverse;
         let normal = per_length * area;
@@ -341,7 +345,7 @@ impl CohesiveBeam {
 
     /// The bending moment of the criterion, N·m.
     #[inline(always)]
-    fn bending(&self, branch: &Vec3, forces: &EndLoads) -> f64 {
+    pub(in crate::law) fn bending(&self, branch: &Vec3, forces: &EndLoads) -> f64 {
         match self.bending_term {
             BendingTerm::MidSection => forces.bending(branch),
             BendingTerm::HalfSum => 0.5 * norm(&(forces.moment_a + forces.moment_b)),
@@ -366,18 +370,18 @@ impl CohesiveBeam {
 }
 
 /// Stresses in the section of a beam, Pa.
-struct SectionStresses {
+pub(in crate::law) struct SectionStresses {
     /// Mean normal stress, tension positive.
-    normal: f64,
+    pub(in crate::law) normal: f64,
     /// Of bending, in the extreme fiber.
-    bending: f64,
+    pub(in crate::law) bending: f64,
     /// Of twist, in the extreme fiber.
-    torsion: f64,
+    pub(in crate::law) torsion: f64,
 }
 
 impl SectionStresses {
     #[inline(always)]
-    fn of(area: f64, axial: f64, branch: &Vec3, forces: &EndLoads, bending: f64) -> Self {
+    pub(in crate::law) fn of(area: f64, axial: f64, branch: &Vec3, forces: &EndLoads, bending: f64) -> Self {
         let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(branch);
         let inverse = 1.0 / area;
         // r/I = 4πr/S² = 4√π S^(−3/2), and half of it for I_O.
@@ -387,23 +391,23 @@ impl SectionStresses {
 
     /// The largest principal stress.
     #[inline(always)]
-    fn principal(&self) -> f64 {
+    pub(in crate::law) fn principal(&self) -> f64 {
         let normal = self.normal + self.bending;
         0.5 * (normal + (normal * normal + 4.0 * self.torsion * self.torsion).sqrt())
     }
 }
 
 /// Forces and energies of an unbroken beam.
-struct BeamResponse {
-    forces: EndLoads,
+pub(in crate::law) struct BeamResponse {
+    pub(in crate::law) forces: EndLoads,
     /// Normal force, N.
-    axial: f64,
+    pub(in crate::law) axial: f64,
     /// Energy stored by elongation, shear, bending, twist, J.
-    stored: [f64; 4],
+    pub(in crate::law) stored: [f64; 4],
 }
 
 #[inline(always)]
-fn beam_response(
+pub(in crate::law) fn beam_response(
     k: &BeamStiffness,
     reference_length: f64,
     branch: &BranchVector,

@@ -69,6 +69,35 @@ macro_rules! beam_table {
 }
 pub(crate) use beam_table;
 
+/// The springs of a table with the keys of a beam and more.
+macro_rules! springs_of_table {
+    ($name:ident) => {
+        impl $name {
+            /// The springs, and when they break.
+            fn beam(&self) -> $crate::law::cohesive_beam::CohesiveBeamTable {
+                $crate::law::cohesive_beam::CohesiveBeamTable {
+                    young: self.young,
+                    poisson: self.poisson,
+                    radius_ratio: self.radius_ratio,
+                    radius_rule: self.radius_rule,
+                    radius: self.radius,
+                    model: self.model,
+                    shear_coefficient: self.shear_coefficient,
+                    shear_ratio: self.shear_ratio,
+                    tensile_strength: self.tensile_strength,
+                    bending_term: self.bending_term,
+                    cohesion: self.cohesion,
+                    friction_coefficient: self.friction_coefficient,
+                    friction_angle: self.friction_angle,
+                    moment_share: self.moment_share,
+                    hydrostatic_strength: self.hydrostatic_strength,
+                }
+            }
+        }
+    };
+}
+pub(crate) use springs_of_table;
+
 beam_table! {
     /// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
     /// principal stress, in tension or shear, or at the mean stress of a particle.

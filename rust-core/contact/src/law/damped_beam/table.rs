@@ -1,7 +1,7 @@
 //! The damped beam in scenarios.
 
 use super::{BeamDamping, DampedBeam};
-use crate::law::cohesive_beam::table::beam_table;
+use crate::law::cohesive_beam::table::{beam_table, springs_of_table};
 use crate::law::cohesive_beam::{BeamKind, CohesiveBeamTable, RadiusRule};
 use crate::law::table::{Fault, LawTable, RegisteredLaw};
 use crate::law::{BendingTerm, CohesiveBeam, Factors, ParameterError};
@@ -28,28 +28,9 @@ beam_table! {
     }
 }
 
-impl DampedBeamTable {
-    /// The springs.
-    fn beam(&self) -> CohesiveBeamTable {
-        CohesiveBeamTable {
-            young: self.young,
-            poisson: self.poisson,
-            radius_ratio: self.radius_ratio,
-            radius_rule: self.radius_rule,
-            radius: self.radius,
-            model: self.model,
-            shear_coefficient: self.shear_coefficient,
-            shear_ratio: self.shear_ratio,
-            tensile_strength: self.tensile_strength,
-            bending_term: self.bending_term,
-            cohesion: self.cohesion,
-            friction_coefficient: self.friction_coefficient,
-            friction_angle: self.friction_angle,
-            moment_share: self.moment_share,
-            hydrostatic_strength: self.hydrostatic_strength,
-        }
-    }
+springs_of_table!(DampedBeamTable);
 
+impl DampedBeamTable {
     fn damping(&self) -> BeamDamping {
         let or_all = |ratio: Option<Number>| ratio.unwrap_or(self.damping_ratio).si();
         BeamDamping {
