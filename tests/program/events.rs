@@ -110,7 +110,8 @@ fn pressed_pairs_break_in_shear() {
         ),
         (
             "softening_beam",
-            "young = 1e9, radius_ratio = 1, tensile_strength = 1e6, cohesion = 1e6, moment_share = 0, fracture_energy = 2",
+            "young = 1e9, radius_ratio = 1, tensile_strength = 1e6, cohesion = 1e6, moment_share = 0, fracture_energy = 2, \
+             shear_fracture_energy = 0.01",
         ),
         ("linear_bond", "normal_stiffness = 1e6, shear_stiffness = 1e6, normal_strength = 3, shear_strength = 3"),
         (
