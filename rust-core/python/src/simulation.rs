@@ -196,7 +196,7 @@ impl Simulation {
     /// overwrite : whether to replace a file that exists.
     ///
     /// A run that has ended gives the file that the program gives for the same scenario, but for the entries `run_id`, `wall_time_s`,
-    /// `first_step_after_s`, `stability_bound_s`, `scenario_file`, and `threads`. Of a run that has not ended, the result also has record
+    /// `ended_utc`, `first_step_after_s`, `stability_bound_s`, `scenario_file`, and `threads`. Of a run that has not ended, the result also has record
     /// and snapshot of the present state, and says that it has not ended. If Python has changed the run, `changed_from_python` says how.
     ///
     /// Raises
@@ -297,7 +297,7 @@ impl Simulation {
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock()?;
         let table_rows: Vec<Vec<f64>> = inner.records.samples.iter().map(Record::to_row).collect();
-        let columns = Record::COLUMNS
+        let columns = Record::columns(inner.run.schedule.confinement.is_some())
             .iter()
             .enumerate()
             .map(|(k, column)| {

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
-DIFFER = {"run_id", "wall_time_s", "first_step_after_s", "stability_bound_s", "threads"}
+DIFFER = {"run_id", "wall_time_s", "ended_utc", "first_step_after_s", "stability_bound_s", "threads"}
 """Attributes in which the results of two runs differ."""
 
 

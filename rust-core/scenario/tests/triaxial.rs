@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::assemble;
 use concordem_scenario::schedule::{Simulation, StopReason};
 use concordem_scenario::schema::Scenario;
@@ -68,7 +69,7 @@ fn lateral_stress_stays_while_the_axis_moves() {
     let mut run = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
     let modulus = 2.0 / 3.0 * 2_f64.sqrt() * STIFFNESS / DISTANCE;
     let (mut stage, mut at_end) = (0, Vec::new());
-    let mut start = 0.0;
+    let (mut start, mut volume) = (0.0, 0.0);
     loop {
         let advance = run.advance().unwrap();
         if let Some(record) = advance.sample {
@@ -80,16 +81,22 @@ fn lateral_stress_stays_while_the_axis_moves() {
                     assert!((stress[(i, j)] / -1e5 - 1.0).abs() < 5e-3, "{} {stage}: {stress}", record.time);
                 }
             }
-            at_end = vec![record.strain, record.stress];
+            // The mean of the two, of the volume before the step; and no change of volume that the cell does not have.
+            let lateral = 0.5 * (stress[(0, 0)] + stress[(1, 1)]);
+            assert!((record.lateral_stress - lateral).abs() < 1e-3 * lateral.abs(), "{record:?}");
+            at_end = vec![record.strain, record.stress, record.volumetric_strain];
         }
         if let Some(end) = advance.stage {
             if stage == 0 {
-                start = at_end[0];
+                (start, volume) = (at_end[0], at_end[2]);
                 assert!((at_end[1] / -1e5 - 1.0).abs() < 5e-3, "{at_end:?}");
             } else {
                 let expected = if stage == 1 { -2e-3 } else { -1e-3 };
                 // The last record lies up to 50 steps before the end of the stage.
                 assert!((at_end[0] - start - expected).abs() < 4e-5, "{at_end:?} {start}");
+                // ν = C12/(C11 + C12) = 1/3, so the volume changes by a third of the strain; the lateral stress lags by 0.5 % of 100 kPa, 1 % of this.
+                let ratio = (at_end[2] - volume) / (at_end[0] - start);
+                assert!((3.0 * ratio - 1.0).abs() < 3e-2, "stage {stage}: {ratio}");
                 let slope = (at_end[1] + 1e5) / (at_end[0] - start);
                 // While it moves, the lateral stress lags by up to 0.5 % of 100 kPa, and the axial one by 2/3 of that over 47 kPa.
                 // The initial stress of 0.2 % of the modulus changes the slope by some three times as much.
@@ -205,5 +212,78 @@ fn impossible_controls_are_refused() {
     ] {
         let message = Scenario::parse("test.toml", &text).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");
+    }
+}
+
+/// A specimen between plates, in a cylinder that is too narrow for it, in a box, and under a membrane: the stress across the axis is that of the forces of all
+/// contacts with the sides, and the pressure. Tolerance: rounding of some hundred forces.
+#[test]
+fn walls_and_membranes_press_on_the_sides() {
+    let cylinder = "[[wall]]
+        material = \"m\"
+        shape = { kind = \"cylinder\", center = [0, 0, 0], axis = [0, 0, 1], radius = 0.0118, side = \"inside\" }";
+    let box_of_planes = "[[wall]]
+        material = \"m\"
+        shape = { kind = \"box\", minimum = [-0.0116, -0.0118, -1], maximum = [0.0116, 0.0118, 1] }";
+    let membrane = "[[membrane]]\npressure = 2e5\nopen_along = \"z\"";
+    for (sides, is_round) in [(cylinder, true), (box_of_planes, false), (membrane, false)] {
+        let text = format!(
+            "version = 1
+            [packing]
+            kind = \"lattice\"
+            lattice = \"fcc\"
+            radius = 1e-3
+            shape = {{ kind = \"cylinder\", radius = 0.011, height = 0.022 }}
+            [[material]]
+            name = \"m\"
+            density = 2500
+            linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 5e5 }}
+            frictional = {{ normal_stiffness = 1e6, shear_stiffness = 5e5, friction_coefficient = 0.3 }}
+            [bonds]
+            law = \"linear_bond\"
+            interaction_ratio = 1.05
+            [contacts]
+            law = \"frictional\"
+            [loading]
+            kind = \"platens\"
+            axis = \"z\"
+            closing_velocity = 0.1
+            material = \"m\"
+            [stop]
+            steps = 60
+            {sides}"
+        );
+        let scenario = Scenario::parse("test.toml", &text).unwrap_or_else(|error| panic!("{error}"));
+        let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
+        let mut run = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
+        let last = loop {
+            if let Some(last) = run.advance().unwrap().last {
+                break last;
+            }
+        };
+        if sides == membrane {
+            assert_eq!(last.lateral_stress, -2e5);
+            continue;
+        }
+        let walls = run.solver.record(&mut run.state).unwrap().walls;
+        let [low, high] = [0, 1].map(|k| run.state.walls[run.state.walls.len() - 2 + k].distance(0, &Vec3::zeros()));
+        let pressure = |wall: usize, area: f64| {
+            let of_wall = (0..walls.force.len()).filter(|k| walls.wall[*k] as usize == wall);
+            let across = |k: usize| {
+                let (point, force) = (walls.point[k], walls.force[k]);
+                if is_round { -force.dot(&Vec3::new(point.x, point.y, 0.0).normalize()) } else { force.abs().max() }
+            };
+            // On a plane the normal force is the largest one: nothing slides yet.
+            of_wall.map(across).sum::<f64>() / area
+        };
+        let height = low + high;
+        let expected = if is_round {
+            pressure(0, 2.0 * std::f64::consts::PI * 0.0118 * height)
+        } else {
+            let areas = [0.0236, 0.0236, 0.0232, 0.0232].map(|width| width * height);
+            (0..4).map(|wall| pressure(wall, areas[wall])).sum::<f64>() / 4.0
+        };
+        assert!(expected > 1e3 && (last.lateral_stress / -expected - 1.0).abs() < 1e-6, "{expected} {last:?}");
+        assert!(last.volumetric_strain != 0.0);
     }
 }

@@ -250,7 +250,7 @@ impl Run {
             }
             self.announce(&advance, meter);
             if let Some(last) = advance.last {
-                self.files.append_sample(&last.to_row())?;
+                self.files.append_sample(&last.to_row()[..self.files.width()])?;
                 self.show(&last, start, true);
             }
             for row in &advance.operators {
@@ -270,7 +270,7 @@ impl Run {
     fn append_records(&mut self, advance: &Advance) -> Result<Option<Record>, Failure> {
         let mut last = None;
         for &record in advance.records.iter().chain(&advance.sample) {
-            self.files.append_sample(&record.to_row())?;
+            self.files.append_sample(&record.to_row()[..self.files.width()])?;
             // [`Self::show`] draws the last one.
             if let (Some(live), Some(Record { strain, stress, .. })) = (&mut self.live, last.replace(record)) {
                 live.record(strain, stress);

@@ -105,6 +105,16 @@ pub(super) struct Chart {
     pub legend: bool,
 }
 
+/// Charts with their headings side by side under a heading, with a note (HTML) below; empty without charts.
+pub(super) fn side_by_side(heading: &str, charts: &[(String, Chart)], note: &str) -> String {
+    if charts.is_empty() {
+        return String::new();
+    }
+    let one = |(heading, chart): &(String, Chart)| format!("<div><h3>{}</h3>{}</div>\n", escape(heading), chart.html());
+    let charts = charts.iter().map(one).collect::<String>();
+    format!("<h2>{heading}</h2>\n<div class=\"pair\">\n{charts}</div>\n<p class=\"quiet\">{note}</p>\n")
+}
+
 impl Chart {
     /// The chart as HTML; a note instead of a drawing if no point is finite.
     pub fn html(&self) -> String {

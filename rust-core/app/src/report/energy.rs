@@ -124,7 +124,9 @@ impl Balance {
             sum + residual.as_ref().map_or(0.0, |residual| residual[0]) - work[0]
         };
         let largest = work.iter().fold(0.0_f64, |largest, work| largest.max(work.abs()));
-        Ok(Some(Self { terms, work, initial, integration, residual, largest }))
+        // Heat alone has no work, and moves nothing.
+        let is_still = largest == 0.0 && terms.iter().all(|(_, values)| values.iter().all(|value| *value == 0.0));
+        Ok((!is_still).then_some(Self { terms, work, initial, integration, residual, largest }))
     }
 
     /// Terms with values other than zero.

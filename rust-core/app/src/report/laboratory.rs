@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::Run;
 use super::figures::{RISING, still_rises};
 use super::html::{escape, number, percent};
+use super::meaning::Measured;
+use super::{History, OutputError, Run, hopkinson, restitution, triaxial};
 use concordem_scenario::schema::quantity::{CrossSection, Length};
 use concordem_scenario::schema::{CutShape, Loading, Scenario, Shape};
 
@@ -36,9 +37,6 @@ pub(super) struct Beam {
     /// Depth a₀ of the notch in the middle of the lower side; `None` without one, or with cuts of other forms.
     pub(super) notch: Option<f64>,
 }
-
-/// One result: symbol, name, unit, and value in this unit.
-type Row = (&'static str, String, &'static str, f64);
 
 impl Test {
     /// The test of a scenario; `None` for other loadings.
@@ -83,7 +81,7 @@ impl Test {
     }
 
     /// Results of a run from its strains and stresses (Pa); `length`: the length that strains refer to, m.
-    pub(super) fn rows(self, strain: &[f64], stress: &[f64], length: Option<f64>) -> Vec<Row> {
+    pub(super) fn rows(self, strain: &[f64], stress: &[f64], length: Option<f64>) -> Vec<Measured> {
         let peak = stress.iter().copied().fold(0.0, f64::max);
         if peak <= 0.0 {
             return Vec::new();
@@ -103,7 +101,7 @@ impl Test {
 const BROKEN: f64 = 0.3;
 
 /// Work of fracture of a specimen in direct tension over its cross-section, `L ∫σ dε`, if it breaks.
-fn fracture_energy(strain: &[f64], stress: &[f64], peak: f64, length: Option<f64>) -> Option<Row> {
+fn fracture_energy(strain: &[f64], stress: &[f64], peak: f64, length: Option<f64>) -> Option<Measured> {
     let last = stress.last()? / peak;
     let compressed = stress.iter().any(|stress| -stress > peak);
     if !(0.0..BROKEN).contains(&last) || compressed {
@@ -116,13 +114,13 @@ fn fracture_energy(strain: &[f64], stress: &[f64], peak: f64, length: Option<f64
 
 impl Beam {
     /// `note`: what to say of the largest stress.
-    fn rows(&self, strain: &[f64], stress: &[f64], peak: f64, note: &str) -> Vec<Row> {
+    fn rows(&self, strain: &[f64], stress: &[f64], peak: f64, note: &str) -> Vec<Measured> {
         let name = if self.notch.is_some() {
             "nominal strength of the full height, 3 F a/(b h²)"
         } else {
             "flexural strength, 3 F a/(b h²)"
         };
-        let mut rows: Vec<Row> = vec![("f<sub>fl</sub>", format!("{name}{note}"), "MPa", 1e-6 * peak)];
+        let mut rows: Vec<Measured> = vec![("f<sub>fl</sub>", format!("{name}{note}"), "MPa", 1e-6 * peak)];
         let Some(notch) = self.notch else { return rows };
         if let Some(intensity) = self.stress_intensity(peak, notch) {
             let name = format!("fracture toughness from the largest force (ASTM E399){note}");
@@ -202,23 +200,32 @@ fn notch(cut: [[f64; 2]; 3], low: [f64; 3], [middle, height]: [f64; 2], thicknes
     (is_narrow && is_through && across[0] <= low[1] && depth > 0.0 && depth < height).then_some(depth)
 }
 
-/// Table of the results of all runs that are standard tests; empty if there is none.
-pub(super) fn section(runs: &[Run]) -> String {
+/// Results of a run, by what kind of test it is.
+///
+/// # Errors
+/// The result cannot be read.
+pub(super) fn results(run: &Run) -> Result<Vec<Measured>, OutputError> {
+    let History { strain, stress } = &run.history;
+    let of_test = run.test.map_or_else(Vec::new, |test| test.rows(strain, stress, run.length));
+    Ok([of_test, triaxial::rows(run)?, hopkinson::rows(run)?, restitution::rows(run)?].concat())
+}
+
+/// Table of the results of all runs that are tests; empty if there is none.
+pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     let mut html = String::new();
     for run in runs {
-        for (symbol, name, unit, value) in
-            run.test.map_or_else(Vec::new, |test| test.rows(&run.history.strain, &run.history.stress, run.length))
-        {
+        for (symbol, name, unit, value) in results(run)? {
+            let unit = if unit.is_empty() { String::new() } else { format!(", {unit}") };
             let _ = writeln!(
                 html,
-                "<tr><td>{}</td><td class=\"symbol\">{symbol}</td><td>{name}, {unit}</td><td class=\"number\">{}</td></tr>",
+                "<tr><td>{}</td><td class=\"symbol\">{symbol}</td><td>{name}{unit}</td><td class=\"number\">{}</td></tr>",
                 escape(&run.label()),
                 number(value)
             );
         }
     }
     if html.is_empty() {
-        return html;
+        return Ok(html);
     }
     let symbols = if runs.iter().any(|run| run.test.is_some_and(|test| !test.is_axial())) {
         "<p class=\"quiet\">F is the force of all rollers, or of a plate; a the distance of support and roller, b and h width and height of the \
@@ -226,10 +233,10 @@ pub(super) fn section(runs: &[Run]) -> String {
     } else {
         ""
     };
-    format!(
+    Ok(format!(
         "<h2>Results of the test</h2>\n<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><th>run</th><th>symbol</th><th>meaning</th>\
          <th class=\"number\">value</th></tr>\n{html}</table></div>\n{symbols}"
-    )
+    ))
 }
 
 #[cfg(test)]

@@ -36,14 +36,15 @@ pub(super) enum Meaning {
 /// Symbol (HTML) and name of a quantity.
 pub(super) type Named = (&'static str, &'static str);
 
+/// One result of a test: symbol and name (HTML), unit, and value in this unit.
+pub(super) type Measured = (&'static str, String, &'static str, f64);
+
 impl Meaning {
     /// The meaning of the curve of a scenario.
     pub(super) fn of(scenario: &Scenario) -> Self {
-        let is_enclosed =
-            !scenario.membranes.is_empty() || scenario.walls.iter().any(|wall| wall.shape.kind().encloses());
         match &scenario.loading {
             Loading::Platens { area: Some(CrossSection::Splitting), .. } => Self::Splitting,
-            Loading::Uniaxial { .. } | Loading::Platens { .. } if is_enclosed => Self::Enclosed,
+            Loading::Uniaxial { .. } | Loading::Platens { .. } if scenario.is_enclosed() => Self::Enclosed,
             Loading::Uniaxial { .. } => Self::Layers,
             Loading::Platens { .. } => Self::Plates,
             Loading::Flexure { .. } | Loading::Bending { .. } if !scenario.cuts.is_empty() => Self::CutBeam,

@@ -10,14 +10,18 @@ mod curves;
 mod energy;
 pub mod figures;
 mod forces;
+mod heat;
+mod hopkinson;
 mod html;
 mod laboratory;
+mod materials;
 mod meaning;
 mod phases;
 mod pictures;
 mod properties;
 mod provenance;
 mod recipe;
+mod restitution;
 mod rose;
 mod samples;
 mod signals;
@@ -28,11 +32,12 @@ mod summary;
 pub mod sweep;
 #[cfg(test)]
 mod tests;
+mod triaxial;
 
 use std::path::Path;
 
 use crate::output::{OutputError, ResultFile, sealed};
-use crate::provenance::PROGRAM;
+use crate::provenance::{ENDED, PROGRAM};
 pub(crate) use chart::Scale;
 use concordem_scenario::schedule::Rounding;
 use concordem_scenario::schema::Scenario;
@@ -88,6 +93,8 @@ struct Run<'a> {
     scenario: Option<Scenario>,
     /// Length that strains refer to, m, if the result has it.
     length: Option<f64>,
+    /// Date on which the run ended, if the result has it.
+    ended: Option<String>,
     color: &'static str,
 }
 
@@ -117,11 +124,15 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
     let body = [
         heading(&runs),
         properties::section(&runs, reference),
-        laboratory::section(&runs),
+        laboratory::section(&runs)?,
         size_effect::section(&runs),
         curves::section(&runs, reference),
+        triaxial::section(&runs)?,
+        hopkinson::section(&runs)?,
         forces::section(&runs)?,
+        heat::section(&runs)?,
         samples::section(&runs)?,
+        materials::section(&runs)?,
         pictures::section(&runs),
         phases::section(&runs)?,
         slices::section(&runs)?,
@@ -170,6 +181,7 @@ impl<'a> Run<'a> {
         let is_known = coverage != Coverage::Unknown && noise.is_none();
         let (figures, test) = if is_known { (figures, test) } else { (None, None) };
         let length = number(SPECIMEN_LENGTH);
+        let ended = entry(ENDED).map(|(_, date)| date.clone());
         let color = RUN_COLORS[k % RUN_COLORS.len()];
         let (material, bonds) = (recipe::material(&text), bonds_of(scenario.as_ref()));
         Ok(Self {
@@ -191,6 +203,7 @@ impl<'a> Run<'a> {
             is_bonded,
             scenario,
             length,
+            ended,
             color,
         })
     }
@@ -232,11 +245,20 @@ pub(crate) fn bonds_of(scenario: Option<&Scenario>) -> ReferenceFigures {
 fn page_title(runs: &[Run]) -> String {
     let mut titles: Vec<&str> = runs.iter().map(|run| run.title.as_str()).filter(|title| !title.is_empty()).collect();
     titles.dedup();
-    if titles.is_empty() { "Discrete element runs".into() } else { titles.join(" · ") }
+    if titles.is_empty() {
+        let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+        names.join(" · ")
+    } else {
+        titles.join(" · ")
+    }
 }
 
 fn heading(runs: &[Run]) -> String {
-    let files: Vec<String> = runs.iter().map(|run| format!("<code>{}</code>", escape(&run.name))).collect();
+    let file = |run: &Run| {
+        let ended = run.ended.as_ref().map_or_else(String::new, |date| format!(" of {date} UTC"));
+        format!("<code>{}</code>{ended}", escape(&run.name))
+    };
+    let files: Vec<String> = runs.iter().map(file).collect();
     let note = |run: &Run| Some(format!("<p>Records of {}: {}.</p>\n", escape(&run.name), run.coverage.note()?));
     let noise = |run: &Run| Some(format!("<p>Stress of {}: {}.</p>\n", escape(&run.name), run.note_on_noise()?));
     format!(

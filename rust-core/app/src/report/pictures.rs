@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Run;
 use super::cracks::base64;
 use super::html::escape;
-use crate::pictures::{Moments, Request, picture};
+use crate::pictures::{Moments, Request, Section, picture};
 
 /// Width of a picture, px.
 const WIDTH: usize = 640;
@@ -18,7 +18,11 @@ pub(super) fn section(runs: &[Run]) -> String {
     for run in runs.iter().take(MOST_RUNS) {
         let last = if run.is_bonded { "damage of their bonds" } else { "speed" };
         let before = Request { color: Some("material".to_owned()), moments: start(run), ..small() };
-        let shown = [figure(run, "Before the run", "material", &before), figure(run, "At the end", last, &small())];
+        let mut shown = vec![figure(run, "Before the run", "material", &before)];
+        if let Some(moments) = fastest(run).filter(|_| !run.is_bonded) {
+            shown.push(figure(run, "At its fastest", last, &Request { moments, ..small() }));
+        }
+        shown.push(figure(run, "At the end", last, &small()));
         let shown: Vec<String> = shown.into_iter().flatten().collect();
         if !shown.is_empty() {
             let _ = writeln!(html, "<h3>{}</h3>\n<div class=\"pair\">\n{}</div>", escape(&run.label()), shown.concat());
@@ -27,8 +31,27 @@ pub(super) fn section(runs: &[Run]) -> String {
     if html.is_empty() { html } else { format!("<h2>Pictures</h2>\n{html}") }
 }
 
+/// A section through the body at the end, colored by temperature: across its shortest extent, or all of a plane one.
+pub(super) fn temperatures(run: &Run) -> String {
+    let Ok(Some((low, high))) = run.file.bounds() else { return String::new() };
+    let extent = high - low;
+    let slice = (!run.is_plane).then(|| Section { axis: extent.imin(), place: None });
+    let request = Request { color: Some("temperature".to_owned()), slice, ..small() };
+    figure(run, "Section at the end", "temperature", &request).unwrap_or_default()
+}
+
 fn small() -> Request {
     Request { size: (WIDTH, None), ..Request::default() }
+}
+
+/// The snapshot nearest to the largest kinetic energy; `None` if it is the first or the last one.
+fn fastest(run: &Run) -> Option<Moments> {
+    let (times, kinetic) = (run.file.samples("time").ok()?, run.file.samples("kinetic").ok()?);
+    let at = (0..kinetic.len()).max_by(|a, b| kinetic[*a].total_cmp(&kinetic[*b]))?;
+    let snapshots = run.file.snapshot_times().ok()?;
+    let distance = |k: &usize| (snapshots[*k] - times[at]).abs();
+    let nearest = (0..snapshots.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    (nearest > 0 && nearest + 1 < snapshots.len()).then(|| Moments::Near(vec![snapshots[nearest]]))
 }
 
 /// The first snapshot.

@@ -115,7 +115,7 @@ fn table(columns: &[Column]) -> String {
     let published = columns.iter().find(|column| column.is_compared());
     let mut html = String::from("<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><td></td><td></td>");
     for column in columns {
-        let name = if columns.len() == 1 { "this work".to_owned() } else { column.name() };
+        let name = if columns.len() == 1 { "simulation".to_owned() } else { column.name() };
         let _ = write!(html, "<th class=\"number\">{name}</th>");
     }
     if let Some(column) = published {

@@ -7,13 +7,20 @@ use super::Run;
 use super::html::escape;
 use crate::output::OutputError;
 
+/// Name of an entry with its unit behind a comma.
+fn readable(name: &str) -> String {
+    let units = [("_s", ", s"), ("_pa", ", Pa"), ("_m", ", m"), ("_utc", ", UTC")];
+    let found = units.iter().find_map(|(end, unit)| Some(name.strip_suffix(end)?.replace('_', " ") + unit));
+    found.unwrap_or_else(|| name.replace('_', " "))
+}
+
 pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     let mut names: Vec<String> = vec!["state hash".into()];
     let mut columns = Vec::new();
     for run in runs {
         let mut entries = BTreeMap::from([("state hash".to_owned(), run.file.state_hash()?)]);
         for (name, value) in run.file.provenance()? {
-            let name = name.replace('_', " ");
+            let name = readable(&name);
             if !names.contains(&name) {
                 names.push(name.clone());
             }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::Run;
 use super::chart::{Axis, Chart, Series, Style};
+use super::hopkinson::Bars;
 use super::html::{escape, number};
 use crate::output::OutputError;
 use concordem_scenario::sampling::Operator;
@@ -17,7 +18,10 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     let mut charts = String::new();
     let (mut maps, mut constants) = (Vec::new(), Vec::new());
     for (r, run) in runs.iter().enumerate() {
-        for operator in run.file.operators()? {
+        let bars = run.scenario.as_ref().and_then(Bars::of);
+        // The pulses of a Hopkinson bar have their own charts.
+        let is_pulse = |name: &String| bars.as_ref().is_some_and(|bars| bars.names().contains(name));
+        for operator in run.file.operators()?.into_iter().filter(|name| !is_pulse(name)) {
             let group = format!("samples/{operator}");
             let table = run.file.rows(&group)?;
             let reals = |name: &str| table.iter().find(|(other, _)| other == name).map(|(_, column)| numbers(column));

@@ -2,10 +2,15 @@
 
 use super::figures::{CurveFigures, RISING, Sense, only_rounding, still_rises};
 use super::html::{number, percent};
-use super::laboratory::Test;
+use super::laboratory::{self, Test};
 use super::meaning::Meaning;
 use super::{Coverage, History, OutputError, ResultFile, Run};
 use concordem_scenario::schema::Scenario;
+
+/// A symbol or a text of the page without HTML.
+fn plain(text: &str) -> String {
+    text.replace("<sub>", "_").replace("</sub>", "")
+}
 
 /// A property of the specimen.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +30,7 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
     let mut properties = Vec::new();
     let mut add = |symbol: &str, value: String| {
         // Symbols of the page are HTML.
-        let symbol = symbol.replace("<sub>", "_").replace("</sub>", "");
-        properties.push(Property { symbol, value });
+        properties.push(Property { symbol: plain(symbol), value });
     };
     let free = run.meaning.is_uniaxial_stress();
     if let Some(figures) = run.figures.filter(|_| run.test.is_some_and(Test::is_axial)) {
@@ -46,10 +50,9 @@ pub fn summary(result: &ResultFile) -> Result<Vec<Property>, OutputError> {
         let strain = number(figures.peak_strain * 1e3);
         add(symbol, format!("{} MPa at a strain of {strain} ‰{name}{note}", number(figures.peak_stress.abs() * 1e-6)));
     }
-    if let Some(test) = run.test {
-        for (symbol, name, unit, value) in test.rows(&run.history.strain, &run.history.stress, run.length) {
-            add(symbol, format!("{} {unit}, {name}", number(value)));
-        }
+    for (symbol, name, unit, value) in laboratory::results(&run)? {
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        add(symbol, format!("{}{unit}, {}", number(value), plain(&name)));
     }
     if let Some(note) = run.note_on_noise() {
         add("stress", note);
@@ -107,7 +110,7 @@ pub(crate) fn properties_of_run(
     }
     for (symbol, _, unit, value) in test.rows(strain, stress, length) {
         let scale = if unit.starts_with("MPa") { 1e6 } else { 1.0 };
-        found.push((symbol.replace("<sub>", "_").replace("</sub>", ""), value * scale));
+        found.push((plain(symbol), value * scale));
     }
     found
 }

@@ -330,7 +330,9 @@ fn only_runs_of_one_material_are_combined() {
     let ratio: f64 = row(&one, "f<sub>c</sub>/f<sub>t</sub>")[0].parse().unwrap();
     assert!((ratio / 10.0 - 1.0).abs() < 2e-4, "{ratio}");
     assert!(
-        one.contains("this work") && one.contains("in tension of first.h5, second.h5") && !one.contains("Each column")
+        one.contains(">simulation</th>")
+            && one.contains("in tension of first.h5, second.h5")
+            && !one.contains("Each column")
     );
     let two = page(&inputs, &ReferenceFigures::stransky_specimen_1()).unwrap();
     let strengths = row(&two, "f<sub>c</sub>");
@@ -417,5 +419,52 @@ fn the_scatter_is_that_of_the_study() {
     ] {
         let (given, found) = (given.unwrap().scatter.unwrap(), of(path));
         assert!((given - found).abs() <= 0.51e-3, "{path:?}: {given} {found}");
+    }
+}
+
+/// A result of a cell under lateral pressure, whose stresses are known: compression beyond a peak of the deviator of 30 MPa at 4 ‰, under 5 MPa. The volume
+/// shrinks by a third of the strain. In extension the deviator is the opposite, and the volume grows.
+#[test]
+fn deviator_and_volume_under_lateral_pressure() {
+    let folder = tempfile::tempdir().unwrap();
+    for sign in [-1.0, 1.0] {
+        let path = folder.path().join(format!("{sign}.h5"));
+        let names = ["time", "step", "strain", "stress", "lateral_stress", "volumetric_strain"];
+        let header = RunHeader {
+            scenario: concordem_scenario::schema::template("concrete-triaxial").unwrap().text.to_owned(),
+            provenance: vec![("ended_utc".into(), "2026-11-30 18:05".into()), ("time_step_s".into(), "1e-7".into())],
+            series: names.map(|name| SeriesColumn::new(name, "1", "")).to_vec(),
+            operators: vec![],
+            earlier: BTreeMap::new(),
+        };
+        let mut files = RunFiles::create(&path, header, false).unwrap();
+        for k in 0..=8 {
+            let (k, strain) = (f64::from(k), 1e-3 * f64::from(k));
+            let deviator = 30e6 - 30e6 * (strain / 4e-3 - 1.0).powi(2);
+            files
+                .append_sample(&[1e-6 * k, k, sign * strain, sign * deviator - 5e6, -5e6, sign * strain / 3.0])
+                .unwrap();
+        }
+        files.finish(&Nothing, &Nothing).unwrap();
+        let result = ResultFile::open(&path).unwrap();
+        let found: Vec<String> =
+            summary(&result).unwrap().into_iter().map(|p| format!("{} {}", p.symbol, p.value)).collect();
+        let positive = if sign < 0.0 { "compaction" } else { "dilation" };
+        for expected in
+            ["q_max 30.00 MPa", "p_l 5.000 MPa", &format!("ε_v 1.333 ‰, volumetric strain at it, {positive} positive")]
+        {
+            assert!(found.iter().any(|text| text.starts_with(expected)), "{expected}: {found:?}");
+        }
+        let page = page(&[result], &ReferenceFigures::none(None, None)).unwrap();
+        for expected in [
+            "Under lateral pressure",
+            "triaxial-0-deviator",
+            positive,
+            "of 2026-11-30 18:05 UTC",
+            "time step, s",
+            "cpm: cohesion",
+        ] {
+            assert!(page.contains(expected), "{expected}");
+        }
     }
 }

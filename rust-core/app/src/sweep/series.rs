@@ -49,10 +49,11 @@ impl Series {
     /// No run of the scenario has it; the names that exist.
     pub(super) fn find(name: &str, scenario: &Scenario) -> Result<Self, Vec<String>> {
         let found = |unit: &str, place| Self { name: name.to_owned(), unit: unit.to_owned(), place };
-        if let Some(at) = Record::COLUMNS.iter().position(|column| column.name == name) {
-            return Ok(found(Record::COLUMNS[at].unit, Place::Record(at)));
+        let columns = Record::columns(scenario.is_enclosed() || scenario.packing.is_periodic());
+        if let Some(at) = columns.iter().position(|column| column.name == name) {
+            return Ok(found(columns[at].unit, Place::Record(at)));
         }
-        let mut known: Vec<String> = Record::COLUMNS.iter().map(|column| column.name.to_owned()).collect();
+        let mut known: Vec<String> = columns.iter().map(|column| column.name.to_owned()).collect();
         for (k, sample) in scenario.samples.iter().enumerate() {
             let columns = columns_of(sample);
             if let Some(at) = columns.iter().position(|(column, _)| column == name) {

@@ -346,19 +346,17 @@ impl<'a> Bins<'a> {
             if self.periodic { bins as i32 } else { bins.min(f64::from(self.count[k])) as i32 }
         });
         let own = self.radius[p];
-        for dz in -extent[2]..=extent[2] {
-            for dy in -extent[1]..=extent[1] {
-                for dx in -extent[0]..=extent[0] {
-                    let mut bin = [at[0] + dx, at[1] + dy, at[2] + dz];
-                    let mut image = [0; 3];
-                    for k in 0..3 {
-                        image[k] = bin[k].div_euclid(self.count[k]);
-                        bin[k] = bin[k].rem_euclid(self.count[k]);
-                    }
-                    if !self.periodic && image != [0; 3] {
-                        continue;
-                    }
-                    let number = self.number(bin);
+        // Bins, of which there are images in a periodic cell only.
+        let [along_x, along_y, along_z] = [0, 1, 2].map(|k| {
+            let range = at[k] - extent[k]..=at[k] + extent[k];
+            let is_known = move |bin: &i32| self.periodic || (0..self.count[k]).contains(bin);
+            range.filter(is_known).map(move |bin| (bin.rem_euclid(self.count[k]), bin.div_euclid(self.count[k])))
+        });
+        for (z, image_z) in along_z {
+            for (y, image_y) in along_y.clone() {
+                for (x_bin, image_x) in along_x.clone() {
+                    let image = [image_x, image_y, image_z];
+                    let number = self.number([x_bin, y, z]);
                     let shift = self.edges * Vec3::from(image.map(f64::from));
                     for &q in &self.members[self.start[number] as usize..self.start[number + 1] as usize] {
                         let q = q as usize;
@@ -442,13 +440,16 @@ impl<'a> Bins<'a> {
         let mut cut: Vec<Vec3> = Vec::new();
         for (k, plane) in planes.iter().enumerate() {
             self.start_polygon(plane, size, &mut polygon);
+            let mut reach = farthest_square(&polygon);
             for (other, by) in planes.iter().enumerate() {
-                if other != k {
-                    clip(&polygon, by, &mut cut);
+                // Most planes lie beyond all corners, with room for rounding.
+                let is_beyond = by.distance > 0.0 && by.distance * by.distance > reach * (1.0 + 1e-9);
+                if other != k && !is_beyond && clip(&polygon, by, &mut cut) {
                     std::mem::swap(&mut polygon, &mut cut);
                     if polygon.is_empty() {
                         break;
                     }
+                    reach = farthest_square(&polygon);
                 }
             }
             let Some((area, centroid)) = area_and_centroid(&polygon, &plane.normal) else { continue };
@@ -485,11 +486,19 @@ impl<'a> Bins<'a> {
     }
 }
 
-/// The part of a convex polygon in front of a plane (Sutherland and Hodgman 1974).
-fn clip(polygon: &[Vec3], by: &Plane, out: &mut Vec<Vec3>) {
-    out.clear();
+/// Square of the distance of the farthest corner.
+fn farthest_square(polygon: &[Vec3]) -> f64 {
+    polygon.iter().map(Vec3::norm_squared).fold(0.0, f64::max)
+}
+
+/// Writes the part of a convex polygon in front of a plane (Sutherland and Hodgman 1974); whether that is not all of it, else `out` is not written.
+fn clip(polygon: &[Vec3], by: &Plane, out: &mut Vec<Vec3>) -> bool {
     let side = |v: &Vec3| by.normal.dot(v) - by.distance;
-    let Some(mut last) = polygon.last() else { return };
+    if polygon.iter().all(|v| side(v) <= 0.0) {
+        return false;
+    }
+    out.clear();
+    let Some(mut last) = polygon.last() else { return true };
     let mut last_side = side(last);
     for v in polygon {
         let this_side = side(v);
@@ -501,6 +510,7 @@ fn clip(polygon: &[Vec3], by: &Plane, out: &mut Vec<Vec3>) {
         }
         (last, last_side) = (v, this_side);
     }
+    true
 }
 
 /// Area and centroid of a convex polygon; `None` if it has no inside.

@@ -76,8 +76,11 @@ impl Records {
     /// Those of a result. `operators`: whether the operators of the schedule are those of the result.
     pub fn of_result(file: &ResultFile, schedule: &Schedule, operators: bool) -> Result<Self, OutputError> {
         let mut records = Self::none(schedule);
-        let columns: Vec<Vec<f64>> =
-            Record::COLUMNS.iter().map(|column| file.samples(column.name)).collect::<Result<_, _>>()?;
+        let count = file.samples(Record::COLUMNS[0].name)?.len();
+        let confined = schedule.confinement.is_some();
+        let columns = Record::columns(confined).iter().map(|column| file.samples(column.name));
+        let mut columns = columns.collect::<Result<Vec<Vec<f64>>, _>>()?;
+        columns.resize(Record::COLUMNS.len(), vec![0.0; count]);
         let count = columns.iter().map(Vec::len).min().unwrap_or_default();
         let row = |k: usize| Record::of_row(&columns.iter().map(|column| column[k]).collect::<Vec<f64>>());
         records.samples = (0..count).filter_map(row).collect();

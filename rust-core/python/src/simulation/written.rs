@@ -65,7 +65,7 @@ fn kept(error: impl Into<Failure>) -> Failure {
 fn append(files: &mut RunFiles, run: &mut Run, records: &Records, recording: &Recording) -> Result<(), Failure> {
     let present = if run.stopped().is_none() { run.present().unwrap_or_default() } else { Advance::default() };
     for sample in records.samples.iter().chain(&present.sample) {
-        files.append_sample(&sample.to_row())?;
+        files.append_sample(&sample.to_row()[..files.width()])?;
     }
     for row in records.operators.iter().flatten().chain(&present.operators) {
         files.append_operator(row.operator, row.time, row.step, &row.values)?;

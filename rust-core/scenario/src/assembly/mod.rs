@@ -6,6 +6,7 @@
 mod aggregates;
 mod bodies;
 mod cache;
+mod confinement;
 mod cuts;
 mod doubts;
 mod error;
@@ -593,8 +594,10 @@ fn schedule(
     let loading = loading::build(scenario, placed, interaction_ratio, state)?;
     let operators = samples::of(scenario, &state.particles, state.cell.as_ref())?;
     let opening = opening::of_loading(scenario, &loading, state)?;
+    let confinement = confinement::of(scenario, &loading, state);
     Ok(Schedule {
         opening,
+        confinement,
         loading,
         stages: histories::stages(scenario),
         histories: Histories::default(),

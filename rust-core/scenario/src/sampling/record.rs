@@ -23,6 +23,10 @@ macro_rules! series {
                 unit: $unit,
                 description: concat!($($doc),+),
             }),*];
+            /// The columns that a result has: those at the end only if something presses on the sides of the specimen.
+            pub fn columns(is_confined: bool) -> &'static [SeriesColumn] {
+                &Self::COLUMNS[..Self::COLUMNS.len() - if is_confined { 0 } else { 2 }]
+            }
             /// The values in the order of [`Self::COLUMNS`].
             pub fn to_row(&self) -> Vec<f64> {
                 vec![$(self.$name),*]
@@ -102,4 +106,8 @@ series! {
     contacts: "1",
     /// Net force on free bodies over contact force, or net moment over contact moment if larger (root mean squares)
     unbalanced: "1",
+    /// Mean stress across the loading axis at the sides of the specimen; only where something presses on them
+    lateral_stress: "Pa",
+    /// Change of the volume over the volume at the start; only where something presses on the sides of the specimen
+    volumetric_strain: "1",
 }

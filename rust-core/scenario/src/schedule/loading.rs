@@ -123,8 +123,15 @@ impl Gauge {
         Self { particles: inside.into_iter().map(|p| (p as u32, coordinate(p) - mean)).collect(), mean }
     }
 
+    /// Gauge of the same particles along another axis.
+    pub(crate) fn turned(&self, state: &State, axis: usize) -> Self {
+        let coordinate = |p: u32| state.particles.position[p as usize][axis];
+        let mean = self.particles.iter().map(|&(p, _)| coordinate(p)).sum::<f64>() / self.particles.len().max(1) as f64;
+        Self { particles: self.particles.iter().map(|&(p, _)| (p, coordinate(p) - mean)).collect(), mean }
+    }
+
     /// The gauge strain; `None` if there are fewer than two distinct coordinates.
-    fn strain(&self, state: &State, axis: usize) -> Option<f64> {
+    pub(super) fn strain(&self, state: &State, axis: usize) -> Option<f64> {
         let (mut moment, mut square) = (0.0, 0.0);
         for &(p, x) in &self.particles {
             moment += x * (state.particles.position[p as usize][axis] - self.mean - x);
@@ -306,7 +313,7 @@ impl Loading {
 
     /// The component that strain and stress of a periodic cell refer to: the first one of the largest magnitude in the
     /// velocity gradient, in the strain rates of axes, or in the target stress.
-    fn component(&self, state: &State) -> (usize, usize) {
+    pub(crate) fn component(&self, state: &State) -> (usize, usize) {
         let matrix = match self {
             Self::CellStress { strain_rate, .. } if strain_rate.iter().flatten().any(|rate| *rate != 0.0) => {
                 Mat3::from_diagonal(&Vec3::from(strain_rate.map(|rate| rate.unwrap_or(0.0))))

@@ -59,9 +59,14 @@ impl Membrane {
         (0..self.faces.len()).filter(|&face| self.stretch(face, position) > 1.0).count()
     }
 
+    /// Pressure at `time` (s), Pa.
+    pub(super) fn pressure_at(&self, time: f64) -> f64 {
+        self.pressure * self.history.as_ref().map_or(1.0, |history| history.at(time))
+    }
+
     /// Adds the forces at `time` (s) to the loads.
     pub(super) fn press(&self, position: &[Vec3], time: f64, loads: &mut [Load]) {
-        let pressure = self.pressure * self.history.as_ref().map_or(1.0, |history| history.at(time));
+        let pressure = self.pressure_at(time);
         let corners = if self.planar { 2 } else { 3 };
         for (face, places) in self.places.iter().enumerate() {
             let held = pressure * Self::hold(self.stretch(face, position));

@@ -2,6 +2,7 @@
 
 mod bonding;
 mod cell_servo;
+mod confinement;
 mod driven;
 mod expression;
 mod field;
@@ -21,6 +22,7 @@ mod watch;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
 pub use bonding::{Bonding, Moment};
+pub use confinement::{Confinement, Side, Sides};
 pub use driven::{HeatHistories, Histories, TimedLoads, TimedMesh, TimedMotion, TimedTurning, TimedWall};
 pub use expression::{Expression, ExpressionFault};
 pub use field::{Field, FieldStep};
@@ -48,6 +50,8 @@ pub struct Schedule {
     pub loading: Loading,
     /// The gauge that the loading follows; `None`: its rate is given.
     pub opening: Option<Opening>,
+    /// What presses on the sides of the specimen; `None`: nothing, or it is not known.
+    pub confinement: Option<Confinement>,
     /// Stages of the loading; without any, its rate is constant.
     pub stages: Vec<Stage>,
     /// Motions, walls, and loads that change with time.
@@ -87,6 +91,7 @@ impl Default for Schedule {
         Self {
             loading: Loading::None,
             opening: None,
+            confinement: None,
             stages: Vec::new(),
             histories: Histories::default(),
             servos: Vec::new(),

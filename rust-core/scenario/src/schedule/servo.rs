@@ -93,7 +93,7 @@ impl Target {
 }
 
 /// Distance of two parallel planes, m.
-fn gap(state: &State, [a, b]: [usize; 2]) -> f64 {
+pub(super) fn gap(state: &State, [a, b]: [usize; 2]) -> f64 {
     // The normals point towards each other, so the distances of any point from the two add up to that of the planes.
     let from_origin = |wall: usize| state.walls[wall].distance(0, &Vec3::zeros());
     (from_origin(a) + from_origin(b)).abs()

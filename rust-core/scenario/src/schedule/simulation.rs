@@ -154,6 +154,8 @@ struct BeforeStep {
     /// Strain and gauge strain; zero unless a record is due.
     strain: f64,
     gauge_strain: f64,
+    /// Volumetric strain of a specimen under lateral pressure; zero unless a record is due.
+    volumetric_strain: f64,
     /// Volume of the periodic cell, m³; 1 without a cell.
     volume: f64,
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero unless a record is due.
@@ -349,10 +351,12 @@ impl Simulation {
         } else {
             (0.0, 0.0)
         };
+        let sides = self.schedule.confinement.as_ref().filter(|_| due);
+        let volumetric_strain = sides.map_or(0.0, |sides| sides.volumetric_strain(&self.state, gauge_strain));
         let heat = if due { self.heat() } else { [0.0; 5] };
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let clock = &self.state.clock;
-        BeforeStep { time: clock.time(), step: clock.step, strain, gauge_strain, volume, heat }
+        BeforeStep { time: clock.time(), step: clock.step, strain, gauge_strain, volumetric_strain, volume, heat }
     }
 
     /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero without heat conduction.
@@ -433,7 +437,7 @@ impl Simulation {
 
     /// The record of a step, and the values that end runs and stages. `factor`: of the loading, from the present stage.
     fn record(&mut self, before: &BeforeStep, report: &StepReport, factor: f64) -> (Record, StopValues) {
-        let &BeforeStep { time, step, strain, gauge_strain, volume, heat } = before;
+        let &BeforeStep { time, step, strain, gauge_strain, volumetric_strain, volume, heat } = before;
         let [mean_temperature, heat_sources, heat_boundary, heat_dissipation, heat_residual] = heat;
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
         let loaded = self.loaded_time();
@@ -454,6 +458,10 @@ impl Simulation {
             unbalanced: if loading.is_rounding(contact_force, self.radius) { 0.0 } else { unbalanced },
             at_rest: loading.reached(&measure, contact_force, factor, by_stress) && self.servos_stand(),
         };
+        let sides = self.schedule.confinement.as_ref();
+        let lateral_stress = sides.map_or(0.0, |sides| {
+            sides.lateral_stress(&self.state, &self.schedule.histories.membranes, &measure.tensor, (time, strain))
+        });
         let ledger = &self.state.ledger;
         let record = Record {
             time,
@@ -488,6 +496,8 @@ impl Simulation {
             damaged: self.state.schedule_memory[memory::DAMAGED],
             contacts: contacts as f64,
             unbalanced,
+            lateral_stress,
+            volumetric_strain,
         };
         (record, values)
     }

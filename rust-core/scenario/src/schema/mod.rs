@@ -197,6 +197,11 @@ impl Scenario {
         walls.flat_map(|(number, wall)| wall.names(number)).chain(self.names_of_loading_walls()).collect()
     }
 
+    /// Whether a membrane or walls enclose the particles, which then are a specimen under a pressure.
+    pub fn is_enclosed(&self) -> bool {
+        !self.membranes.is_empty() || self.walls.iter().any(|wall| wall.shape.kind().encloses())
+    }
+
     /// Names of the walls that the loading adds.
     pub fn names_of_loading_walls(&self) -> Vec<String> {
         let mut names = Vec::new();

@@ -58,6 +58,7 @@ pub fn evaluate<L: ContactLaw>(
     for wall in walls.iter_mut() {
         wall.force = Vec3::zeros();
         wall.torque = Vec3::zeros();
+        wall.pressing = 0.0;
         if let Some(mesh) = wall.mesh_mut() {
             mesh.force.fill(Vec3::zeros());
         }
@@ -114,6 +115,8 @@ struct WallAction {
     place: Option<(usize, [f64; 3])>,
     /// Vector from the particle's center to the contact point, m.
     arm: Vec3,
+    /// Unit vector from the particle to the wall.
+    normal: Vec3,
     /// Image of the wall.
     image: [i8; 3],
     /// Contribution to the particle virial, if the particle deforms.
@@ -327,7 +330,8 @@ impl WallEvaluator<'_> {
         let virial = ParticleVirial::of(&closest_point.normal, &force, &viscous, context.dashpots_strain);
         let moment = if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() };
         let force = WallForce { particle: self.particle as u32, wall, point, force, moment };
-        Some(WallAction { force, place: surface.place, arm, image: block.flags[k].image, virial })
+        let (place, normal, image) = (surface.place, closest_point.normal, block.flags[k].image);
+        Some(WallAction { force, place, arm, normal, image, virial })
     }
 
     /// Motion of the wall where it is closest to the particle, on the element `element` of its image `image`.
@@ -418,7 +422,7 @@ impl WallEvaluator<'_> {
     /// Add a contact to the totals, to its particle, and to its wall.
     fn accumulate<L: ContactLaw>(&mut self, action: &WallAction, sums: &mut ParticleSums<'_>, wall: &mut Wall) {
         let a = self.particle;
-        let WallAction { force: WallForce { force, moment, point, .. }, place, arm, image, virial } = action;
+        let WallAction { force: WallForce { force, moment, point, .. }, place, arm, normal, image, virial } = action;
         self.totals.active += 1;
         if self.context.sample {
             self.totals.force_squared += force.norm_squared();
@@ -438,6 +442,7 @@ impl WallEvaluator<'_> {
             sums.net[a].torque += moment;
         }
         wall.force -= force;
+        wall.pressing -= force.dot(normal);
         // The point lies on an image of the wall; move it back to the wall itself.
         let shift = self.context.cell.map_or_else(Vec3::zeros, |cell| cell.shift(*image));
         wall.torque -= (point - shift - wall.displacement).cross(force);

@@ -64,6 +64,9 @@ pub struct Wall {
     pub force: Vec3,
     /// Its moment about the origin of the displaced wall, N·m.
     pub torque: Vec3,
+    /// Sum of the normal parts of these forces in the last step, N, positive where particles press: of a cylinder around them, the forces sum to
+    /// zero, and these do not. Not part of a checkpoint.
+    pub pressing: f64,
 }
 
 impl Wall {
@@ -81,6 +84,7 @@ impl Wall {
             turning: None,
             force: zero,
             torque: zero,
+            pressing: 0.0,
         }
     }
 

@@ -251,6 +251,11 @@ impl RunFiles {
         &self.path
     }
 
+    /// Number of series.
+    pub fn width(&self) -> usize {
+        self.header.series.len()
+    }
+
     /// Appends the values of all series at one time.
     pub fn append_sample(&mut self, values: &[f64]) -> Result<(), OutputError> {
         if values.len() != self.header.series.len() {

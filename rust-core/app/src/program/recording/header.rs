@@ -109,7 +109,7 @@ pub fn header(scenario: &Scenario, folder: &Path, assembly: &Assembly) -> Result
     Ok(RunHeader {
         scenario: scenario.source.text.to_string(),
         provenance,
-        series: Record::COLUMNS
+        series: Record::columns(schedule.confinement.is_some())
             .iter()
             .map(|column| SeriesColumn::new(column.name, column.unit, column.description.trim()))
             .collect(),

@@ -6,10 +6,12 @@ mod snapshot;
 mod tables;
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use super::Failure;
 use crate::output::run_files::parts_folder;
 use crate::output::{OutputError, ResultFile, RunFiles, csv};
+use crate::provenance::{ENDED, date};
 use concordem_contact::math::Vec3;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
@@ -54,6 +56,7 @@ impl Recording {
     pub fn finish(&self, simulation: &mut Simulation, mut files: RunFiles, reason: &str) -> Result<(), Failure> {
         let path = files.path().to_owned();
         files.note("stopped_because", reason);
+        files.note(ENDED, &date(SystemTime::now()));
         let unmet = simulation.unmet().join("; ");
         if !unmet.is_empty() {
             files.note("servos_not_at_target", &unmet);
