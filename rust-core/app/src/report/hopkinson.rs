@@ -82,6 +82,16 @@ impl Bars {
         &self.gauges
     }
 
+    /// Axis of the bars, 0 to 2.
+    pub(super) fn axis(&self) -> usize {
+        self.axis
+    }
+
+    /// Length of the striker and distance of its face from the first gauge; length of the specimen and distances of the gauges from its faces, m.
+    pub(super) fn lengths(&self) -> ([f64; 2], [f64; 3]) {
+        (self.striker, self.specimen)
+    }
+
     /// What the gauges say, from their compressive stresses (Pa) at common times (s); `None` if there is no pulse.
     ///
     /// The first gauge sees the incident pulse from the time `t₀` on, at which it reaches half of its largest stress: `c = d/t₀` with its distance

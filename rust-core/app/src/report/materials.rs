@@ -41,14 +41,17 @@ fn table(materials: &[toml::Value]) -> String {
             let words = key.replace('_', " ");
             match value.as_table() {
                 Some(table) => {
-                    table.iter().for_each(|(own, value)| set(format!("{words}: {}", own.replace('_', " ")), value))
+                    for (own, value) in table {
+                        set(format!("{words}: {}", own.replace('_', " ")), value);
+                    }
                 }
                 None => set(words, value),
             }
         }
     }
     let cells = |tag: &str, values: Vec<String>| -> String {
-        values.iter().map(|value| format!("<{tag} class=\"number\">{}</{tag}>", escape(value))).collect()
+        let cell = |value: &String| format!("<{tag} class=\"number\">{}</{tag}>", escape(value));
+        values.iter().map(cell).collect::<Vec<String>>().concat()
     };
     let head = cells("th", materials.iter().map(name).collect());
     let mut html = format!("<div class=\"scroll\" tabindex=\"0\"><table>\n<tr><th>property</th>{head}</tr>\n");

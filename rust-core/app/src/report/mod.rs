@@ -26,6 +26,7 @@ mod rose;
 mod samples;
 mod signals;
 mod size_effect;
+mod sketch;
 mod slices;
 pub mod structure;
 mod summary;
@@ -132,6 +133,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         forces::section(&runs)?,
         heat::section(&runs)?,
         samples::section(&runs)?,
+        sketch::section(&runs),
         materials::section(&runs)?,
         pictures::section(&runs),
         phases::section(&runs)?,
