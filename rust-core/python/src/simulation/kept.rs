@@ -77,7 +77,7 @@ impl Records {
     pub fn of_result(file: &ResultFile, schedule: &Schedule, operators: bool) -> Result<Self, OutputError> {
         let mut records = Self::none(schedule);
         let count = file.samples(Record::COLUMNS[0].name)?.len();
-        let confined = schedule.confinement.is_some();
+        let confined = file.has_series("lateral_stress");
         let columns = Record::columns(confined).iter().map(|column| file.samples(column.name));
         let mut columns = columns.collect::<Result<Vec<Vec<f64>>, _>>()?;
         columns.resize(Record::COLUMNS.len(), vec![0.0; count]);
