@@ -114,6 +114,15 @@ fn a_sweep_template_runs_and_bad_sweeps_are_refused_with_position_and_remedy() {
     let given = concordem(["sweep", text(&sweep)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     assert!(given.err.contains("99 points; 3 packings") && !given.err.contains("failed"), "{}", given.err);
+    // The other template, with a smaller specimen and few steps.
+    let given = concordem(["init", "--template", "concrete-ensemble", text(folder.path())]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let prism = std::fs::read_to_string(folder.path().join("cpm-small.toml")).expect("the scenario");
+    write(folder.path(), "cpm-small.toml", &prism.replace("\"15 mm\", \"15 mm\", \"30 mm\"", "7e-3, 7e-3, 9e-3"));
+    let ensemble = folder.path().join("concrete-ensemble.toml");
+    let given = concordem(["sweep", "--set", "packing.count=60", "--set", "stop.steps=5", text(&ensemble)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert!(given.err.contains("240 points; 4 packings") && !given.err.contains("failed"), "{}", given.err);
     for (old, new, words) in [
         ("values = [1, 2, 3]", "values = [1, -2]", "packing.seed"),
         ("\"cpm-periodic.toml\"", "\"gone.toml\"", "gone.toml cannot be read"),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Console, Facts, Failure, shell};
 use crate::output::sealed::{write_new_text, write_text};
-use concordem_scenario::schema::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
+use concordem_scenario::schema::{OTHER_NAMES, SWEEPS, TEMPLATES, Template, template};
 
 /// Arguments of `concordem init`.
 #[derive(Debug, clap::Args)]
@@ -28,7 +28,7 @@ pub(super) struct InitArguments {
 const SCHEMA: &str = "concordem.schema.json";
 
 fn all() -> impl Iterator<Item = &'static Template> {
-    TEMPLATES.iter().chain([&SWEEP])
+    TEMPLATES.iter().chain(SWEEPS.iter().map(|(sweep, _)| sweep))
 }
 
 fn names() -> clap::builder::PossibleValuesParser {
@@ -48,14 +48,15 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
     };
     let path = target(arguments.path.as_deref(), template.name);
     let schema = path.with_file_name(SCHEMA);
-    if arguments.schema && template.name != SWEEP.name {
+    let swept = swept(template);
+    if arguments.schema && swept.is_none() {
         write_text(&schema, &format!("{:#}\n", concordem_scenario::schema::schema()))?;
     }
     write(&path, template, arguments.force)?;
-    if template.name == SWEEP.name {
+    if let Some(swept) = swept {
         // The sweep needs its scenario in the same folder; an existing file is kept.
-        let beside = path.with_file_name(format!("{SWEPT}.toml"));
-        if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == SWEPT).filter(|_| !beside.exists()) {
+        let beside = path.with_file_name(format!("{swept}.toml"));
+        if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == swept).filter(|_| !beside.exists()) {
             write(&beside, scenario, false)?;
         }
         let (file, beside) = (path.display(), beside.display());
@@ -66,9 +67,14 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
     Ok(())
 }
 
+/// Name of the scenario of a template that is a sweep.
+fn swept(template: &Template) -> Option<&'static str> {
+    SWEEPS.iter().find(|(sweep, _)| sweep.name == template.name).map(|(_, scenario)| *scenario)
+}
+
 /// Writes a template. If the schema lies beside it, its first line names the schema.
 fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
-    let named = template.name != SWEEP.name && path.with_file_name(SCHEMA).exists();
+    let named = swept(template).is_none() && path.with_file_name(SCHEMA).exists();
     let head = if named { format!("#:schema ./{SCHEMA}\n") } else { String::new() };
     let text = head + template.text;
     Ok(if force { write_text(path, &text) } else { write_new_text(path, &text) }?)

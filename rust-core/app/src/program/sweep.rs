@@ -33,7 +33,7 @@ use concordem_statics::Accuracy;
 /// Arguments of `concordem sweep`.
 #[derive(Debug, clap::Args)]
 pub(super) struct SweepArguments {
-    /// Sweep file; `concordem init --template elastic-sweep` writes one. The same command continues an interrupted sweep
+    /// Sweep file; `concordem init --template elastic-sweep` or `concrete-ensemble` writes one. The same command continues an interrupted sweep
     sweep: PathBuf,
     /// Result file; by default the name of the sweep with .h5. The web page has the same name with .html
     #[arg(long, short, value_name = "FILE")]

@@ -117,7 +117,7 @@ fn of_curve() -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use concordem_scenario::schema::SWEEP;
+    use concordem_scenario::schema::SWEEPS;
 
     /// Keys of a table, and what the reader says about a key.
     type Reader<'a> = (&'a Value, &'a dyn Fn(&str) -> String);
@@ -128,7 +128,7 @@ mod tests {
         keys.filter(|key| read(key).contains("unknown field")).cloned().collect()
     }
 
-    /// The schema has exactly the keys of the reader, and those of the template.
+    /// The schema has exactly the keys of the reader, and those of the templates.
     #[test]
     fn keys_are_those_of_the_reader() {
         let schema = schema();
@@ -157,7 +157,9 @@ mod tests {
             assert!(known.len() > 2, "{message}");
             assert!(known.iter().all(|key| properties.get(*key).is_some()), "{message}");
         }
-        let template: toml::Table = toml::from_str(SWEEP.text).expect("the template");
-        assert!(template.keys().all(|key| schema["properties"].get(key).is_some()), "{template:?}");
+        for (sweep, _) in SWEEPS {
+            let template: toml::Table = toml::from_str(sweep.text).expect("the template");
+            assert!(template.keys().all(|key| schema["properties"].get(key).is_some()), "{template:?}");
+        }
     }
 }

@@ -83,7 +83,7 @@ pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use setting::{Door, Given, Setting};
 pub use slave::Slave;
-pub use templates::{OTHER_NAMES, SWEEP, SWEPT, TEMPLATES, Template, template};
+pub use templates::{OTHER_NAMES, SWEEPS, TEMPLATES, Template, template};
 
 use concordem_contact::kinematics::MotionMeasure;
 

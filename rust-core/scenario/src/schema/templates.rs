@@ -59,15 +59,25 @@ pub const OTHER_NAMES: [(&str, &str); 7] = [
 pub fn template(name: &str) -> Option<&'static Template> {
     let other = OTHER_NAMES.iter().find(|(other, _)| *other == name);
     let name = other.map_or(name, |(_, name)| *name);
-    TEMPLATES.iter().chain([&SWEEP]).find(|template| template.name == name)
+    TEMPLATES.iter().chain(SWEEPS.iter().map(|(sweep, _)| sweep)).find(|template| template.name == name)
 }
 
-/// A commented example sweep; its scenario is a template, too.
-pub const SWEEP: Template = Template {
-    name: "elastic-sweep",
-    description: "elastic constants over interaction ratio and stiffness ratio, mean of three packings; for `sweep`",
-    text: include_str!("templates/elastic-sweep.toml"),
-};
-
-/// The template of the scenario that [`SWEEP`] names.
-pub const SWEPT: &str = "cpm-periodic";
+/// Commented example sweeps, each with the name of the template that is its scenario.
+pub const SWEEPS: &[(Template, &str)] = &[
+    (
+        Template {
+            name: "elastic-sweep",
+            description: "elastic constants over interaction ratio and stiffness ratio, mean of three packings; for `sweep`",
+            text: include_str!("templates/elastic-sweep.toml"),
+        },
+        "cpm-periodic",
+    ),
+    (
+        Template {
+            name: "concrete-ensemble",
+            description: "stress-strain curves at many values of three parameters, four packings; for `sweep`, then for posteriors",
+            text: include_str!("templates/concrete-ensemble.toml"),
+        },
+        "cpm-small",
+    ),
+];
