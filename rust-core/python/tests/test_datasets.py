@@ -17,7 +17,18 @@ OPTIONS = {"count": 6, "steps": 4, "batch": 3, "packings": (1, 2), "amplitude": 
 
 @pytest.fixture(scope="module")
 def cell():
-    return concordem.Scenario.template("cpm-periodic").with_settings({"packing.count": 60})
+    tables = concordem.Scenario.template("cpm-periodic").with_settings({"packing.count": 60}).to_dict()
+    return concordem.Scenario.from_dict({name: table for name, table in tables.items() if name != "loading"} | {"stop": {"steps": 1}})
+
+
+def test_tables_that_the_paths_replace_are_named(cell, tmp_path):
+    given = concordem.Scenario.from_dict(cell.to_dict() | {"stop": {"time": 1.0, "steps": 9}})
+    options = {"count": 1, "steps": 1, "threads": 1}
+    with pytest.warns(concordem.ConcordemWarning, match=r"take the place of stop.time; remove this"):
+        datasets.strain_paths(given, tmp_path / "given", **options)
+    datasets.strain_paths(cell, tmp_path / "cell", **options)
+    first, second = (datasets.load(tmp_path / name) for name in ("given", "cell"))
+    assert all(np.array_equal(first[name], second[name]) for name in second)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +45,7 @@ def bytes_of(path):
 def test_what_is_written(folder):
     found = datasets.load(folder)
     assert {name: data.shape for name, data in found.items()} == {
-        "bonds": (6, 5), "damage": (6, 5, 6), "kind": (6,), "packing": (6,), "path": (6,), "stiffness": (6, 5, 6, 6), "strain": (6, 5, 6),
+        "bonds": (6, 5), "couple_stress": (6, 5, 3, 3), "damage": (6, 5, 6), "kind": (6,), "packing": (6,), "path": (6,), "stiffness": (6, 5, 6, 6), "strain": (6, 5, 6),
         "stress": (6, 5, 6), "work": (6, 5)}  # fmt: skip
     assert found["packing"].tolist() == [1, 1, 1, 2, 2, 2] and found["kind"].tolist() == [0, 1, 2] * 2 and found["path"].tolist() == [*range(6)]
     assert not any(found[name][:, 0].any() for name in ("strain", "damage", "work"))
@@ -75,7 +86,7 @@ def test_equal_bytes_after_interruption_and_for_any_threads(cell, folder, tmp_pa
             write(*arguments)
             os.kill(os.getpid(), 9)
         datasets._write = then_killed
-        cell = concordem.Scenario.template("cpm-periodic").with_settings({{"packing.count": 60}})
+        cell = concordem.Scenario.from_text({cell.text!r})
         datasets.strain_paths(cell, sys.argv[1], **{OPTIONS!r}, threads=2, stiffness=True)
     """)
     done = subprocess.run([sys.executable, "-c", script, str(tmp_path)], capture_output=True)

@@ -11,6 +11,7 @@ Dataset            Shape               Is
 =================  ==================  ======================================================================================
 ``strain``         (p, s + 1, 6)       strain of the cell, 1; the deformation gradient is the identity plus this strain
 ``stress``         (p, s + 1, 6)       mean stress, symmetric part, Pa; tension is positive
+``couple_stress``  (p, s + 1, 3, 3)    couple stress about the center of the cell, N/m
 ``damage``         (p, s + 1, 6)       damage tensor of the bonds, broken ones included, 1
 ``work``           (p, s + 1)          work of the stress over the volume of the unstrained cell, J/m^3
 ``bonds``          (p, s + 1)          intact bonds over those at the start, 1
@@ -28,6 +29,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -37,7 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import RepresentativeCells, Scenario
-from ._errors import ContinuumError, InferenceError
+from ._errors import ConcordemWarning, ContinuumError, InferenceError
 from ._progress import bar
 
 __all__ = ["KINDS", "load", "strain_paths"]
@@ -47,7 +49,7 @@ Reals = NDArray[np.float64]
 KINDS = ("random-walk", "proportional", "cyclic")
 """Kinds of strain paths."""
 _PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))
-_UNITS = {"strain": "1", "stress": "Pa", "damage": "1", "work": "J/m^3", "bonds": "1", "stiffness": "Pa", "kind": "1", "packing": "1", "path": "1"}
+_UNITS = {"strain": "1", "stress": "Pa", "couple_stress": "N/m", "damage": "1", "work": "J/m^3", "bonds": "1", "stiffness": "Pa", "kind": "1", "packing": "1", "path": "1"}
 _ROWS, _COLUMNS = (np.array(side) for side in zip(*_PAIRS))
 
 
@@ -74,7 +76,8 @@ def strain_paths(
 
     Parameters
     ----------
-    scenario : a periodic cell with bonds, such as the template "cpm-periodic"; the paths take the place of `[loading]` and `[stop]`.
+    scenario : a periodic cell with bonds, such as the template "cpm-periodic"; the paths take the place of `[loading]` and `[stop]`: a
+        :class:`~concordem.ConcordemWarning` names what is not used, except `stop.steps`.
     folder : where the files go; made if it is missing.
     count : number of paths. steps : states of each path after the first.
     amplitude : the largest norm (ε:ε)^½ that paths reach lies between 0.3 and 1 times this strain.
@@ -98,7 +101,10 @@ def strain_paths(
 
     >>> import tempfile
     >>> from concordem import Scenario, datasets
-    >>> cell = Scenario.template("cpm-periodic").with_settings({"packing.count": 60})
+    >>> tables = Scenario.template("cpm-periodic").with_settings({"packing.count": 60}).to_dict()
+    >>> del tables["loading"]
+    >>> tables["stop"] = {"steps": 1}
+    >>> cell = Scenario.from_dict(tables)
     >>> files = datasets.strain_paths(cell, tempfile.mkdtemp(), count=2, steps=3, threads=1)
     >>> datasets.load(files[0].parent)["stress"].shape
     (2, 4, 6)
@@ -119,6 +125,12 @@ def strain_paths(
         "amplitude": amplitude, "batch": batch, "count": count, "kinds": list(kinds), "packings": list(packings), "seed": seed, "steps": steps,
         "stiffness": stiffness, "substeps": substeps,
     })  # fmt: skip
+    tables = scenario.to_dict()
+    # A scenario must have a [stop].
+    dropped = ["[loading]"] * ("loading" in tables) + [f"stop.{key}" for key in tables.get("stop", {}) if key != "steps"]
+    if dropped:
+        text = f"{scenario.name}: the strain paths take the place of {', '.join(dropped)}; remove this (stop.steps may stay) to hide the warning"
+        warnings.warn(ConcordemWarning(text), stacklevel=2)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     files = [folder / f"chunk-{k:05d}.h5" for k in range(-(-count // batch))]
@@ -203,6 +215,7 @@ def _answers(scenario: Scenario, packing: int, paths: Reals, substeps: int, stif
     first = cells.response()
     columns: dict[str, NDArray[Any]] = {name: np.full((count, states, 6), np.nan) for name in ("strain", "stress", "damage")}
     columns |= {name: np.full((count, states), np.nan) for name in ("work", "bonds")}
+    columns["couple_stress"] = np.full((count, states, 3, 3), np.nan)
     if stiffness:
         columns["stiffness"] = np.full((count, states, 6, 6), np.nan)
     columns["strain"][:] = paths[:, :, _ROWS, _COLUMNS] * np.where(_ROWS == _COLUMNS, 1.0, 2.0)
@@ -225,6 +238,7 @@ def _answers(scenario: Scenario, packing: int, paths: Reals, substeps: int, stif
         answer = cells.response()
         stress = (answer.stress + answer.stress.transpose(0, 2, 1)) / 2
         columns["stress"][alive, state] = stress[alive][:, _ROWS, _COLUMNS]
+        columns["couple_stress"][alive, state] = answer.couple_stress[alive]
         if answer.damage_tensor is not None:
             columns["damage"][alive, state] = answer.damage_tensor[alive][:, _ROWS, _COLUMNS]
         columns["work"][alive, state] = (answer.work / first.volume)[alive]
