@@ -47,7 +47,7 @@ BUILD = WORK / "build"
 LIST = Path(__file__).with_name("mutants.toml")
 RESULT = Path(__file__).with_name("result.json")
 
-AREAS = "law kinematics integration damping ledger time-step walls forces operator scenario statics neighbor packing heat continuum".split()
+AREAS = "law kinematics integration damping ledger time-step walls forces operator scenario statics neighbor packing heat continuum sweep".split()
 KEYS = {"id", "area", "file", "original", "mutated", "breaks", "within", "survives"}
 
 # The package of each folder below rust-core/. All of them use the first one.
