@@ -7,7 +7,7 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-rust test-python test-yade-native test-yade test-harness test-hosts test-studies test-docs test-gold
 
-.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks yade-scripts test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig ptx gpu bench bench-parts docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks yade-scripts test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig test-grainlearning ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -18,13 +18,14 @@ help:
 	@echo "make deb            Debian package of the program and the plugins for LIGGGHTS and LAMMPS, into target/debian"
 	@echo "make container      an image with the program, LIGGGHTS, and LAMMPS, by Docker, Podman, or Apptainer"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, msrv, test-bigbig, ptx, fuzz, combinations, servos, faults, host-decks, yade-scripts, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then test-install, test-pages, test-viewers, new-law, new-operator, new-wall, test-crates, msrv, test-bigbig, test-grainlearning, ptx, fuzz, combinations, servos, faults, host-decks, yade-scripts, mutants, validate-full, instruction counts of all laws, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make new-operator   a new operator, in a copy of the sources: scenario, result, report, book, Python (minutes)"
 	@echo "make new-wall       a new kind of wall, in a copy of the sources: scenario, servo, restart, report, book, Python (minutes)"
 	@echo "make test-crates    the crates as packages, each built alone, and a crate of somebody else on top of them (minutes)"
 	@echo "make msrv           all crates and tests with the oldest Rust that they promise (minutes)"
 	@echo "make test-bigbig    the tests in LIGGGHTS and LAMMPS with a LAMMPS built from Debian's sources, with ids of 64 bits (minutes); as root"
+	@echo "make test-grainlearning   the examples of GrainLearning, and its block of the book, with NumPy 1 (a minute)"
 	@echo "make test-install   the packages in bare Debian 12 and 13, with LAMMPS and YADE, and the recipe of the image; as root. make test-pages: the reports in a browser (axe)"
 	@echo "make test-viewers   the exports in pyvista, OVITO, and ParaView; as root"
 	@echo "make fuzz           1,000,000 inputs for each reader of files, found by the code that they reach, under AddressSanitizer (hours; resumable); INPUTS=N, SEED=N"
@@ -174,7 +175,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates msrv test-bigbig ptx fuzz combinations servos faults host-decks yade-scripts mutants validate-full
+test-full: test lint-bench test-install test-pages test-viewers new-law new-operator new-wall test-crates msrv test-bigbig test-grainlearning ptx fuzz combinations servos faults host-decks yade-scripts mutants validate-full
 	$(CARGO) test $(TESTED) --test faults -- --ignored --exact sizes::predicted_memory_holds_for_other_scenarios
 	cd validation && CONCORDEM_LONG=1 ../.venv/bin/python -m pytest -q tests/test_planted_defects.py tests/test_product.py
 	validation/instructions.py --full
@@ -261,6 +262,12 @@ msrv:
 test-bigbig: test-build
 	.ci/setup wheel
 	@.ci/timed $@ liggghts-bridge/tests/bigbig.sh
+
+# GrainLearning needs NumPy 1. The Python package is that of target/python.
+test-grainlearning: test-build
+	.ci/setup grainlearning
+	@.ci/timed $@ sh -c 'cd rust-core/python/tests && PYTHONPATH=$(CURDIR)/target/python ../../../.venv-grainlearning/bin/python -m pytest -q -s -p no:cacheprovider --rootdir . test_grainlearning.py'
+	@.ci/timed $@-book env PYTHONPATH=$(CURDIR)/target/python .venv-grainlearning/bin/python docs/book/run_code_blocks.py --package docs/book/tutorials/from-a-curve-to-a-posterior.md
 
 # Exports in pyvista, OVITO, and ParaView (5 GB of programs, once).
 test-viewers: $(CONCORDEM)

@@ -6,7 +6,8 @@ A comment on the line before a block says what is special about it; several word
     <!-- code: file=NAME -->       write the block to NAME (a whole scenario is checked with `concordem check`, too)
     <!-- code: fragment -->        part of a scenario: keys, types, and words are checked against the JSON Schema
     <!-- code: fragment=TEMPLATE -->  the same, and put into that template, with which `concordem check` must agree
-    <!-- code: needs=WHAT -->      runs with --hosts only. WHAT: package (the Python package concordem, with --package, too), yade, liggghts, lammps
+    <!-- code: needs=WHAT -->      runs with --hosts only. WHAT: package (the Python package concordem, with --package, too), grainlearning
+                                  (if this Python has it, too), yade, liggghts, lammps
     <!-- code: slow -->            takes minutes; runs with --slow only
     <!-- code: fails=STATUS -->    must end with this exit status
     <!-- code: shown REASON -->    never run: changes the machine, or is no complete program
@@ -19,6 +20,7 @@ Blocks of one page share the folder; Python blocks of one page share their varia
 
 import argparse
 import contextlib
+import importlib.util
 import io
 import json
 import os
@@ -168,7 +170,8 @@ class Page:
             return False
         self.left_out = False
         needs = block.words.get("needs")
-        missing = needs and not self.options.hosts and not (needs == "package" and self.options.package)
+        missing = needs and not self.options.hosts and not (needs in ("package", "grainlearning") and self.options.package)
+        missing = missing or (needs == "grainlearning" and importlib.util.find_spec(needs) is None)
         if missing or ("slow" in block.words and not self.options.slow):
             if block.language == "python":
                 compile(block.text, str(self.path), "exec")

@@ -108,30 +108,6 @@ def test_linear_model_has_the_posterior_of_the_closed_form():
     assert found.correlation[0, 1] == pytest.approx(covariance[0, 1] / deviations.prod(), abs=0.02)
 
 
-def test_linear_model_of_grainlearning():
-    """The example of GrainLearning, y = a x + b: its filter and this posterior agree."""
-    grainlearning = pytest.importorskip("grainlearning", reason="GrainLearning 2.0 needs NumPy 1, the tests have NumPy 2")
-    x = np.arange(100.0)
-    truth = 0.2 * x + 5.0
-    priors = {"a": (0.1, 0.3), "b": (4.0, 6.0)}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        calibration = grainlearning.BayesianCalibration.from_dict({
-            "num_iter": 1, "callback": lambda run: run.system.set_sim_data([[row[0] * x + row[1]] for row in run.system.param_data]), "system": {
-                "system_type": grainlearning.DynamicSystem, "param_min": [0.1, 4.0], "param_max": [0.3, 6.0], "param_names": ["a", "b"],
-                "num_samples": 400, "obs_names": ["f"], "ctrl_name": "u", "obs_data": truth, "ctrl_data": x, "sim_name": "linear",
-            },
-            "inference": {"Bayes_filter": {"ess_target": 0.2}, "sampling": {"max_num_components": 1}}, "save_fig": -1,
-        })  # fmt: skip
-        calibration.run()
-    ensemble = Ensemble.from_model(lambda v: v["a"] * x + v["b"], priors, count=32, x=x)
-    found = quiet(ensemble, (x, truth), noise=0.5)
-    best = calibration.get_most_prob_params()
-    # 400 runs stand 1/20 of a range apart, its filter picks one of them.
-    assert np.abs(best - np.array([0.2, 5.0])).max() < 0.5
-    assert abs(best[0] - found.means["a"]) < 0.02
-
-
 def test_elastic_constants_of_cells():
     """E and ν of unknown packings, by an ensemble of others."""
     scenario = concordem.Scenario.template("cpm-periodic").with_settings({"packing.count": 60})
@@ -206,6 +182,25 @@ def test_a_pair_that_only_acts_together_is_told():
     assert "'a' and 'b' are not told apart" in found.warnings[0] and "'idle' is not determined" in found.warnings[1]
     product = found.samples["a"] * found.samples["b"]
     assert product.std() < 0.03 * product.mean() and abs(product.mean() - 5.0) < 0.2
+
+
+def test_groups_that_only_act_together_are_told():
+    """Of a b c only the product matters, of d - e and e - f the differences, g alone."""
+    x = np.linspace(0.0, 1.0, 12)
+    priors = dict.fromkeys("abc", (1.0, 4.0)) | dict.fromkeys("defg", (0.0, 1.0))
+    bases = np.repeat(np.eye(4), 3, axis=1)
+
+    def model(v):
+        parts = v["a"] * v["b"] * v["c"], 8 * (v["d"] - v["e"]), 8 * (v["e"] - v["f"]), 8 * v["g"]
+        return sum(part * base for part, base in zip(parts, bases))
+
+    ensemble = Ensemble.from_model(model, priors, count=128, x=x)
+    found = quiet(ensemble, (x, model(dict.fromkeys("abc", 2.0) | dict.fromkeys("defg", 0.5))), noise=0.4, draws=200)
+    told = [text.partition(";")[0] for text in found.warnings if "told apart" in text]
+    assert told == ["'a', 'b', and 'c' are not told apart, only a combination of them is determined",
+                    "'d', 'e', and 'f' are not told apart, only combinations of them are determined"]  # fmt: skip
+    assert "fix two of them" in found.warnings[0] and "fix one of them" in found.warnings[1]
+    assert not any("'g'" in text for text in found.warnings)
 
 
 def test_a_posterior_at_the_end_of_a_range_is_told():
@@ -306,6 +301,37 @@ def test_result_of_a_sampled_sweep(sweep):
     scatter = ensemble.emulator(["stress"]).scatter
     # Student's factor of three packings.
     assert np.sqrt((scatter**2).sum(0)) == pytest.approx(0.01 * 2.91999 / 1.64485, rel=1e-4)
+
+
+def test_results_of_several_sweeps(sweep, tmp_path):
+    """Tension and compression of the same samples are one ensemble; other samples, and axes that are no packings, are refused."""
+    h5py = pytest.importorskip("h5py")
+    tension, compression = sweep.rename(tmp_path / "tension.h5"), tmp_path / "compression.h5"
+    compression.write_bytes(tension.read_bytes())
+    with h5py.File(compression, "r+") as file:
+        file.move("curves/stress", "curves/lateral")
+        file["points/f_t"][:] *= -8
+    both = Ensemble.from_sweep(tension, compression)
+    one = Ensemble.from_sweep(tension)
+    assert list(both.outputs) == ["stress", "lateral", "tension f_t", "compression f_t"] and both.repeats == 3
+    assert np.array_equal(both.outputs["lateral"].mean, one.outputs["stress"].mean) and both.outputs["lateral"].x_unit == "1"
+    assert np.array_equal(both.outputs["compression f_t"].mean, -8 * one.outputs["f_t"].mean) and both.outputs["compression f_t"].unit == "Pa"
+    axis = '[[axis]]\nkey = "{}"\nvalues = [1, 2, 3]\n{}'
+    for key, more, refused in (("packing.seed", "", False), ("loading.strain_rate", "", True), ("loading.strain_rate", "average = true\n", False)):
+        with h5py.File(tension, "r+") as file:
+            file.pop("sweep", None)
+            file["sweep"] = axis.format(key, more)
+        if refused:
+            with pytest.raises(concordem.InferenceError, match="values of loading.strain_rate would count as packings of one material; sample them"):
+                Ensemble.from_sweep(tension)
+        else:
+            assert len(Ensemble.from_sweep(tension)) == 24
+    with h5py.File(compression, "r+") as file:
+        file["axes/0 young"][3] = 1.5
+    with pytest.raises(concordem.InferenceError, match="compression.h5 has other samples than .*tension.h5; write the same axes"):
+        Ensemble.from_sweep(tension, compression)
+    with pytest.raises(concordem.InferenceError, match="there is no file"):
+        Ensemble.from_sweep()
 
 
 def test_command(sweep, tmp_path):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import tomllib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -219,55 +220,40 @@ class Ensemble:
         return Ensemble(parameters, points, outputs, dofs, float(count.mean()))
 
     @staticmethod
-    def from_sweep(path: str | PathLike[str]) -> Ensemble:
-        """The ensemble in the result of a sampled sweep (`concordem sweep`).
+    def from_sweep(*paths: str | PathLike[str]) -> Ensemble:
+        """The ensemble in the result of a sampled sweep (`concordem sweep`), or of several with the same samples, such as tension and compression.
 
-        Axes that are not sampled, such as ``packing.seed`` with several values, repeat each point: their mean is fitted, and their scatter
-        is that of the packings.
+        Axes that are not sampled must be ``packing.seed``: its values repeat each point, so that their mean is fitted, and their scatter
+        is that of the packings. Names that several files have get the name of the file before them: ``"compression E"``.
+
+        Parameters
+        ----------
+        paths : results whose sweeps have the same axes and the same table ``[sampling]``, but other scenarios.
 
         Raises
         ------
-        FileNotFoundError : there is no such file. InferenceError : no sweep, or one without sampled axes.
+        FileNotFoundError : there is no such file. InferenceError : no sweep, one without sampled axes, or files with other samples.
         """
-        path = Path(path)
-        if not path.exists():
-            raise FileNotFoundError(f"{path} does not exist; write it with: concordem sweep SWEEP.toml")
-        h5py = needed("h5py")
-        try:
-            file = h5py.File(path, "r")
-        except OSError as error:
-            raise InferenceError(f"{path} is no HDF5 file; give the result of a sampled sweep, or Ensemble.load for an .npz") from error
-        with file:
-            if "axes" not in file or "points" not in file:
-                raise InferenceError(f"{path} is no result of a sweep; write one with: concordem sweep SWEEP.toml")
-            parameters: list[Parameter] = []
-            columns: list[Reals] = []
-            points = file["points"]
-            for label in sorted(file["axes"], key=lambda one: int(one.split(" ")[0]) if one.split(" ")[0].isdigit() else 0):
-                axis = file["axes"][label]
-                number, _, name = label.partition(" ")
-                if not number.isdigit():
-                    number, name = str(len(columns)), label
-                if not axis.attrs.get("sampled", 0):
-                    continue
-                low, high, scale = float(axis.attrs["from"]), float(axis.attrs["to"]), _text(axis.attrs.get("scale", "linear"))
-                parameters.append(Parameter(name, low, high, scale, _unit(axis)))
-                columns.append(np.asarray(axis[()], np.float64)[np.asarray(points[f"axis_{number}"][()], np.int64)])
-            if not parameters:
-                raise InferenceError(f"{path} has no sampled axis; give axes a range without count, such as linear = {{ from = 2e10, to = 4e10 }}")
-            known: dict[str, str] = {}
-            curves, scalars = {}, {}
-            for name, group in file["curves"].items() if "curves" in file else ():
-                curves[name] = group["x"][()], group["y"][()]
-                known[name], known[f"x of {name}"] = _unit(group["y"]), _unit(group["x"])
-            for name, data in points.items():
-                values = data[()]
-                # What no run has is empty.
-                if name.startswith("axis_") or values.ndim != 1 or values.dtype.kind not in "fiu" or np.isnan(np.asarray(values, np.float64)).all():
-                    continue
-                scalars[name] = values
-                known[name] = _unit(data)
-        return Ensemble._lenient(parameters, np.stack(columns, 1), curves, scalars, known, str(path))
+        if not paths:
+            raise InferenceError("there is no file; give the result of a sampled sweep")
+        files = [_read_sweep(Path(path)) for path in paths]
+        first = files[0]
+        for path, file in zip(paths, files):
+            if file.parameters != first.parameters or not np.array_equal(file.inputs, first.inputs):
+                raise InferenceError(f"{path} has other samples than {paths[0]}; write the same axes and [sampling] into all sweeps")
+        names = [name for file in files for name in (*file.curves, *file.scalars)]
+        curves: dict[str, tuple[Reals, Reals]] = {}
+        scalars: dict[str, Reals] = {}
+        known: dict[str, str] = {}
+        for path, file in zip(paths, files):
+            label = {name: f"{Path(path).stem} {name}" if names.count(name) > 1 else name for name in (*file.curves, *file.scalars)}
+            if twice := sorted((set(curves) | set(scalars)) & set(label.values())):
+                raise InferenceError(f"two files give {twice[0]!r}; give the files other names")
+            curves |= {label[name]: curve for name, curve in file.curves.items()}
+            scalars |= {label[name]: values for name, values in file.scalars.items()}
+            for name, new in label.items():
+                known |= {of + new: file.units[of + name] for of in ("", "x of ") if of + name in file.units}
+        return Ensemble._lenient(first.parameters, first.inputs, curves, scalars, known, ", ".join(map(str, paths)))
 
     @staticmethod
     def _lenient(
@@ -477,6 +463,72 @@ class Ensemble:
         if chosen not in self._emulators:
             self._emulators[chosen] = Emulator(self, chosen)
         return self._emulators[chosen]
+
+
+def _only_packings_repeat(path: Path, sweep: dict[str, Any]) -> None:
+    """Refuse axes that are neither sampled nor seeds: their values would count as packings."""
+    for axis in sweep.get("axis", []):
+        keys = axis.get("keys", [axis.get("key", "")])
+        ranges = [axis[kind] for kind in ("linear", "logarithmic") if kind in axis]
+        several = len(axis.get("values", [])) > 1 or any("count" in given for given in ranges)
+        if several and not axis.get("average") and not any(key.endswith("seed") for key in keys):
+            raise InferenceError(
+                f"{path}: the values of {', '.join(keys)} would count as packings of one material; sample them (a range without count), write average = true "
+                "into the axis if they only scatter, or compute one sweep for each value and give all files"
+            )
+
+
+class _SweepFile(NamedTuple):
+    """What the result of a sampled sweep holds."""
+
+    parameters: list[Parameter]
+    inputs: Reals
+    curves: dict[str, tuple[Reals, Reals]]
+    scalars: dict[str, Reals]
+    units: dict[str, str]
+
+
+def _read_sweep(path: Path) -> _SweepFile:
+    if not path.exists():
+        raise FileNotFoundError(f"{path} does not exist; write it with: concordem sweep SWEEP.toml")
+    h5py = needed("h5py")
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise InferenceError(f"{path} is no HDF5 file; give the result of a sampled sweep, or Ensemble.load for an .npz") from error
+    with file:
+        if "axes" not in file or "points" not in file:
+            raise InferenceError(f"{path} is no result of a sweep; write one with: concordem sweep SWEEP.toml")
+        parameters: list[Parameter] = []
+        columns: list[Reals] = []
+        points = file["points"]
+        if "sweep" in file:
+            _only_packings_repeat(path, tomllib.loads(_text(file["sweep"][()])))
+        for label in sorted(file["axes"], key=lambda one: int(one.split(" ")[0]) if one.split(" ")[0].isdigit() else 0):
+            axis = file["axes"][label]
+            number, _, name = label.partition(" ")
+            if not number.isdigit():
+                number, name = str(len(columns)), label
+            if not axis.attrs.get("sampled", 0):
+                continue
+            low, high, scale = float(axis.attrs["from"]), float(axis.attrs["to"]), _text(axis.attrs.get("scale", "linear"))
+            parameters.append(Parameter(name, low, high, scale, _unit(axis)))
+            columns.append(np.asarray(axis[()], np.float64)[np.asarray(points[f"axis_{number}"][()], np.int64)])
+        if not parameters:
+            raise InferenceError(f"{path} has no sampled axis; give axes a range without count, such as linear = {{ from = 2e10, to = 4e10 }}")
+        units: dict[str, str] = {}
+        curves, scalars = {}, {}
+        for name, group in file["curves"].items() if "curves" in file else ():
+            curves[name] = group["x"][()], group["y"][()]
+            units[name], units[f"x of {name}"] = _unit(group["y"]), _unit(group["x"])
+        for name, data in points.items():
+            values = data[()]
+            # What no run has is empty.
+            if name.startswith("axis_") or values.ndim != 1 or values.dtype.kind not in "fiu" or np.isnan(np.asarray(values, np.float64)).all():
+                continue
+            scalars[name] = values
+            units[name] = _unit(data)
+    return _SweepFile(parameters, np.stack(columns, 1), curves, scalars, units)
 
 
 def _text(value: Any) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .._errors import ConcordemWarning, InferenceError
 from ._ensemble import Ensemble, Output
+from ._identifiability import deviation_of, notes_on
 from ._optional import needed
 from ._quantities import Curve, Reals, curve_of, quantity, unit_of
 
@@ -24,15 +25,11 @@ if TYPE_CHECKING:
 
     from ._emulator import Emulator
 
-_UNDETERMINED = 0.8
-"""Deviation over the prior's, on the scale of the parameter, above which a parameter counts as not determined."""
-_INSEPARABLE = 0.95
-"""Rank correlation from which two parameters count as one."""
-_EDGE, _EDGE_SHARE = 0.05, 0.3
-"""A share of the samples above the second number in the outer range of the first says that the range ends too early."""
-_IMPROBABLE = 0.005
-"""Probability of so bad a fit below which the ensemble counts as unable to give the curve."""
 _MOST_POINTS = 1500
+_STEP = 1e-3
+"""Half the difference for slopes of the emulator, on the unit range: its lengths are above 0.05."""
+_POINTS_OF_INFORMATION = 64
+"""Samples at which it is asked which parameters act only together."""
 
 
 class _Datum(NamedTuple):
@@ -283,7 +280,9 @@ def posterior(
         samples[name] = values
     errors = likelihood.emulator_errors(float(np.median(columns["noise"])) if likelihood.estimated else 0.0)
     misfit = None if likelihood.estimated else likelihood.misfit(fractions[np.argmax(log_probability(fractions))])
-    notes = _warnings(ensemble, fractions[:, :d], densities, errors, misfit)
+    priors_on_unit = np.array([deviation_of(density) for density in densities])
+    some = fractions[:: max(1, len(fractions) // _POINTS_OF_INFORMATION)]
+    notes = notes_on(ensemble, fractions[:, :d], priors_on_unit, likelihood.information(some), errors, misfit)
     if 0 < ensemble.degrees_of_freedom and ensemble.repeats < 3:
         notes.append(f"the scatter of packings is known from {ensemble.repeats:g} packings only, so that intervals are wide; run the ensemble with four or more")
     if effective < 0.5 * draws:
@@ -414,6 +413,18 @@ def _densities(ensemble: Ensemble, priors: Mapping[str, Any]) -> list[Callable[[
     return found
 
 
+class _Point(NamedTuple):
+    """What the likelihood needs at p points with q components."""
+
+    mean: Reals
+    #: Of each measured value, (p, measured); None where the noise is given.
+    weight: Reals | None
+    gram: Reals
+    #: Square root of the components' covariance, transposed, (p, q, q).
+    across: Reals
+    lower: Reals
+
+
 class _Likelihood:
     """Logarithm of the likelihood at points of the unit cube; the last column is the noise where it is estimated."""
 
@@ -466,31 +477,49 @@ class _Likelihood:
         found: Reals = self.least * (self.largest / self.least) ** fraction
         return found
 
-    def _parts(self, points: Reals) -> tuple[Reals, Reals]:
-        """Squared distance of the measurement in deviations, and the logarithm of the determinant of the covariance."""
+    def _at(self, points: Reals) -> _Point:
+        """Means of the components, and what whitening by noise, scatter, and error of the emulator needs."""
         d = self.emulator.train.shape[1]
         mean, variance = self.emulator.components(points[:, :d])
-        variance = variance + self.white
         q = mean.shape[1]
+        weight = None
+        gram = np.broadcast_to(self.gram, (len(points), q, q))
         if self.estimated:
             change = 1 + (self.noise_at(points[:, d]) ** 2 - self.reference**2)[:, None] * self.eigenvalues
             weight = 1 / np.maximum(change, 1e-12)
             gram = (weight @ self.products).reshape(-1, q, q)
-            along, square = weight @ self.shifts, weight @ self.residual**2
-            determinant = -np.log(weight).sum(1)
-        else:
-            gram = np.broadcast_to(self.gram, (len(points), q, q))
-            along, square, determinant = self.along, self.square, np.zeros(len(points))
         # Woodbury: the components' variance is a low rank above noise and scatter.
+        root = np.sqrt(variance + self.white)[:, :, None] * self.emulator.mixing
+        across = root.transpose(0, 2, 1)
+        return _Point(mean, weight, gram, across, np.linalg.cholesky(np.eye(q) + across @ gram @ root))
+
+    def _parts(self, points: Reals) -> tuple[Reals, Reals]:
+        """Squared distance of the measurement in deviations, and the logarithm of the determinant of the covariance."""
+        mean, weight, gram, across, lower = self._at(points)
+        if weight is None:
+            along, square, determinant = self.along, self.square, np.zeros(len(points))
+        else:
+            along, square, determinant = weight @ self.shifts, weight @ self.residual**2, -np.log(weight).sum(1)
         moved = (gram @ mean[:, :, None])[:, :, 0]
         distance = square - 2 * (along * mean).sum(1) + (mean * moved).sum(1)
         toward = along - moved
-        root = np.sqrt(variance)[:, :, None] * self.emulator.mixing
-        across = root.transpose(0, 2, 1)
-        lower = np.linalg.cholesky(np.eye(q) + across @ gram @ root)
         solved = np.linalg.solve(lower, across @ toward[:, :, None])[:, :, 0]
         determinant = determinant + 2 * np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(1)
         return distance - (solved**2).sum(1), determinant + self.constant
+
+    def information(self, points: Reals) -> Reals:
+        """Fisher information of the means about the parameters on the unit range, (p, d, d)."""
+        d = self.emulator.train.shape[1]
+        _, _, gram, across, lower = self._at(points)
+        solved = np.linalg.solve(lower, across @ gram)
+        inverse = gram - solved.transpose(0, 2, 1) @ solved
+        slopes = np.empty((len(points), gram.shape[1], d))
+        for k in range(d):
+            ends = [np.clip(points[:, :d] + step * np.eye(d)[k], 0.0, 1.0) for step in (_STEP, -_STEP)]
+            up, down = (self.emulator.components(end)[0] for end in ends)
+            slopes[:, :, k] = (up - down) / (ends[0] - ends[1])[:, k, None]
+        found: Reals = slopes.transpose(0, 2, 1) @ inverse @ slopes
+        return found
 
     def __call__(self, points: Reals) -> Reals:
         distance, determinant = self._parts(points)
@@ -547,7 +576,9 @@ def _sample(log_probability: Callable[[Reals], Reals], d: int, seed: int, draws:
     while steps < 4000:
         state = sampler.run_mcmc(state, 130 + steps // 2, skip_initial_state_check=True)
         steps = sampler.iteration
-        time = float(np.max(emcee.autocorr.integrated_time(sampler.get_chain(), tol=0, quiet=True)))
+        # A walker that has not moved yet has no correlation.
+        with np.errstate(invalid="ignore"):
+            time = float(np.max(emcee.autocorr.integrated_time(sampler.get_chain(), tol=0, quiet=True)))
         if not np.isfinite(time):
             continue
         effective = walkers * steps / max(time, 1.0)
@@ -556,50 +587,3 @@ def _sample(log_probability: Callable[[Reals], Reals], d: int, seed: int, draws:
     thin = max(1, steps * walkers // (8 * draws))
     chain: Reals = sampler.get_chain(flat=True, thin=thin)
     return chain, effective
-
-
-def _warnings(
-    ensemble: Ensemble, fractions: Reals, densities: list[Callable[[Reals], Reals] | None], errors: dict[str, float], misfit: float | None
-) -> list[str]:
-    """What the measurement does not determine, and where the ensemble does not suffice."""
-    from scipy.stats import rankdata
-
-    found = []
-    d = fractions.shape[1]
-    rank = np.stack([rankdata(fractions[:, k]) for k in range(d)])
-    correlation = np.atleast_2d(np.corrcoef(rank)) if d > 1 else np.ones((1, 1))
-    paired = set()
-    for a in range(d):
-        for b in range(a):
-            if abs(correlation[a, b]) > _INSEPARABLE:
-                paired |= {a, b}
-                found.append(
-                    f"{ensemble.names[b]!r} and {ensemble.names[a]!r} are not told apart, only their combination is determined "
-                    f"(rank correlation {correlation[a, b]:.3f}); fix one of them, or measure what separates them"
-                )
-    grid = np.linspace(0.0, 1.0, 1001)
-    for k, one in enumerate(ensemble.parameters):
-        density = densities[k]
-        prior = 12**-0.5
-        if density is not None:
-            weight = density(grid)
-            weight = np.exp(weight - weight.max())
-            weight /= weight.sum()
-            prior = float(np.sqrt((weight * grid**2).sum() - (weight * grid).sum() ** 2))
-        deviation = float(fractions[:, k].std())
-        if deviation > _UNDETERMINED * prior:
-            if k not in paired:
-                found.append(f"{one.name!r} is not determined by this measurement: its deviation is {deviation / prior:.0%} of the prior's; fix it, or measure more")
-            continue
-        for share, end, bound in ((np.mean(fractions[:, k] < _EDGE), "lower", one.low), (np.mean(fractions[:, k] > 1 - _EDGE), "upper", one.high)):
-            if share > _EDGE_SHARE:
-                found.append(f"{one.name!r} lies at the {end} end of its range, {bound:g}; run the ensemble with a wider range")
-    for name, ratio in errors.items():
-        if ratio > 1:
-            found.append(f"the emulator of {name!r} errs by {ratio:.2g} times noise and scatter at runs left out; add runs, or narrow the ranges")
-    if misfit is not None and misfit < _IMPROBABLE:
-        found.append(
-            f"no parameters in the ranges give the measured values within the noise (probability {misfit:.1g}); widen the ranges, give the noise its true "
-            "size, or vary another parameter"
-        )
-    return found
