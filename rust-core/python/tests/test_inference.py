@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from concordem import datasets, inference
 from concordem.inference import Curve, Ensemble, Parameter, posterior
+from concordem.inference._pictures import _scale
 from concordem.inference._quantities import unit_of
 
 # scikit-learn and emcee are in the first interpreter of test.sh, where a missing one is a failure.
@@ -311,10 +312,13 @@ def test_results_of_several_sweeps(sweep, tmp_path):
     with h5py.File(compression, "r+") as file:
         file.move("curves/stress", "curves/lateral")
         file["points/f_t"][:] *= -8
+        file["curves/lateral/x"][:] *= -1
     both = Ensemble.from_sweep(tension, compression)
     one = Ensemble.from_sweep(tension)
     assert list(both.outputs) == ["stress", "lateral", "tension f_t", "compression f_t"] and both.repeats == 3
-    assert np.array_equal(both.outputs["lateral"].mean, one.outputs["stress"].mean) and both.outputs["lateral"].x_unit == "1"
+    # Compression counts downwards; abscissas of an ensemble rise.
+    assert np.array_equal(both.outputs["lateral"].x, -one.outputs["stress"].x[::-1])
+    assert np.array_equal(both.outputs["lateral"].mean, one.outputs["stress"].mean[:, ::-1]) and both.outputs["lateral"].x_unit == "1"
     assert np.array_equal(both.outputs["compression f_t"].mean, -8 * one.outputs["f_t"].mean) and both.outputs["compression f_t"].unit == "Pa"
     axis = '[[axis]]\nkey = "{}"\nvalues = [1, 2, 3]\n{}'
     for key, more, refused in (("packing.seed", "", False), ("loading.strain_rate", "", True), ("loading.strain_rate", "average = true\n", False)):
@@ -359,13 +363,25 @@ def test_pictures(soft):
     measured = softening({"young": 30e9, "strength": 3e6, "energy": 90.0})
     found = quiet(soft, (X, measured), noise=1e5, draws=200)
     figure = found.plot()
-    assert len(figure.axes) == 9 and figure.axes[6].get_xlabel() == "young, Pa" and figure.axes[8].get_xscale() == "log"
+    assert len(figure.axes) == 9 and figure.axes[6].get_xlabel() == "young, GPa" and figure.axes[8].get_xscale() == "log"
     axes = found.plot_predictive()
-    assert axes.get_ylabel() == "stress" and {"measured", "median"} <= {line.get_label() for line in axes.get_lines()}
+    assert axes.get_ylabel() == "stress, $10^{6}$" and {"measured", "median"} <= {line.get_label() for line in axes.get_lines()}
     x, low, median, high = found.predictive(noise=False)
     # The truth is smooth: it lies in the band of specimens almost everywhere, and the median near it.
     assert np.mean((low <= measured) & (measured <= high)) > 0.8 and np.abs(median - measured).max() < 5e5
+    # Ticks are short numbers in the unit of the label.
+    figure.canvas.draw()
+    assert [label.get_text() for label in figure.axes[6].get_xticklabels()] == ["22", "30", "38"]
     pyplot.close("all")
+
+
+@pytest.mark.parametrize(
+    ("largest", "unit", "size", "name"),
+    [(4e10, "Pa", 1e9, "GPa"), (150.0, "N/m", 1.0, "N/m"), (2e-3, "m", 1e-3, "mm"), (2e5, "Pa m^0.5", 1e3, "kPa m^0.5"), (3e-6, "m^2", 1.0, "m^2"),
+     (1.6e-4, "1", 1e-4, "$10^{-4}$"), (0.4, "", 1.0, ""), (0.0, "s", 1.0, "s")],
+)  # fmt: skip
+def test_scales_of_pictures(largest, unit, size, name):
+    assert _scale(largest, unit) == (pytest.approx(size), name)
 
 
 @pytest.mark.parametrize(

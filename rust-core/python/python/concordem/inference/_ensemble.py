@@ -519,7 +519,9 @@ def _read_sweep(path: Path) -> _SweepFile:
         units: dict[str, str] = {}
         curves, scalars = {}, {}
         for name, group in file["curves"].items() if "curves" in file else ():
-            curves[name] = group["x"][()], group["y"][()]
+            # Compression counts downwards.
+            way = -1 if group["x"][0] > group["x"][-1] else 1
+            curves[name] = group["x"][()][::way], group["y"][()][:, ::way]
             units[name], units[f"x of {name}"] = _unit(group["y"]), _unit(group["x"])
         for name, data in points.items():
             values = data[()]
