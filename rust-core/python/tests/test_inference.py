@@ -451,6 +451,7 @@ def line():
         (lambda: posterior(line(), (LINE, LINE), noise="0.1 mm"), "is in m, the ensemble in Pa"),
         (lambda: posterior(line(), Curve(LINE, LINE, y_unit="N")), "is in N, the ensemble in Pa"),
         (lambda: posterior(line(), (2 * LINE, LINE)), "cut it with curve.within(0, 1)"),
+        (lambda: posterior(line(), (-LINE, LINE)), "turn the signs of x and y: compression is negative"),
         (lambda: posterior(line(), {"g": (LINE, LINE)}), "has no 'g'; it has f"),
         (lambda: posterior(line(), (LINE, LINE), noise={"g": 1.0}), "noise names g, measured are f"),
         (lambda: posterior(line(), (LINE, LINE), noise=[1.0, 2.0]), "has the shape (2,)"),

@@ -338,10 +338,9 @@ def _datum(output: Output, given: Any, noise: Any, correlation_length: float) ->
         low, high = output.x[0], output.x[-1]
         slack = 1e-9 * (high - low)
         if x.min() < low - slack or x.max() > high + slack:
-            raise InferenceError(
-                f"the measured curve {name!r} reaches from {x.min():g} to {x.max():g}, the ensemble from {low:g} to {high:g}; "
-                f"cut it with curve.within({low:g}, {high:g}), or let the runs go further"
-            )
+            turned = -x.max() >= low - slack and -x.min() <= high + slack
+            remedy = "turn the signs of x and y: compression is negative" if turned else f"cut it with curve.within({low:g}, {high:g}), or let the runs go further"
+            raise InferenceError(f"the measured curve {name!r} reaches from {x.min():g} to {x.max():g}, the ensemble from {low:g} to {high:g}; {remedy}")
         if len(x) > _MOST_POINTS:
             raise InferenceError(f"the measured curve {name!r} has {len(x)} points, more than {_MOST_POINTS}; take curve.thinned(200)")
         # Linear interpolation as a matrix.
