@@ -141,6 +141,8 @@ test-studies:
 	@.ci/timed acoustic-emission .venv/bin/python validation/acoustic_emission.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
 	@.ci/timed thermal-shock .venv/bin/python validation/thermal_shock.py
+	@.ci/timed ensembles .venv/bin/python validation/ensembles.py
+	@.ci/timed posteriors .venv/bin/python validation/posteriors.py
 	@.ci/timed instructions validation/instructions.py
 
 test-python:
@@ -348,5 +350,7 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/fineness.py --full
 	.venv/bin/python validation/thermal_shock.py --full
 	.venv/bin/python validation/round_robin.py --full
+	.venv/bin/python validation/ensembles.py --full
+	.venv/bin/python validation/posteriors.py --full
 	$(CARGO) run --release -p concordem --example beam_study -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full
