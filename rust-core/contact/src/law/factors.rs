@@ -48,7 +48,7 @@ impl Factors {
         if self.ductility.si() == 1.0 {
             return Ok(());
         }
-        let help = "remove the factor, or use a law that softens";
+        let help = "remove the factor, or use the law \"cpm\" or \"softening_beam\"";
         Err(Fault::conflict("ductility", "the bonds of this law are brittle: they have no softening to scale", help))
     }
 

@@ -194,7 +194,7 @@ impl SofteningBeam {
     fn damage_at(&self, area: f64, ratio: f64, drive: &Drive) -> f64 {
         let energy = self.energy.at(drive.shear) * area * drive.ratio_squared / drive.energy;
         // Also where nothing is stored, as in springs of no stiffness.
-        if !(energy > 1.0) {
+        if energy <= 1.0 || energy.is_nan() {
             return 1.0;
         }
         match self.softening {
@@ -313,9 +313,10 @@ impl ContactLaw for SofteningBeam {
         let stresses = SectionStresses::of(area, axial, &branch.normal, &forces, forces.bending(&branch.normal));
         let [tension, sheared] = self.ratio_squared(area, &stresses, &branch.normal, &forces.force);
         let holds = tension + sheared < 1.0;
+        let undamaged = old.stiffness_loss == 0.0;
         let known = rest.direction.norm_squared() > 0.0;
         let response = Response { moment: forces.moment(), ..Response::of_force(forces.force, *old) };
-        (response, holds & (old.stiffness_loss == 0.0) & small & known & point.bonded)
+        (response, holds & undamaged & small & known & point.bonded)
     }
 
     #[inline(always)]
