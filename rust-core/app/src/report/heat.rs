@@ -1,5 +1,7 @@
 //! Section of the report: temperatures over time, and a section through the body at the end.
 
+use std::fmt::Write as _;
+
 use super::chart::{Axis, Chart, Series, Style, side_by_side};
 use super::pictures::temperatures;
 use super::{OutputError, Run};
@@ -26,7 +28,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
             &pairs,
             "Lowest and highest temperature of a particle are those of the snapshots.",
         );
-        html += &temperatures(run);
+        let _ = writeln!(html, "<div class=\"pair\">\n{}</div>", temperatures(run));
     }
     Ok(html)
 }

@@ -122,7 +122,9 @@ impl Bars {
         };
         let rate = |t: f64| Some(2.0 * reflected(t)? / (impedance * thickness));
         let arrival = front + (before + behind) / wave_speed;
-        let returns = front + 2.0 * before / wave_speed;
+        // The tension of the reflection follows the incident pulse.
+        let is_over = |(t, stress): &(&f64, &f64)| **t > front + 0.75 * duration && **stress <= 0.0;
+        let returns = time.iter().zip(first).find(is_over).map_or(f64::INFINITY, |(t, _)| *t);
         let (mut curve, mut strain, mut last) = (Vec::new(), 0.0, None);
         for (t, stress) in time.iter().zip(second).filter(|(t, _)| **t >= arrival) {
             let Some(rate) = rate(*t) else { break };
@@ -146,7 +148,7 @@ struct Pulses {
     incident: f64,
     /// Speed of waves in the bars, m/s.
     wave_speed: f64,
-    /// When the reflection comes back to the first gauge, s.
+    /// When the first gauge sees tension behind the incident pulse, s.
     returns: f64,
     /// Largest transmitted stress, Pa.
     strength: f64,

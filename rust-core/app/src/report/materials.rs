@@ -63,5 +63,5 @@ fn table(materials: &[toml::Value]) -> String {
 
 /// A value as the scenario has it: texts, which have their unit, without quotes.
 fn shown(value: &toml::Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+    value.as_str().map_or_else(|| value.to_string(), |text| text.replace("^2", "²").replace("^3", "³"))
 }
