@@ -278,7 +278,7 @@ fn same_with_threads_and_restarts(strength: &str) -> [usize; 2] {
                     state.read(&mut columns).unwrap();
                     stepper = solver(assembly.model, &mut state);
                 }
-                events += stepper.step(&mut state).unwrap().bond_events.len();
+                events += stepper.step(&mut state).unwrap().bond_events.iter().filter(|(_, event)| event.fails).count();
             }
             (state_hash(&state).unwrap(), [events, state.broken.iter().filter(|bond| bond.open).count()])
         })

@@ -161,7 +161,11 @@ fn provenance_is_that_of_the_file() {
     let mut wanted = result.provenance().expect("entries");
     wanted.push(("state hash".to_owned(), result.state_hash().expect("a hash")));
     for (name, value) in &wanted {
-        let row = table.iter().find(|row| row.first().is_some_and(|first| *first == name.replace('_', " ")));
+        // A unit stands behind a comma.
+        let units = [("_s", ", s"), ("_pa", ", Pa"), ("_m", ", m"), ("_utc", ", UTC")];
+        let quantity = units.iter().find_map(|(end, unit)| Some(name.strip_suffix(end)?.to_owned() + unit));
+        let shown = quantity.unwrap_or_else(|| name.clone()).replace('_', " ");
+        let row = table.iter().find(|row| row.first().is_some_and(|first| *first == shown));
         let escaped = value.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
         assert_eq!(row.unwrap_or_else(|| panic!("no {name}"))[1], escaped, "{name}");
     }

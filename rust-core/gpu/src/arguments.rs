@@ -59,9 +59,9 @@ pub struct Dissipated(pub [f64; 4]);
 pub type Sampled = [f64; 16];
 /// Squares of the net force (N²) and moment (N²·m²) over the free components of a particle.
 pub type Squares = [f64; 2];
-/// An entry of the event log: position (m), energy dissipated by damage in the step (J), damage, and stored energies by normal, shear, bending,
-/// and twist deformation (J).
-pub type Logged = [f64; 9];
+/// An entry of the event log: position (m), energy dissipated by damage in the step (J), damage, stored energies by normal, shear, bending,
+/// and twist deformation (J), and 1 if shear made the bond fail.
+pub type Logged = [f64; 10];
 /// Kinetic energy, and works of damping and of given forces, each before and after the kick, J. Damping counts what it dissipates.
 pub type Works = [f64; 5];
 /// Works of the reactions of a particle's prescribed components, before and after the kick, J.

@@ -290,11 +290,10 @@ impl<L: ContactLaw> BlockOnDevice for Block<L> {
         let pairs = rows(&self.pair, device, &bonds)?;
         let entries = rows(&self.logged, device, &bonds)?;
         let event = |((k, pair), (_, entry)): ((usize, Pair), (usize, Logged))| {
-            let [x, y, z, energy, damage, stored @ ..] = entry;
+            let [x, y, z, energy, damage, stored @ .., in_shear] = entry;
             let position = Vec3::new(x, y, z);
             let fails = L::OUTLIVES_FAILURE && damage >= 1.0;
-            // A bond that outlives its failure failed in shear, under pressure.
-            let in_shear = fails;
+            let in_shear = in_shear != 0.0;
             (reported[k], BondEvent { pair, broke: false, fails, in_shear, damage, position, energy, stored })
         };
         Ok(pairs.into_iter().zip(entries).map(event).collect())

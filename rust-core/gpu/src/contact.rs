@@ -129,8 +129,9 @@ pub fn evaluate<L: ContactLaw>(
     let damage = L::damage(&state);
     if damage >= shared.threshold && !contact.flags.has(ContactFlags::REPORTED) {
         let [[x, y, z]] = (a.motion.position + point.normal * point.arm_a).data.0;
-        let (released, [normal, shear, bending, twist], _) = L::event(&stepped.response);
-        if !log(&[x, y, z, released, damage, normal, shear, bending, twist]) {
+        let (released, [normal, shear, bending, twist], in_shear) = L::event(&stepped.response);
+        let in_shear = f64::from(u8::from(in_shear));
+        if !log(&[x, y, z, released, damage, normal, shear, bending, twist, in_shear]) {
             return None;
         }
         contact.flags.bits |= ContactFlags::REPORTED;

@@ -474,7 +474,8 @@ class Factors(TypedDict, total=False):
     (Stránský 2018, section 8.1)."""
 
     ductility: Quantity
-    """Factor on the ductility: on the softening strain divided by the crack onset strain. Only for laws that soften ("cpm"). Range: > 0."""
+    """Factor on the ductility: on the softening strain divided by the crack onset strain. Only for laws that soften ("cpm", "softening_beam": on
+    the fracture energies). Range: > 0."""
     stiffness: Quantity
     """Factor on the stiffness in all directions; also that of contacts without a bond. Range: > 0."""
     strength: Quantity
@@ -811,6 +812,8 @@ class Interface(TypedDict, total=False):
     of: str | None
     """Material whose parameters the interface takes, times the `factors`, for the laws that have no table here; default: the mean of both
     materials. Example: `of = "mortar"`."""
+    softening_beam: SofteningBeam | None
+    """Parameters of the softening beam."""
 
 
 class Joint(TypedDict, total=False):
@@ -1086,6 +1089,8 @@ class Material(TypedDict, total=False):
     """Parameters of the linear bond."""
     name: Required[str]
     """Name, by which sets and walls refer to it. Particles that no set assigns to another material have the first one."""
+    softening_beam: SofteningBeam | None
+    """Parameters of the softening beam."""
     strength_scatter: StrengthScatter | None
     """Scatter of the strengths of bonds; default: none."""
     thermal: Thermal | None
@@ -1721,6 +1726,51 @@ class Slave(TypedDict, total=False):
     after each step, and the velocities (m/s) with which they came there."""
 
 
+class SofteningBeam(TypedDict, total=False):
+    """Cohesive beam whose strength ends gradually, by a fracture energy per area."""
+
+    bending_term: BendingTerm
+    """Bending moment in the stress that `tensile_strength` limits."""
+    cohesion: Quantity | None
+    """Shear stress at which a beam without normal force breaks, Pa (Potyondy and Cundall 2004). With this key a beam breaks in tension or in
+    shear; without it, at its largest principal stress. Range: > 0."""
+    fracture_energy: Required[Quantity]
+    """Energy per area of a beam that tension and bending take to break it, J/m^2. Between two materials: the mean. Range: > 0."""
+    friction_angle: Quantity | None
+    """Angle of friction in the shear strength, rad; only with `cohesion`. Range: ≥ 0."""
+    friction_coefficient: Quantity | None
+    """Tangent of the angle of friction in the shear strength; or give `friction_angle`; only with `cohesion`. Default: 0. Range: ≥ 0."""
+    hydrostatic_strength: Quantity | None
+    """Mean stress of a particle at which all its beams break, Pa; no such failure if left out. Range: > 0."""
+    mixture_exponent: Quantity | None
+    """Exponent of the mixture of both (Benzeggagh and Kenane 1996); only with `shear_fracture_energy`. Default: 1. Range: > 0."""
+    model: BeamModel
+    """Deformations that the bond resists."""
+    moment_share: Quantity | None
+    """Share of bending and twisting moments in the stresses of a beam, from 0 to 1; only with `cohesion`. Default: 1. Range: ≥ 0, ≤ 1."""
+    poisson: Quantity
+    """Poisson's ratio of the beam. Range: > -1, ≤ 0.5."""
+    radius: Quantity | None
+    """Radius of the beam, m; or give `radius_ratio`. Range: > 0."""
+    radius_ratio: Quantity | None
+    """Radius of the beam divided by the radius that `radius_rule` names; or give `radius`. Range: > 0."""
+    radius_rule: RadiusRule | None
+    """Radius that `radius_ratio` multiplies; only with `radius_ratio`. Default: the mean over all bonded particles."""
+    shear_coefficient: Quantity | None
+    """Shear coefficient of the section; 0.9 if left out; only with model "timoshenko". Range: > 0."""
+    shear_fracture_energy: Quantity | None
+    """Energy per area of a beam that shear and twist take to break it, J/m^2. Default: `fracture_energy`. Range: > 0."""
+    shear_ratio: Quantity | None
+    """Tangential stiffness divided by normal stiffness; only with model "dual-spring". Range: ≥ 0."""
+    softening: Softening
+    """How the force falls over the deformation."""
+    tensile_strength: Quantity | None
+    """Largest principal stress on the surface of a beam at which it breaks, Pa, with `cohesion` the largest normal stress; unbreakable if left
+    out. Between two materials: the mean, or the only one given. Range: > 0."""
+    young: Required[Quantity]
+    """Young's modulus of the beam, Pa. Range: > 0."""
+
+
 class Stage(TypedDict, total=False):
     """A stage of the loading. Stages follow each other; the run ends with the last one."""
 
@@ -2083,7 +2133,7 @@ Lateral: TypeAlias = Literal["free", "fixed"]
 #: Type of lattice; nearest neighbors touch.
 Lattice: TypeAlias = Literal["sc", "bcc", "fcc", "hcp", "square", "triangular"]
 #: Laws of bonds, by the name of their parameter table.
-LawName: TypeAlias = Literal["cpm", "linear_bond", "cohesive_beam", "damped_beam", "jointed"]
+LawName: TypeAlias = Literal["cpm", "linear_bond", "cohesive_beam", "damped_beam", "softening_beam", "jointed"]
 #: Loading of the specimen.
 Loading: TypeAlias = LoadingNone | LoadingUniaxial | LoadingBending | LoadingTorsion | LoadingCellStrain | LoadingCellStress | LoadingPlatens | LoadingFlexure
 #: How relative motion is measured.
@@ -2112,6 +2162,8 @@ Selection: TypeAlias = SelectionAll | SelectionBox | SelectionSphere | Selection
 Shape: TypeAlias = ShapeBox | ShapeCylinder | ShapeHyperboloid | ShapeMesh | ShapePeriodic
 #: Side of a cylinder.
 Side: TypeAlias = Literal["inside", "outside"]
+#: How the force falls over the deformation.
+Softening: TypeAlias = Literal["linear", "exponential"]
 #: Surface of a specimen with aggregates.
 Surface: TypeAlias = Literal["mould", "sawn"]
 #: Weight of a contact that crosses the border of a region.
