@@ -83,7 +83,11 @@ fn lateral_stress_stays_while_the_axis_moves() {
             }
             // The mean of the two, of the volume before the step; and no change of volume that the cell does not have.
             let lateral = 0.5 * (stress[(0, 0)] + stress[(1, 1)]);
-            assert!((record.lateral_stress - lateral).abs() < 1e-3 * lateral.abs(), "{record:?}");
+            assert!(
+                (record.lateral_stress - lateral).abs() <= 1e-3 * lateral.abs(),
+                "{} {lateral}",
+                record.lateral_stress
+            );
             at_end = vec![record.strain, record.stress, record.volumetric_strain];
         }
         if let Some(end) = advance.stage {
@@ -215,16 +219,16 @@ fn impossible_controls_are_refused() {
     }
 }
 
-/// A specimen between plates, in a cylinder that is too narrow for it, in a box, and under a membrane: the stress across the axis is that of the forces of all
+/// A specimen between plates, in a cylinder that it touches as it widens, in a box, and under a membrane: the stress across the axis is that of the forces of all
 /// contacts with the sides, and the pressure. Tolerance: rounding of some hundred forces.
 #[test]
 fn walls_and_membranes_press_on_the_sides() {
     let cylinder = "[[wall]]
         material = \"m\"
-        shape = { kind = \"cylinder\", center = [0, 0, 0], axis = [0, 0, 1], radius = 0.0118, side = \"inside\" }";
+        shape = { kind = \"cylinder\", center = [0, 0, 0], axis = \"z\", radius = 0.01100001, side = \"inside\" }";
     let box_of_planes = "[[wall]]
         material = \"m\"
-        shape = { kind = \"box\", minimum = [-0.0116, -0.0118, -1], maximum = [0.0116, 0.0118, 1] }";
+        shape = { kind = \"box\", minimum = [-0.0108996, -0.0108997, -1], maximum = [0.0108996, 0.0108997, 1] }";
     let membrane = "[[membrane]]\npressure = 2e5\nopen_along = \"z\"";
     for (sides, is_round) in [(cylinder, true), (box_of_planes, false), (membrane, false)] {
         let text = format!(
@@ -250,7 +254,7 @@ fn walls_and_membranes_press_on_the_sides() {
             closing_velocity = 0.1
             material = \"m\"
             [stop]
-            steps = 60
+            steps = 300
             {sides}"
         );
         let scenario = Scenario::parse("test.toml", &text).unwrap_or_else(|error| panic!("{error}"));
@@ -278,12 +282,16 @@ fn walls_and_membranes_press_on_the_sides() {
         };
         let height = low + high;
         let expected = if is_round {
-            pressure(0, 2.0 * std::f64::consts::PI * 0.0118 * height)
+            pressure(0, 2.0 * std::f64::consts::PI * 0.01100001 * height)
         } else {
-            let areas = [0.0236, 0.0236, 0.0232, 0.0232].map(|width| width * height);
+            let areas = [0.0217994, 0.0217994, 0.0217992, 0.0217992].map(|width| width * height);
             (0..4).map(|wall| pressure(wall, areas[wall])).sum::<f64>() / 4.0
         };
-        assert!(expected > 1e3 && (last.lateral_stress / -expected - 1.0).abs() < 1e-6, "{expected} {last:?}");
+        assert!(
+            expected > 1e3 && (last.lateral_stress / -expected - 1.0).abs() < 1e-6,
+            "{expected} {}",
+            last.lateral_stress
+        );
         assert!(last.volumetric_strain != 0.0);
     }
 }
