@@ -138,6 +138,33 @@ fn pressed_pairs_break_in_shear() {
     }
 }
 
+/// Softening beams are damaged before they break. Each counts once, and the emissions have the energy that the ledger lost.
+#[test]
+fn softening_beams_count_once() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let material = "softening_beam = { young = 1e9, radius_ratio = 1, tensile_strength = 4e6, fracture_energy = 40 }";
+    let scenario = PulledPairs { law: "softening_beam", material, time_step: 4e-5, steps: 1000, ..BEAMS }.scenario();
+    let file = write(folder.path(), "softening.toml", &scenario);
+    done(["run", "-q", text(&file)]);
+    let path = folder.path().join("softening.h5");
+    let result = ResultFile::open(&path).expect("a result");
+    let events = result.events().expect("events");
+    let broken: Vec<_> = events.iter().filter(|event| event.damage == 1.0).collect();
+    assert_eq!((events.len(), broken.len()), (2 * PAIRS, PAIRS));
+    let expected = 40.0 * std::f64::consts::PI * 1e-6;
+    assert!(broken.iter().all(|event| (event.energy / expected - 1.0).abs() < 1e-3), "{:?}", broken[0]);
+    let given = done(["events", text(&path), "--distance", "1 mm"]);
+    let value = |name: &str| {
+        let line =
+            given.lines().find(|line| line.trim().starts_with(name)).unwrap_or_else(|| panic!("{name}: {given}"));
+        line.trim()[name.len()..].trim().split([' ', ',']).next().expect("a value").parse::<f64>().expect("a number")
+    };
+    assert_eq!((value("broken bonds"), value("emissions")), (PAIRS as f64, PAIRS as f64));
+    assert!(!given.contains("damaged bonds"), "{given}");
+    let dissipated = *result.samples("damage").expect("a series").last().expect("a record");
+    assert!((value("energy") / dissipated - 1.0).abs() < 1e-3, "{given} {dissipated}");
+}
+
 /// Bonds without a modulus need a duration; a run without cracks says so.
 #[test]
 fn a_duration_is_asked_for_where_none_follows() {

@@ -43,7 +43,7 @@ pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Resul
     let meaning =
         "1 if shear made the bond fail, where its law has a criterion of shear besides one of tension; else 0.";
     column(group, ("in_shear", "1", 1), in_shear, meaning, path)?;
-    let meaning = "Energy dissipated by damage of the bond in this step, including what it still stored if it broke.";
+    let meaning = "Energy dissipated by damage of the bond in this step, including what it still stored if it broke; of softening beams in all steps so far.";
     column(group, ("energy", "J", 1), all().map(|e| e.energy), meaning, path)?;
     let meaning = "Damage after the event: 0 intact, 1 without strength.";
     column(group, ("damage", "1", 1), all().map(|e| e.damage), meaning, path)?;

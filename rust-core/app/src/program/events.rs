@@ -10,7 +10,7 @@ use super::readable::count;
 use super::{Console, Facts, Failure};
 use crate::output::ResultFile;
 use crate::output::crack_faces::{CrackFace, CrackFaces};
-use crate::signals::emission::{Rule, is_gradual, is_sheared};
+use crate::signals::emission::{Rule, is_gradual, is_sheared, once_per_bond};
 use concordem_contact::math::Vec3;
 use concordem_operator::OperatorError;
 use concordem_operator::acoustic::load::{Reloading, cumulative, reloadings};
@@ -122,7 +122,8 @@ pub(super) fn events(arguments: &EventsArguments, console: &mut Console<'_>) -> 
         let areas: Vec<Vec3> = faces.iter().map(|face| face.area).collect();
         return console.print(&rose_table(&rose(&areas, axis, BINS).map_err(unfit("cracks"))?));
     }
-    let events = result.events()?;
+    let all = result.events()?;
+    let events = once_per_bond(&all);
     let scenario = Scenario::parse(&name, &result.scenario()?)?;
     let (distance, duration) = (arguments.distance.map(Length::si), arguments.duration.map(Time::si));
     let Some(rule) = Rule::of(&result, &scenario, distance, duration)? else {
@@ -145,8 +146,8 @@ pub(super) fn events(arguments: &EventsArguments, console: &mut Console<'_>) -> 
         add_emissions(&mut facts, &found, rule, arguments.completeness);
     }
     add_reloadings(&mut facts, &result, arguments, &found, unfit("load"))?;
-    let note = if is_gradual(&events) && !found.is_empty() {
-        "\n  Bonds soften gradually here. The energy of an event is that of one step, and magnitudes say little.\n"
+    let note = if is_gradual(&all) && !found.is_empty() {
+        "\n  Bonds soften gradually here. The energy of an event is not all that its bond takes, and magnitudes say little.\n"
     } else {
         ""
     };

@@ -26,7 +26,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
         html += &side_by_side(
             "Temperature",
             &pairs,
-            "Lowest and highest temperature of a particle are those of the snapshots.",
+            "The lowest and the highest temperature of a particle come from the snapshots.",
         );
         let _ = writeln!(html, "<div class=\"pair\">\n{}</div>", temperatures(run));
     }

@@ -240,7 +240,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
             charts.push((format!("Stress and strain of the specimen{of}"), curve));
         }
     }
-    let note = "The stress of the specimen is that of the transmitted pulse; its strain rate is 2 σ<sub>r</sub>/(ρ c L) with the stress \
+    let note = "The transmitted pulse gives the stress of the specimen; its strain rate is 2 σ<sub>r</sub>/(ρ c L) with the stress \
                 σ<sub>r</sub> of the reflection, the length L of the specimen, and ρ c from the incident pulse.";
     Ok(side_by_side("Split Hopkinson bar", &charts, note))
 }

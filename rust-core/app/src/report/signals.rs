@@ -6,7 +6,7 @@ use super::Run;
 use super::chart::{Axis, Chart, Series, Style};
 use super::html::{escape, number, percent};
 use crate::output::{OutputError, ParticlesAt};
-use crate::signals::emission::{Rule, is_gradual, is_sheared};
+use crate::signals::emission::{Rule, is_gradual, is_sheared, once_per_bond};
 use crate::signals::fragments::{Fragments, Size, usual_size};
 use concordem_operator::acoustic::load::cumulative;
 use concordem_operator::acoustic::{BValue, Emission, b_value};
@@ -29,11 +29,14 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
             continue;
         }
         let scenario = Scenario::parse("scenario", &run.file.scenario()?).ok();
+        let is_gradual = is_gradual(&events);
+        let events = once_per_bond(&events);
         let mut rows = counts(&events);
         let charts = scenario.map_or_else(
             || Ok(String::new()),
             |scenario| {
-                let emitted = emissions(run, k, &scenario, &events, &mut rows)?;
+                let emitted =
+                    if is_gradual { String::new() } else { emissions(run, k, &scenario, &events, &mut rows)? };
                 Ok(emitted + &fragments(run, k, &scenario, &mut rows)?)
             },
         );
@@ -71,8 +74,8 @@ fn counts(events: &[Event]) -> Vec<Row> {
     rows
 }
 
-/// Emissions so far over the strain, or over the time; and their numbers over the magnitude. Bonds that soften gradually release their energy in
-/// many steps, so that an emission has no magnitude.
+/// Emissions so far over the strain, or over the time; and their numbers over the magnitude. Not of bonds that soften gradually: they release their
+/// energy in many steps, so that an emission has no magnitude.
 fn emissions(
     run: &Run,
     k: usize,
@@ -80,9 +83,6 @@ fn emissions(
     events: &[Event],
     rows: &mut Vec<Row>,
 ) -> Result<String, OutputError> {
-    if is_gradual(events) {
-        return Ok(String::new());
-    }
     let Some(rule) = Rule::of(run.file, scenario, None, None)? else { return Ok(String::new()) };
     let unreadable = |error| OutputError::Report { problem: format!("events of {}: {error}", run.name) };
     let found = rule.emissions(events).map_err(unreadable)?;

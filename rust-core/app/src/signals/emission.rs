@@ -1,5 +1,7 @@
 //! Acoustic emissions of a result.
 
+use std::collections::BTreeMap;
+
 use crate::output::{OutputError, ResultFile};
 use concordem_operator::OperatorError;
 use concordem_operator::acoustic::{Break, Emission, emissions};
@@ -58,7 +60,27 @@ pub fn is_sheared(event: &Event) -> bool {
     event.in_shear
 }
 
-/// Whether bonds soften in many steps, so that the energy of an event is that of one step.
+/// The events without those of damage whose bond broke later, so that each bond counts once.
+#[must_use]
+pub fn once_per_bond(events: &[Event]) -> Vec<Event> {
+    let mut broken: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    let mut counts = |event: &&Event| {
+        let breaks = broken.entry([event.id_a, event.id_b]).or_default();
+        let is_superseded = event.damage < 1.0 && *breaks > 0;
+        if is_superseded {
+            // A pair that was bonded again has an earlier bond as well.
+            *breaks -= 1;
+        } else if event.damage >= 1.0 {
+            *breaks += 1;
+        }
+        !is_superseded
+    };
+    let mut kept: Vec<Event> = events.iter().rev().filter(&mut counts).copied().collect();
+    kept.reverse();
+    kept
+}
+
+/// Whether bonds soften in many steps, so that the energy of an event is not all that its bond takes.
 pub fn is_gradual(events: &[Event]) -> bool {
     events.iter().any(|event| event.damage < 1.0)
 }
@@ -77,4 +99,37 @@ fn wave_time(scenario: &Scenario, distance: f64) -> Option<f64> {
     let material = scenario.materials.iter().find(|material| material.has(law))?;
     let modulus = material.table_of(law)?.modulus()?;
     Some(distance / (modulus / material.density.si()).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use concordem_contact::math::Vec3;
+
+    /// Of a bond that is damaged and breaks, the break counts; of one that is only damaged, the damage; a pair that was bonded again counts twice.
+    #[test]
+    fn each_bond_counts_once() {
+        let event = |step: u64, [id_a, id_b]: [u32; 2], damage: f64| Event {
+            time: 0.0,
+            step,
+            id_a,
+            id_b,
+            position: Vec3::zeros(),
+            mode_shares: [1.0, 0.0, 0.0, 0.0],
+            in_shear: false,
+            energy: 1.0,
+            damage,
+            joint: None,
+        };
+        let events = [
+            event(1, [0, 1], 0.9),
+            event(2, [2, 3], 0.9),
+            event(3, [0, 1], 1.0),
+            event(4, [4, 5], 1.0),
+            event(5, [0, 1], 0.95),
+        ];
+        let steps = |events: &[Event]| events.iter().map(|event| event.step).collect::<Vec<_>>();
+        assert_eq!(steps(&once_per_bond(&events)), [2, 3, 4, 5]);
+        assert_eq!(steps(&once_per_bond(&events[..2])), [1, 2]);
+    }
 }
