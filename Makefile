@@ -141,6 +141,8 @@ test-studies:
 	@.ci/timed acoustic-emission .venv/bin/python validation/acoustic_emission.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
 	@.ci/timed thermal-shock .venv/bin/python validation/thermal_shock.py
+	@.ci/timed ensembles .venv/bin/python validation/ensembles.py
+	@.ci/timed posteriors .venv/bin/python validation/posteriors.py
 	@.ci/timed instructions validation/instructions.py
 
 test-python:

@@ -34,8 +34,8 @@ SPECIMEN = {"packing": {"kind": "file", "path": "spheres.txt"}, "loading.strain_
 RANGES = {"young": (20e9, 30e9), "crack_onset_strain": (8e-5, 1.2e-4), "relative_ductility": (10.0, 40.0)}
 # Strain at the end, a little behind the peak, and where the reduced case ends.
 END, EARLY = 6e-4, 2e-4
-# Runs of a block, and blocks. At the end one thread waits for the other by half a run on average: 0.5 % of a hundred runs.
-RUNS, BLOCKS = 100, 2
+# Runs of a block, and blocks. At the end one thread waits for the other by half a run on average: 0.2 % of three hundred runs.
+RUNS, BLOCKS = 300, 2
 ALL, KILLS = 1000, 20
 
 
