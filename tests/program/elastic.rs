@@ -107,6 +107,7 @@ fn parameters_of_each_law_are_found_from_a_scenario_of_another() {
     let cpm = "cpm = { young = 20e9, shear_ratio = 0.3, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = 3e6, \
                friction_coefficient = 0.8 }";
     let beam = "cohesive_beam = { young = 300e9, poisson = 0.3, radius_ratio = 0.6 }";
+    let joint = "jointed = { young = 40e9, stiffness_ratio = 0.25, tensile_strength = 1e7, cohesion = 5e7, friction_coefficient = 0.5 }";
     let bond = "linear_bond = { normal_stiffness = 3e7, shear_stiffness = 9e6 }";
     // k_n/(R E_p) = 3e7/(1e-3·1.2e11) = 0.25.
     let deformable = "linear_bond = { normal_stiffness = 3e7, shear_stiffness = 9e6 }\ndeformable = { young = 1.2e11, poisson = 0.4 }";
@@ -114,6 +115,7 @@ fn parameters_of_each_law_are_found_from_a_scenario_of_another() {
     let cases = [
         ("cpm", cpm, &plain, &[][..], &["young", "shear_ratio"][..]),
         ("cohesive_beam", beam, &plain, &[], &["young", "radius_ratio"]),
+        ("jointed", joint, &plain, &[], &["young", "stiffness_ratio"]),
         ("linear_bond", bond, &other, &[], &["normal_stiffness", "shear_stiffness"]),
         (
             "linear_bond",

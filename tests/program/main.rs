@@ -23,6 +23,7 @@ mod plot;
 mod progress;
 mod render;
 mod results;
+mod rock;
 mod settings;
 mod sweep;
 mod sweep_ensembles;

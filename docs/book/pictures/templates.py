@@ -94,16 +94,17 @@ def cell(runs, name):
     return figure
 
 
-def triaxial(runs, name):
+def triaxial(runs, name, own, others, rock):
+    """Compression of the cell at its own lateral pressure (MPa) and at two others."""
     result = runs.template(name)
     figure, axis = plt.subplots(figsize=(8.5, 3.6))
-    for pressure, color in (2, GREEN), (5, BLUE), (10, ORANGE):
-        if pressure == 5:
+    for pressure, color in zip(sorted([own, *others]), (GREEN, BLUE, ORANGE), strict=True):
+        if pressure == own:
             one = result
         else:
             one = runs.template(name, f"{name}-{pressure}", [f'loading.stress=[["-{pressure} MPa",0,0],[0,"-{pressure} MPa",0],[0,0,"-{pressure} MPa"]]'])
         axis.plot(-sample(one, "strain") * 1e3, -sample(one, "stress") / 1e6, color=color, label=f"lateral pressure {pressure} MPa")
-    axis.set(xlabel="axial compressive strain, ‰", ylabel="axial compressive stress, MPa", title="triaxial compression of concrete")
+    axis.set(xlabel="axial compressive strain, ‰", ylabel="axial compressive stress, MPa", title=f"triaxial compression of {rock}")
     axis.legend(loc="upper left", bbox_to_anchor=(1, 1))
     return figure
 
@@ -147,7 +148,8 @@ OTHERS = {
     "beam-impact": lambda runs, name: gauges(runs, name, "pulse in a slender silica cylinder"),
     "concrete-hopkinson": lambda runs, name: gauges(runs, name, "split Hopkinson bar", names=["incident bar", "transmission bar"]),
     "cpm-periodic": cell,
-    "concrete-triaxial": triaxial,
+    "concrete-triaxial": lambda runs, name: triaxial(runs, name, 5, (2, 10), "concrete"),
+    "rock-triaxial": lambda runs, name: triaxial(runs, name, 10, (2, 30), "rock"),
     "deformable-discs": discs,
     "elastic-sweep": sweep,
 }

@@ -18,6 +18,7 @@ mod prefix;
 pub mod program;
 pub mod provenance;
 pub mod report;
+mod side_by_side;
 pub mod signals;
 pub mod sweep;
 

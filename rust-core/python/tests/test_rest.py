@@ -116,7 +116,7 @@ def test_every_law_is_calibrated_as_by_the_program(tmp_path, law, options, found
 def test_calibrations_that_cannot_be():
     scenario = cell()
     for options, message in [
-        ({"law": "glue"}, 'law is "glue"; choose "cpm", "linear_bond", or "cohesive_beam"'),
+        ({"law": "glue"}, 'law is "glue"; choose "cpm", "linear_bond", "cohesive_beam", or "jointed"'),
         ({"deformable": True}, 'deformable: the law "cpm" .* use law="linear_bond"'),
         ({"particle_poisson": 0.3}, "particle_poisson is for deformable particles; add deformable"),
         ({"law": "linear_bond", "deformable": True, "particle_poisson": 0.7}, "particle_poisson is 0.7; it must be more than -1"),

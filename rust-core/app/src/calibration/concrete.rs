@@ -14,8 +14,8 @@
 //! Breaking bonds make the functions of one packing rough; the scatter over packings shows how many digits are
 //! significant.
 
-use std::collections::BTreeMap;
-
+use super::measured::Measured;
+use super::peak::Peak;
 use concordem_contact::law::cpm::{Cpm, CpmError, CpmParameters, YieldSurface};
 use concordem_operator::interruption::look;
 use concordem_scenario::schedule::simulation::RunError;
@@ -168,23 +168,7 @@ impl ConcreteSpecimen {
     }
 
     fn strength(&self, samples: &[Record]) -> LoadTest {
-        let mut peak = 0;
-        for (k, sample) in samples.iter().enumerate() {
-            if sample.stress.abs() > samples[peak].stress.abs() {
-                peak = k;
-            }
-        }
-        let Record { stress, strain, .. } = samples[peak];
-        let rising = samples[..peak].iter().filter(|sample| sample.stress.abs() <= 0.3 * stress.abs());
-        let points: Vec<[f64; 2]> = rising.map(|sample| [sample.strain, sample.stress]).collect();
-        let count = points.len().max(1) as f64;
-        let mean = points.iter().fold([0.0; 2], |m, p| [m[0] + p[0] / count, m[1] + p[1] / count]);
-        let (mut xy, mut xx) = (0.0, 0.0);
-        for [x, y] in points {
-            xy += (x - mean[0]) * (y - mean[1]);
-            xx += (x - mean[0]) * (x - mean[0]);
-        }
-        let young = if xx > 0.0 { xy / xx } else { stress / strain };
+        let Peak { young, stress, strain } = Peak::of(samples);
         let dissipation = samples.last().map_or(0.0, |s| s.damage + s.friction + s.viscous) / self.area;
         LoadTest { young, stress, strain, dissipation }
     }
@@ -215,19 +199,12 @@ pub struct StrengthFunctions {
 }
 
 /// Measured values of the dimensionless functions, by arguments and seed of the packing.
-#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct StrengthTable {
-    /// Everything else that the values depend on, as text: specimen, motion, elastic parameters, program.
-    pub specimen: String,
-    /// Values.
-    pub values: BTreeMap<String, StrengthFunctions>,
-}
+pub type StrengthTable = Measured<StrengthFunctions>;
 
-impl StrengthTable {
-    fn key(arguments: StrengthArguments, seed: u64) -> String {
-        let StrengthArguments { cohesion, friction, ductility } = arguments;
-        format!("seed {seed}, cohesion {cohesion:.9e}, friction {friction:.9e}, ductility {ductility:.9e}")
-    }
+/// Arguments and seed as the key of a table.
+fn key(arguments: StrengthArguments, seed: u64) -> String {
+    let StrengthArguments { cohesion, friction, ductility } = arguments;
+    format!("seed {seed}, cohesion {cohesion:.9e}, friction {friction:.9e}, ductility {ductility:.9e}")
 }
 
 /// Target properties.
@@ -251,7 +228,7 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+    pub(crate) fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
         let count = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / count;
         let squares: f64 = values.map(|v| (v - mean) * (v - mean)).sum();
@@ -357,7 +334,7 @@ impl<'a> ConcreteCalibration<'a> {
         arguments: StrengthArguments,
         pair: &SpecimenPair,
     ) -> Result<StrengthFunctions, ConcreteError> {
-        let key = StrengthTable::key(arguments, pair.seed);
+        let key = key(arguments, pair.seed);
         if let Some(known) = self.table.values.get(&key)
             && (known.dissipation.is_some() || !self.with_energy)
         {

@@ -4,3 +4,6 @@ pub mod cohesive_beam;
 pub mod concrete;
 pub mod deformation;
 pub mod elastic;
+pub mod measured;
+pub mod peak;
+pub mod rock;

@@ -3,6 +3,8 @@
 mod concrete;
 mod elastic;
 mod elastic_search;
+mod rock;
+mod table;
 
 use std::path::PathBuf;
 
@@ -15,7 +17,7 @@ use crate::calibration::cohesive_beam::{
 use crate::calibration::elastic::ElasticCalibrationError;
 use crate::output::OutputError;
 use concordem_contact::law::{BendingTerm, Section};
-use concordem_scenario::schema::quantity::{Density, Quantity, Stress};
+use concordem_scenario::schema::quantity::{Angle, Density, Quantity, Stress};
 use concordem_scenario::schema::{Scenario, large};
 
 pub use elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
@@ -32,11 +34,13 @@ enum Target {
     /// Young's modulus, Poisson's ratio, and strength of cohesive beams, by the procedure of Jebahi et al. 2015
     #[command(name = "cohesive_beam")]
     CohesiveBeam(CalibrateBeamArguments),
-    /// Young's modulus and Poisson's ratio of cpm, linear_bond, or cohesive_beam bonds, on the packing of a scenario or a
-    /// built-in one, optionally with deformable particles
+    /// Young's modulus and Poisson's ratio of cpm, linear_bond, cohesive_beam, or jointed bonds, on the packing of a scenario or
+    /// a built-in one, optionally with deformable particles
     Elastic(elastic::CalibrateElasticArguments),
     /// Moduli, strengths, and fracture energy of cpm concrete, on the specimen of a scenario and similar packings
     Concrete(concrete::CalibrateConcreteArguments),
+    /// Moduli, strengths, and angle of friction of rock with jointed bonds or cohesive beams, on periodic cells
+    Rock(rock::CalibrateRockArguments),
 }
 
 /// Arguments of `concordem calibrate cohesive_beam`.
@@ -94,6 +98,16 @@ fn stress(text: &str) -> Result<f64, String> {
     positive(plain)
 }
 
+/// An angle below a right one, rad.
+fn angle(text: &str) -> Result<f64, String> {
+    let value = positive(Angle::parse(text).map(Quantity::si).map_err(|error| error.to_string())?)?;
+    if value < std::f64::consts::FRAC_PI_2 {
+        Ok(value)
+    } else {
+        Err(format!("{text} is not below a right angle: write \"{text} deg\""))
+    }
+}
+
 fn density(text: &str) -> Result<f64, String> {
     positive(text.parse().map_or_else(|_| Density::parse(text).map(Quantity::si).map_err(|e| e.to_string()), Ok)?)
 }
@@ -107,6 +121,7 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, console: &mut Console<'_
         Target::CohesiveBeam(arguments) => calibrate_beam(arguments, console),
         Target::Elastic(arguments) => elastic::calibrate(arguments, console),
         Target::Concrete(arguments) => concrete::calibrate(arguments, console),
+        Target::Rock(arguments) => rock::calibrate(arguments, console),
     }
 }
 
@@ -119,10 +134,28 @@ fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failu
 
 /// Text of the scenario with new values in the tables of its first material, with comments and order preserved.
 fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> Option<String> {
+    with_values_and_without(scenario, keys, &[])
+}
+
+/// The same, without some keys. A key that the table lacks is added.
+fn with_values_and_without(
+    scenario: &Scenario,
+    keys: &[(&str, &str, toml_edit::Value)],
+    without: &[(&str, &str)],
+) -> Option<String> {
     let mut document: toml_edit::DocumentMut = large::protect(&scenario.source.text).parse().ok()?;
+    let material = document.get_mut("material")?.get_mut(0)?;
     for (law, key, new) in keys {
-        let table = document.get_mut("material")?.get_mut(0)?.get_mut(law)?;
-        replace(table.get_mut(key)?, new.clone())?;
+        let table = material.get_mut(law)?.as_table_like_mut()?;
+        match table.get_mut(key) {
+            Some(old) => replace(old, new.clone())?,
+            None => {
+                table.insert(key, toml_edit::value(new.clone()));
+            }
+        }
+    }
+    for (law, key) in without {
+        material.get_mut(law)?.as_table_like_mut()?.remove(key);
     }
     Some(large::restore(&document.to_string()))
 }

@@ -6,7 +6,7 @@ mod slurm;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
@@ -20,6 +20,7 @@ use crate::characterise::structure;
 use crate::output::sealed::{target, write_text};
 use crate::output::{OutputError, sweep as files};
 use crate::report;
+use crate::side_by_side::side_by_side;
 use crate::sweep::Sweep;
 use crate::sweep::journal::{Journal, path_of};
 use crate::sweep::outcome::Outcome;
@@ -329,43 +330,29 @@ fn compute(sweep: &Sweep, group: &[usize], stop: &Stop<'_>) {
     }
 }
 
-/// Runs the scenarios of all points, as many at once as there are threads; each run then has one thread. Fewer runs share the threads.
-/// Each run has its own threads: in a shared pool, a thread that waits within one run would begin another one.
+/// Runs the scenarios of all points, [side by side](side_by_side).
 fn compute_runs(sweep: &Sweep, groups: &[Vec<usize>], cache: Option<&PackingCache>, stop: &Stop<'_>) {
     // The first points of all groups come first, so that the threads generate different packings.
     let longest = groups.iter().map(Vec::len).max().unwrap_or(0);
     let of_rank = |rank: usize| groups.iter().enumerate().filter_map(move |(g, group)| Some((g, *group.get(rank)?)));
     let points: Vec<(usize, usize)> = (0..longest).flat_map(of_rank).collect();
     let packings: Vec<OnceLock<Result<Placed, String>>> = groups.iter().map(|_| OnceLock::new()).collect();
-    let next = AtomicUsize::new(0);
-    let threads = rayon::current_num_threads();
-    let workers = threads.min(points.len()).max(1);
-    let work = || {
-        let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads((threads / workers).max(1)).build() else { return };
-        while let Some(&(group, point)) = points.get(next.fetch_add(1, Ordering::Relaxed)) {
-            // Every scenario was checked when the sweep was read.
-            let Ok(scenario) = sweep.scenario(point) else { continue };
-            if stop.is_due() {
-                return;
+    side_by_side(points.len(), |k| {
+        let (group, point) = points[k];
+        // Every scenario was checked when the sweep was read.
+        let (false, Ok(scenario)) = (stop.is_due(), sweep.scenario(point)) else { return };
+        let compute = || {
+            let placed = packings[group].get_or_init(|| {
+                let folder = scenario.directory();
+                place_cached(&scenario, &folder, cache, &mut |_, _| look()).map_err(|e| e.to_string())
+            });
+            match placed {
+                Err(problem) => Some(Outcome::failed(sweep.numbers(), problem.clone())),
+                Ok(placed) => run(sweep, &scenario, placed, &|| stop.is_due()),
             }
-            let compute = || {
-                let placed = packings[group].get_or_init(|| {
-                    let folder = scenario.directory();
-                    place_cached(&scenario, &folder, cache, &mut |_, _| look()).map_err(|e| e.to_string())
-                });
-                match placed {
-                    Err(problem) => Some(Outcome::failed(sweep.numbers(), problem.clone())),
-                    Ok(placed) => run(sweep, &scenario, placed, &|| stop.is_due()),
-                }
-            };
-            if let Some(outcome) = pool.install(|| stop.unless(compute)).flatten() {
-                note(stop, point, outcome);
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(work);
+        };
+        if let Some(outcome) = stop.unless(compute).flatten() {
+            note(stop, point, outcome);
         }
     });
 }

@@ -31,6 +31,7 @@ templates! {
     "concrete-hopkinson": "concrete between two steel bars, crushed by the pulse of a striker; seconds",
     "concrete-splitting": "concrete cylinder that splits between two plates (Brazilian test); half a minute",
     "concrete-triaxial": "periodic cell of concrete, consolidated and compressed at constant lateral stress; half a minute",
+    "rock-triaxial": "periodic cell of rock with jointed bonds, consolidated and compressed at constant lateral stress; seconds",
     "concrete-mesoscale": "aggregates, mortar, and the weaker zone between them, pulled until the cube breaks; a minute",
     "concrete-fibers": "a prism of concrete with steel fibers, pulled until its fibers slip; seconds",
     "granular-box": "a column of frictional spheres collapses in a box",
@@ -45,7 +46,7 @@ templates! {
 }
 
 /// Other words for templates, by which users look for them.
-pub const OTHER_NAMES: [(&str, &str); 7] = [
+pub const OTHER_NAMES: [(&str, &str); 9] = [
     ("brazilian", "concrete-splitting"),
     ("splitting", "concrete-splitting"),
     ("triaxial", "concrete-triaxial"),
@@ -53,6 +54,8 @@ pub const OTHER_NAMES: [(&str, &str); 7] = [
     ("hopkinson", "concrete-hopkinson"),
     ("mesoscale", "concrete-mesoscale"),
     ("indentation", "beam-indentation"),
+    ("granite", "rock-triaxial"),
+    ("rock", "rock-triaxial"),
 ];
 
 /// The template with this name, or with this one of the [other names](OTHER_NAMES).

@@ -8,18 +8,17 @@ use super::super::meter::Meter;
 use super::super::readable::seconds;
 use super::super::settings::Settings;
 use super::super::{Console, Facts, Failure, Work};
-use super::{elastic_failure, stress, with_values};
+use super::{elastic_failure, stress, table, with_values};
 use crate::calibration::concrete::{
     ConcreteCalibration, ConcreteFit, ConcreteSpecimen, Scatter, SpecimenPair, StrengthTable, StrengthTargets,
 };
 use crate::calibration::elastic::{ElasticCalibrationError, ElasticFit, fit};
 use crate::output::OutputError;
 use crate::output::sealed::write_text;
-use crate::provenance;
 use concordem_contact::law::Cpm;
 use concordem_scenario::assembly::PackingCache;
 use concordem_scenario::schema::quantity::{FractureEnergy, Number, StrainRate, Stress};
-use concordem_scenario::schema::{LawName, Loading, Output, Packing, ProblemKind, Scenario, Shape, Stop};
+use concordem_scenario::schema::{LawName, Loading, Packing, ProblemKind, Scenario, Shape, Stop};
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_statics::{Accuracy, LinkNetwork};
@@ -195,7 +194,7 @@ fn find(
         pairs.push(SpecimenPair { seed, tension, compression });
     }
     let base = law_of(&pairs[0].tension.state).ok_or_else(|| Failure::Calibration("no cpm bonds".into()))?;
-    let table = read_table(table_path, described(&scenario)?)?;
+    let table = table::read(table_path, described(&scenario)?)?;
     let known = table.values.len();
     let mut failed = None;
     let start = Instant::now();
@@ -207,7 +206,7 @@ fn find(
             format!("measurement {runs} of usually {expected}, {} each, about {} left", seconds(each), seconds(left))
         });
         if failed.is_none() {
-            failed = save(table_path, table).err();
+            failed = table::save(table_path, table).err();
         }
     };
     let wanted = StrengthTargets {
@@ -283,61 +282,17 @@ fn mean_radius(state: &State) -> f64 {
     radii.iter().sum::<f64>() / radii.len() as f64
 }
 
-/// Identity of a table: the program, and the scenario without the arguments of the table and without keys that no run of a
-/// specimen uses. Files are identified by their contents.
+/// Identity of a table: that of the scenario without what the table's arguments replace.
 fn described(scenario: &Scenario) -> Result<String, Failure> {
     let mut described = scenario.clone();
-    if let Packing::RandomDense { seed, .. } = &mut described.packing {
-        *seed = 0;
-    }
     if let Some(cpm) = &mut described.materials[0].cpm {
         cpm.cohesion = Stress::new(0.0);
         cpm.relative_ductility = cpm.relative_ductility.map(|_| Number::new(1.0));
         cpm.fracture_energy = cpm.fracture_energy.map(|_| FractureEnergy::new(1.0));
         (cpm.friction_angle, cpm.friction_coefficient) = (None, None);
     }
-    described.title.clear();
-    described.samples.clear();
     described.stop = stop();
-    described.output = Output { sample_interval: described.output.sample_interval, ..Output::default() };
-    let mut files = Vec::new();
-    for (_, file) in scenario.files() {
-        let path = scenario.directory().join(file);
-        let bytes = std::fs::read(&path).map_err(|error| Failure::File { path, action: "read", error })?;
-        files.push(blake3::hash(&bytes).to_string());
-    }
-    let parts = (provenance::PROGRAM, provenance::COMMIT, &described, files);
-    serde_json::to_string(&parts)
-        .map_err(|error| Failure::Calibration(format!("the scenario cannot be serialized: {error}")))
-}
-
-fn read_table(path: &Path, specimen: String) -> Result<StrengthTable, Failure> {
-    match std::fs::read_to_string(path) {
-        Ok(text) => {
-            let known: StrengthTable = serde_json::from_str(&text).map_err(|error| {
-                let path = path.display();
-                Failure::Calibration(format!(
-                    "{path} is not a table of strengths: {error}; remove it, or choose another file with --table"
-                ))
-            })?;
-            if known.specimen == specimen {
-                return Ok(known);
-            }
-            let path = path.display();
-            Err(Failure::Calibration(format!(
-                "{path} belongs to another specimen, other moduli, or another version of the program; remove it, or choose \
-                 another file with --table"
-            )))
-        }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            Ok(StrengthTable { specimen, ..StrengthTable::default() })
-        }
-        Err(error) => Err(Failure::File { path: path.to_owned(), action: "read", error }),
-    }
-}
-
-fn save(path: &Path, table: &StrengthTable) -> Result<(), OutputError> {
-    write_text(path, &serde_json::to_string_pretty(table).unwrap_or_default())
+    table::described(&described)
 }
 
 fn facts(arguments: &CalibrateConcreteArguments, scenario: &Scenario, found: &ConcreteResult, table: &Path) -> Facts {
@@ -407,6 +362,7 @@ fn first_seed(scenario: &Scenario) -> u64 {
 mod tests {
     use super::*;
     use crate::calibration::concrete::StrengthFunctions;
+    use crate::provenance;
 
     /// Scenario of a small specimen, with the additional text `more`.
     fn scenario(more: &str) -> Scenario {
@@ -480,8 +436,8 @@ mod tests {
             (format!("{k}"), functions)
         });
         let table = StrengthTable { specimen: "a specimen".into(), values: values.collect() };
-        save(&path, &table).ok().unwrap();
-        assert!(read_table(&path, "a specimen".into()).ok().unwrap() == table);
+        table::save(&path, &table).ok().unwrap();
+        assert!(table::read(&path, "a specimen".into()).ok().unwrap() == table);
     }
 
     /// The identity of the table includes the content of surface files.

@@ -61,6 +61,9 @@ enum Law {
     /// Euler-Bernoulli beam
     #[value(name = "cohesive_beam")]
     CohesiveBeam,
+    /// Bond with tensile strength, cohesion, and friction
+    #[value(name = "jointed")]
+    Jointed,
 }
 
 impl From<Law> for LawName {
@@ -69,6 +72,7 @@ impl From<Law> for LawName {
             Law::Cpm => Self::Cpm,
             Law::LinearBond => Self::LinearBond,
             Law::CohesiveBeam => Self::CohesiveBeam,
+            Law::Jointed => Self::Jointed,
         }
     }
 }

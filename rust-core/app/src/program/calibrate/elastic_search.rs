@@ -46,7 +46,7 @@ steps = 1
 const SOFTNESS: f64 = 0.2;
 
 /// Laws whose stiffnesses can be calibrated: the search knows their elastic keys.
-pub const CALIBRATED: [LawName; 3] = [LawName::Cpm, LawName::LinearBond, LawName::CohesiveBeam];
+pub const CALIBRATED: [LawName; 4] = [LawName::Cpm, LawName::LinearBond, LawName::CohesiveBeam, LawName::Jointed];
 
 /// The law with this name, if it is in `CALIBRATED`.
 ///
@@ -54,8 +54,8 @@ pub const CALIBRATED: [LawName; 3] = [LawName::Cpm, LawName::LinearBond, LawName
 /// Another name; the message lists the names to choose from.
 pub fn calibrated_law(name: &str) -> Result<LawName, String> {
     CALIBRATED.into_iter().find(|law| law.key() == name).ok_or_else(|| {
-        let [first, second, third] = CALIBRATED.map(LawName::key);
-        format!("law is \"{name}\"; choose \"{first}\", \"{second}\", or \"{third}\"")
+        let [first, second, third, fourth] = CALIBRATED.map(LawName::key);
+        format!("law is \"{name}\"; choose \"{first}\", \"{second}\", \"{third}\", or \"{fourth}\"")
     })
 }
 
@@ -209,6 +209,10 @@ fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'s
             }
             parameters
         }
+        Some(LawName::Jointed) => {
+            let young = material.jointed.as_ref().map_or(f64::NAN, |bond| bond.young.si());
+            vec![("jointed", "young", young * found.normal_factor), ("jointed", "stiffness_ratio", found.shear_ratio)]
+        }
         // `requested` refuses all other laws.
         Some(_) | None => Vec::new(),
     }
@@ -223,7 +227,7 @@ fn requested(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Sc
         None => {
             let law = spelling.with("law", "cpm");
             let message = format!(
-                "give a scenario, or choose a law for the built-in packing: {law}, linear_bond, or cohesive_beam"
+                "give a scenario, or choose a law for the built-in packing: {law}, linear_bond, cohesive_beam, or jointed"
             );
             return Err(Failure::Usage(message));
         }
@@ -372,6 +376,17 @@ fn start(law: LawName, young: f64) -> Option<(InlineTable, &'static str)> {
         LawName::LinearBond => {
             let values = table(&[("normal_stiffness", 1e7), ("shear_stiffness", 2e6)]);
             Some((values, "# Elastic: bonds break only with a normal_strength or shear_strength.\n"))
+        }
+        LawName::Jointed => {
+            // Strengths as large as the modulus are never reached.
+            let values = table(&[
+                ("young", young),
+                ("stiffness_ratio", 0.3),
+                ("tensile_strength", young),
+                ("cohesion", young),
+                ("friction_coefficient", 0.5),
+            ]);
+            Some((values, "# Elastic: strengths come from `concordem calibrate rock`.\n"))
         }
         _ => None,
     }
