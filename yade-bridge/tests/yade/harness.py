@@ -19,8 +19,8 @@ def on_two_threads_only(function):
 
 
 def main(namespace):
-    """Run the functions test_* for this number of threads (with CONCORDEM_TEST_FULL, all) and tell how long each took; if all pass,
-    print a line that run.sh looks for."""
+    """Run the functions test_* for this number of threads (with CONCORDEM_TEST_FULL, all) and tell how long each took, and for how long it
+    held a processor; if all pass, print a line that run.sh looks for."""
     from yade import O
 
     failed = ran = 0
@@ -30,10 +30,11 @@ def main(namespace):
         if O.numThreads not in getattr(function, "threads", (1,)) and not os.environ.get("CONCORDEM_TEST_FULL"):
             continue
         ran += 1
-        started = time.perf_counter()
+        started, used = time.perf_counter(), os.times()
         try:
             function()
-            print("ok", name, f"{time.perf_counter() - started:.1f} s")
+            used = sum(os.times()[:4]) - sum(used[:4])
+            print("ok", name, f"{time.perf_counter() - started:.1f} s, of a processor {used:.1f} s")
         except Exception:
             failed += 1
             print("FAILED", name)
