@@ -20,6 +20,16 @@ def packing():
         return [[float(x) for x in line.split()] for line in file if not line.startswith("#")]
 
 
+#: Bonds of the 1,160 spheres, and of their lower half.
+BONDS, BONDS_OF_HALF = 6595, 2967
+
+
+def half():
+    """The 545 spheres of the lower half, for tests of which the size says nothing: with both ends, all kinds of bonds, and as many tiles of bonds (of
+    1,024) as threads. Only the whole has more than one tile of particles, hence tests on several threads take it."""
+    return [sphere for sphere in packing() if sphere[2] < 0.02]
+
+
 #: YADE's own functors of concrete.
 STOCK = ("Ip2_CpmMat_CpmMat_CpmPhys", "Law2_ScGeom_CpmPhys_Cpm")
 

@@ -148,7 +148,7 @@ def test_all_ways_to_ask():
     """Each way gives what YADE gives, with contacts of YADE's own beside the bonds."""
 
     def scene():
-        concrete()
+        concrete(spheres=half())
         wall = O.bodies.append(utils.wall(min(s[2] - s[3] for s in packing()) + 3e-4, 2, material=O.materials[0]))
         O.engines = O.engines[:1] + [InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], verletDist=1.5e-3)] + O.engines[2:]
         loop = O.engines[2]

@@ -107,16 +107,21 @@ def use_threads(count):
 
 
 def breaking(spheres=None):
-    """The specimen after one step of YADE on one thread, because YADE's sums depend on its threads."""
-    concrete(rate=40.0, spheres=spheres, law=dict(omegaThreshold=0.99), before=lambda: use_threads(1))
+    """The specimen, by default its half, after one step of YADE on one thread, because YADE's sums depend on its threads."""
+    concrete(rate=40.0, spheres=spheres or half(), law=dict(omegaThreshold=0.99), before=lambda: use_threads(1))
     use_threads(-1)
+
+
+def whole():
+    """More than 1,024 particles, which several threads share."""
+    breaking(packing())
 
 
 @on_two_threads
 def test_bits_of_a_breaking_specimen():
-    one, two = same_bits(breaking, 1500)
+    one, two = same_bits(whole, 1500)
     assert one.broken == two.broken > 100
-    same_bits(breaking, 300, kinematics="finite", mode="thesis")
+    same_bits(whole, 300, kinematics="finite", mode="thesis")
     assert integrator().dead and integrator().mask == -1
 
 
@@ -129,10 +134,10 @@ def test_steps_at_once():
     import builtins
 
     def look(name):
-        seen.append((name, O.iter, O.time, tuple(O.bodies[700].state.pos), tuple(O.forces.f(700)), tuple(O.bodies[3].state.ori[k] for k in range(4))))
+        seen.append((name, O.iter, O.time, tuple(O.bodies[300].state.pos), tuple(O.forces.f(300)), tuple(O.bodies[3].state.ori[k] for k in range(4))))
 
     def kick():
-        O.bodies[700].state.vel += Vector3(0.01, 0, 0)
+        O.bodies[300].state.vel += Vector3(0.01, 0, 0)
 
     builtins.look, builtins.kick = look, kick
     found = []
@@ -169,7 +174,7 @@ def meddled(meddle, place, ours, count=200):
     import builtins
 
     builtins.meddle = meddle
-    breaking([s for s in packing() if s[2] < 0.0275])
+    breaking([s for s in packing() if s[2] < 0.0125])
     engines = O.engines
     where = {"first": 0, "before": 1, "after": len(engines)}[place]
     O.engines = engines[:where] + [runner("meddle()", iterPeriod=17)] + engines[where:]
@@ -186,15 +191,15 @@ def meddled(meddle, place, ours, count=200):
             break
     del builtins.meddle
     O.trackEnergy = False
-    found = O.iter, O.time, motion(), stopped, engine.broken, [tuple(O.forces.f(b.id)) for b in O.bodies if b.id in (3, 700)]
+    found = O.iter, O.time, motion(), stopped, engine.broken, [tuple(O.forces.f(b.id)) for b in O.bodies if b.id in (3, 300)]
     return found
 
 
 def change(what):
-    """A function that changes something of body 700, the integrator, or the scene."""
+    """A function that changes something of body 300, the integrator, or the scene."""
 
     def do():
-        s = O.bodies[700].state
+        s = O.bodies[300].state
         if what == "time step":
             O.dt *= 0.97
         elif what == "mass":
@@ -206,10 +211,10 @@ def change(what):
         elif what == "position":
             s.pos, s.ori = s.pos + Vector3(1e-7, 0, 0), Quaternion(Vector3(0, 0, 1), 0.1) * s.ori
         elif what == "force":
-            O.forces.addF(700, Vector3(40, 0, 0))
-            O.forces.addT(700, Vector3(0, 0.01, 0))
+            O.forces.addF(300, Vector3(40, 0, 0))
+            O.forces.addT(300, Vector3(0, 0.01, 0))
         elif what == "permanent force":
-            O.forces.setPermF(700, Vector3(5e-4 * O.iter, 0, 0))
+            O.forces.setPermF(300, Vector3(5e-4 * O.iter, 0, 0))
         elif what == "damping":
             integrator().damping, integrator().gravity = 0.9 * integrator().damping, integrator().gravity + Vector3(0, 0, -900)
         elif what == "undamped":
@@ -221,7 +226,7 @@ def change(what):
         elif what == "exception" and O.iter > 60:
             raise ValueError("of the script")
         elif what == "engine":
-            O.engines = O.engines + [runner("O.bodies[701].state.vel += Vector3(0, 0.003, 0)", iterPeriod=5 + len(O.engines))]
+            O.engines = O.engines + [runner("O.bodies[301].state.vel += Vector3(0, 0.003, 0)", iterPeriod=5 + len(O.engines))]
         elif what == "another period":
             mine = next(e for e in O.engines if getattr(e, "command", "") == "meddle()")
             mine.iterPeriod = 11 if mine.iterPeriod == 17 else 17
@@ -255,13 +260,13 @@ def test_what_cannot_go_on_is_refused_in_joined_steps():
         O.periodic = True
 
     def erase():
-        type(O.bodies).erase.__wrapped__(O.bodies, 700)
+        type(O.bodies).erase.__wrapped__(O.bodies, 300)
 
     def state():
-        O.bodies[700].state = CpmState()
+        O.bodies[300].state = CpmState()
 
     def far():
-        O.bodies[700].state.pos = Vector3(1e30, 0, 0)
+        O.bodies[300].state.pos = Vector3(1e30, 0, 0)
 
     def twice():
         bridge.take_over(name="others", motion=True)
@@ -273,9 +278,9 @@ def test_what_cannot_go_on_is_refused_in_joined_steps():
     for meddle, text, longest in (
         (track, "O.trackEnergy = False", 64),
         (periodic, "eriodic", 1),
-        (erase, "body 700 was deleted or replaced", 1),
-        (state, "body 700 was deleted or replaced", 1),
-        (far, "body 700 is 1e30 m from the origin", 1),
+        (erase, "body 300 was deleted or replaced", 1),
+        (state, "body 300 was deleted or replaced", 1),
+        (far, "body 300 is 1e30 m from the origin", 1),
         (twice, "excluded from contacts by the collider's avoidSelfInteractionMask, as bodies of a bonded engine are", 0),
         (remove, "within a step", 0),
     ):
@@ -336,7 +341,7 @@ def test_permanent_forces_and_single_steps_are_not_joined():
         breaking()
         bridge.take_over(motion=ours)
         O.run(70, True)
-        O.forces.setPermF(700, Vector3(0.5, 0, 0))
+        O.forces.setPermF(300, Vector3(0.5, 0, 0))
         O.run(70, True)
         O.forces.reset(True)
         steps(3)
@@ -352,7 +357,7 @@ def test_an_error_within_joined_steps():
     for ours in (False, True):
         breaking()
         bridge.take_over(motion=ours)
-        O.bodies[700].state.vel = Vector3(0, 0, 1e16)
+        O.bodies[300].state.vel = Vector3(0, 0, 1e16)
         with raises(RuntimeError, "m from the origin") as caught:
             O.run(100, True)
         found.append((O.iter, str(caught.value), motion()))
@@ -364,7 +369,7 @@ def test_bits_with_many_threads_of_ours():
     """More than 1,024 particles are moved by several threads."""
     hashes = set()
     for threads in (1, 2, 3):
-        breaking()
+        whole()
         bridge.take_over(motion=True, threads=threads)
         steps(100)
         hashes.add(motion().tobytes())
