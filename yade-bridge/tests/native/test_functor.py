@@ -25,8 +25,8 @@ bridge.load_native()
 RUST = ("Ip2_CpmMat_CpmMat_CpmPhys", "Law2_ScGeom_CpmPhys_Rust")
 SAVED = ("Ip2_CpmMat_CpmMat_CpmPhys_Rust", "Law2_ScGeom_CpmPhys_Rust")
 SOFTENING = dict(epsSoft=-3e-4, relKnSoft=0.3, omegaThreshold=0.99)
-#: The lowest part of the prism: all kinds of bonds and all branches of the law in less than half the time.
-SHORT = [sphere for sphere in packing() if sphere[2] < 17e-3]
+#: A corner of the prism: all kinds of bonds and all branches of the law in a fifth of the time.
+SHORT = [sphere for sphere in packing() if sphere[0] < 11e-3 and sphere[2] < 17e-3]
 
 
 def concrete(spheres=SHORT, **options):
@@ -123,7 +123,7 @@ def test_softening_with_deletion_bit_for_bit():
 def test_bodies_and_interactions_that_go_and_come():
     def act(part):
         if part == 1:
-            for number in (17, 100, 300):
+            for number in (17, 100, 200):
                 O.bodies.erase(number)
         if part == 2:
             for i in list(O.interactions)[100:400:7]:
@@ -140,10 +140,10 @@ def periodic(functors):
     make_physics, make_law = (getattr(yade.wrapper, name) for name in functors)
     O.reset()
     O.periodic = True
-    O.cell.hSize = Matrix3(21.5e-3, 0, 0, 0, 21.5e-3, 0, 0, 0, 41.5e-3)
+    O.cell.hSize = Matrix3(21.5e-3, 0, 0, 0, 21.5e-3, 0, 0, 0, 20.5e-3)
     O.cell.velGrad = Matrix3(2.0, 1.5, 0, 0, -1.0, 0, 0, 0.5, 1.0)
     O.materials.append(CpmMat(isoPrestress=-1e5, equivStrainShearContrib=0.3, damLaw=0, **MATERIAL))
-    for x, y, z, r in packing():
+    for x, y, z, r in half():
         O.bodies.append(utils.sphere((x, y, z), r, material=O.materials[0], color=(1, 1, 1)))
     O.dt = 5e-8
     bound, geometry = Bo1_Sphere_Aabb(aabbEnlargeFactor=1.4), Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=1.4)
@@ -328,7 +328,7 @@ def test_energies():
     run(1500)
     named = dict(O.energy.items())
     stored = functor().elasticEnergy()
-    # Tolerance: sum of 6,595 positive terms in another order, 6595 * 2^-53.
+    # Tolerance: sum of fewer than 6,595 positive terms in another order, 6595 * 2^-53.
     assert abs(named["cpmElastic"] - stored) < 1e-12 * stored
     assert named["cpmDamage"] > 0 and named["cpmFriction"] > 0
     damage = [named["cpmDamage"]]
