@@ -4,8 +4,9 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
-# The steps of make test, longest first, so that no long step runs alone at the end.
-TEST_STEPS := test-rust test-python test-yade-native test-yade test-harness test-hosts test-studies test-docs test-gold
+# The steps of make test, longest by the clock first, so that no long step runs alone at the end: target/test-times.txt has the times. The two parts of
+# test-harness run one after the other.
+TEST_STEPS := test-harness test-rust test-python test-yade-native test-yade test-studies test-docs test-hosts test-gold
 
 .PHONY: help demo liggghts lammps wheel wheel-yade deb container test-install test-pages test-viewers fuzz miri combinations servos faults host-decks yade-scripts test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law new-operator new-wall test-crates msrv test-bigbig test-grainlearning ptx gpu bench bench-parts docs book validate validate-full clean-demo
 
