@@ -91,7 +91,7 @@ def test_same_bits_for_any_threads():
     found = set()
     for threads in (1, 2, 3):
         e = engine(threads=threads, scene=dict(WHOLE, rate=40.0, law=dict(omegaThreshold=0.99)))
-        run(1200)
+        run(800)
         found.add(digest())
         assert e.broken > 0
     assert len(found) == 1
@@ -126,7 +126,7 @@ def test_waiting_threads_make_room():
 
 def test_breakage_and_states():
     e = engine(mode="thesis", kinematics="finite", updateStates=100, scene=dict(rate=40.0, law=dict(omegaThreshold=0.99)))
-    run(2500)
+    run(1000)
     assert e.broken > 100 and e.bondCount == BONDS_OF_HALF - e.broken
     assert sum(b.state.numBrokenCohesive for b in O.bodies) > 100
     assert 0 < max(b.state.normDmg for b in O.bodies) <= 1
@@ -299,7 +299,7 @@ def test_changes_after_the_take_over_are_refused():
 
 def test_saved_and_loaded_with_the_same_bits():
     e = engine(scene=dict(rate=40.0, law=dict(omegaThreshold=0.99)))
-    run(800)
+    run(400)
     for name in ("b.yade.gz", "b.xml.bz2"):
         # YADE itself hangs, or saves nothing without a word.
         with raises(RuntimeError, "missing does not exist; create it"):
@@ -485,7 +485,7 @@ def test_beams_by_a_scenario():
     O.dt = 1e-4
     run(1)
     assert O.engines[3].bondCount == 9
-    run(13000)
+    run(7000)
     O.save(os.path.join(WORK, "beam.yade.gz"))
     run(2000)
     z = [O.bodies[k].state.pos[2] for k in range(10)]

@@ -119,7 +119,7 @@ def whole():
 
 @on_two_threads
 def test_bits_of_a_breaking_specimen():
-    one, two = same_bits(whole, 1500)
+    one, two = same_bits(whole, 800)
     assert one.broken == two.broken > 100
     same_bits(whole, 300, kinematics="finite", mode="thesis")
     assert integrator().dead and integrator().mask == -1
