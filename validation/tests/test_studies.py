@@ -226,6 +226,23 @@ def test_emissions_and_fragments_are_held_to_their_statements(start, change, mes
     assert any(re.search(message, one) for one in module.check_record(cases))
 
 
+@pytest.mark.parametrize("start, change, message", [
+    ("exponential, 4 mm", lambda case: case.update(fracture_energy_j_per_m2=1.3 * case["fracture_energy_j_per_m2"]), "^fracture energies: "),
+    ("exponential, 1 mm", lambda case: case.update(last_stress_over_peak=0.1), "not broken at the end"),
+    ("half the rate", lambda case: case.update(fracture_energy_j_per_m2=1.05 * case["fracture_energy_j_per_m2"]), "half the rate"),
+    ("brittle, 1 mm", lambda case: case.update(fracture_energy_j_per_m2=5.0), "of brittle bonds"),
+    ("cell of 640 spheres, modulus 4", lambda case: case.update(peak_stress_pa=3e6), "slopes of the strength"),
+])
+def test_rock_is_held_to_its_statements(start, change, message):
+    module = study("rock_fracture")
+    cases = json.loads(module.RESULTS.read_text())["cases"]
+    assert not module.check_record(cases)
+    for name, case in cases.items():
+        if name.startswith(start):
+            change(case)
+    assert any(re.search(message, one) for one in module.check_record(cases))
+
+
 @pytest.mark.parametrize("name", ["specimens", "distributed_specimen", "mesoscale", "laboratory"])
 def test_specimens_of_another_commit_are_not_recorded(tmp_path, monkeypatch, name):
     module = study(name)
