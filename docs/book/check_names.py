@@ -56,6 +56,7 @@ OTHER_MEANINGS = {
 AT_BORDERS = {
     "friction angle": {
         "rust-core/app/src/program/calibrate/concrete.rs",
+        "rust-core/app/src/program/calibrate/rock.rs",
         "rust-core/contact/src/law/cohesive_beam/table.rs",
         "rust-core/contact/src/law/cpm/table.rs",
         "rust-core/contact/src/law/jointed/table.rs",
