@@ -200,7 +200,7 @@ fn what_does_not_fit_is_refused() {
             ("stop = { strain = -1e-2 }", "stop = { steps = 10 }"),
         ],
     );
-    refused(&still, &[], &["loading.strain_rate", "one axis has a strain rate", "rock-triaxial"]);
+    refused(&still, &[], &["loading.strain_rate", "exactly one axis must have a strain rate", "rock-triaxial"]);
     let weak = changed(cell(), &[("cohesion = \"20 MPa\"", "cohesion = 0")]);
     refused(&weak, &[], &["tensile strength and cohesion must be positive"]);
     let particle = changed(beams(), &[("radius_ratio = 0.5", "radius_ratio = 0.5\nhydrostatic_strength = \"50 MPa\"")]);

@@ -15,11 +15,11 @@
 
 use super::concrete::Scatter;
 
-/// Ratios `c/t` of the grid; without a target for tension, that of the scenario.
+/// Ratios `c/t` of the grid; without a target for tension, the ratio of the scenario.
 pub const COHESION_RATIOS: [f64; 5] = [0.5, 1.5, 4.5, 13.5, 40.5];
-/// Friction coefficients of the grid; without a target for friction, that of the scenario.
+/// Friction coefficients of the grid; without a target for friction, the coefficient of the scenario.
 pub const FRICTIONS: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
-/// Relative errors of `f_c/f_t` and of `N` that the search accepts. Packings scatter by more.
+/// Relative errors of `f_c/f_t` and of `N` at which the search ends.
 pub const TOLERANCES: [f64; 2] = [0.01, 0.02];
 /// Tensile strength of the first bonds over the target in compression, without a target for tension.
 const TRIAL: f64 = 0.15;
@@ -103,7 +103,9 @@ pub struct RockFit {
     pub reached: RockMeans,
     /// Relative errors of `f_c/f_t` and of `N`.
     pub errors: [f64; 2],
-    /// Whether the interpolated values meet the targets within [`TOLERANCES`].
+    /// Largest errors that are accepted: the larger of [`TOLERANCES`] and the standard error of the mean over packings.
+    pub accepted: [f64; 2],
+    /// Whether the strengths reached, or the interpolated values, meet the targets within these errors.
     pub in_reach: bool,
     /// Smallest and largest `f_c/f_t` on the grid.
     pub ratios: (f64, f64),
@@ -114,15 +116,21 @@ pub struct RockFit {
 }
 
 impl RockFit {
-    /// Whether the targets are met within [`TOLERANCES`]. Few packings, or small ones, may miss what is in reach, by jumps of their values.
+    /// Whether the targets are met. Few packings, or small ones, may miss what is in reach, by jumps of their values.
     pub fn meets(&self) -> bool {
-        within(self.errors)
+        within(self.errors, self.accepted)
     }
 }
 
-/// Whether the errors are within [`TOLERANCES`].
-fn within(errors: [f64; 2]) -> bool {
-    errors.iter().zip(TOLERANCES).all(|(error, most)| error.abs() <= most)
+fn within(errors: [f64; 2], most: [f64; 2]) -> bool {
+    errors.iter().zip(most).all(|(error, most)| error.abs() <= most)
+}
+
+/// The larger of [`TOLERANCES`] and the relative standard error of the means: nearer values would tell these packings, not the rock.
+fn accepted(means: &RockMeans, packings: usize) -> [f64; 2] {
+    let error = |scatter: Scatter| (scatter.deviation / (packings as f64).sqrt() / scatter.mean).abs();
+    // Without a target for friction the gain is 0, and its error no number.
+    [error(means.ratio).max(TOLERANCES[0]), error(means.gain).max(TOLERANCES[1])]
 }
 
 /// Finds strengths of bonds for target strengths of a rock, on `packings` packings. What has no target keeps the ratio or the friction of
@@ -136,7 +144,7 @@ pub fn fit<E>(
     packings: usize,
     measure: &mut Measure<'_, E>,
 ) -> Result<RockFit, E> {
-    // Close to the result, so that inertia and strains are those of the last runs.
+    // Close to the result, so that inertia and strains are nearly the same in the last runs.
     let trial = targets.tensile_strength.map_or(TRIAL * targets.compressive_strength, |strength| 1.5 * strength);
     let frictions = if targets.gain.is_some() { FRICTIONS.to_vec() } else { vec![given.friction] };
     let ratios = if targets.tensile_strength.is_some() { COHESION_RATIOS.to_vec() } else { vec![given.cohesion_ratio] };
@@ -166,7 +174,7 @@ pub fn fit<E>(
         if best.as_ref().is_none_or(|(least, ..)| misfit < *least) {
             best = Some((misfit, at, strength));
         }
-        if within(errors(targets, values)) {
+        if within(errors(targets, values), TOLERANCES) {
             break;
         }
         surface.shift = values.minus(surface.unshifted(at));
@@ -174,12 +182,16 @@ pub fn fit<E>(
     let Some((_, at, strength)) = best else { unreachable!("there is at least one round") };
     let bonds = at.bonds(strength);
     let reached = RockMeans::of(&measure(&all(bonds))?);
-    let in_reach = within(errors(targets, surface.at(surface.nearest(targets))));
+    let nearest = errors(targets, surface.at(surface.nearest(targets)));
+    // The surface is rough: what has been reached is in reach, whatever it says.
+    let accepted = accepted(&reached, packings);
+    let in_reach = within(errors(targets, Values::of_means(&reached)), accepted) || within(nearest, accepted);
     let span = |of: fn(&Values) -> f64| {
         surface.values.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(v), m.max(v)))
     };
     let (least, most) = span(|values| values.log_ratio);
     Ok(RockFit {
+        accepted,
         bonds,
         reached,
         errors: errors(targets, Values::of_means(&reached)),
@@ -255,7 +267,7 @@ struct Surface {
     /// Of the cohesion ratios.
     logarithms: Vec<f64>,
     frictions: Vec<f64>,
-    /// For each cohesion ratio, those of all frictions.
+    /// For each cohesion ratio, the values of all frictions.
     values: Vec<Values>,
     /// What is added everywhere.
     shift: Values,
@@ -292,7 +304,7 @@ impl Surface {
         [ends(&self.logarithms), ends(&self.frictions)]
     }
 
-    /// The point that comes nearest to the targets; of equal ones that of the least cohesion.
+    /// The point that comes nearest to the targets; of equally near ones the first, with the least cohesion.
     fn nearest(&self, targets: &RockTargets) -> Point {
         let bounds = self.bounds();
         let mut box_of = bounds;

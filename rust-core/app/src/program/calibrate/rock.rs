@@ -1,4 +1,4 @@
-//! `concordem calibrate rock`: moduli and strengths of jointed bonds or cohesive beams for those of a rock.
+//! `concordem calibrate rock`: moduli and strengths of jointed bonds or cohesive beams for target ones of a rock.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ use super::{angle, stress};
 use crate::calibration::concrete::Scatter;
 use crate::calibration::measured::Measured;
 use crate::calibration::peak::Peak;
-use crate::calibration::rock::{BondStrengths, RockFit, RockStrengths, RockTargets, TOLERANCES, fit};
+use crate::calibration::rock::{BondStrengths, RockFit, RockStrengths, RockTargets, fit};
 use crate::output::OutputError;
 use crate::output::sealed::write_text;
 use crate::side_by_side::side_by_side;
@@ -41,7 +41,7 @@ const PRESSURE: f64 = 0.1;
 #[derive(Debug, clap::Args)]
 pub(super) struct CalibrateRockArguments {
     /// Scenario of a periodic cell under a stress, compressed along one axis, with jointed bonds or cohesive beams and one material, such
-    /// as the template rock-triaxial; its moduli and strengths are ignored
+    /// as the template rock-triaxial; its moduli, strengths, stress, stages, and stop conditions are ignored
     scenario: PathBuf,
     #[command(flatten)]
     settings: Settings,
@@ -188,7 +188,7 @@ impl Cell {
         let driven: Vec<(usize, f64)> =
             strain_rate.iter().enumerate().filter_map(|(axis, rate)| Some((axis, rate.si()?))).collect();
         let [(axis, rate)] = driven[..] else {
-            return refuse("loading.strain_rate", "one axis has a strain rate, and the others are free", help);
+            return refuse("loading.strain_rate", "exactly one axis must have a strain rate", help);
         };
         if rate == 0.0 {
             return refuse("loading.strain_rate", "the strain rate is zero", help);
@@ -273,18 +273,19 @@ impl Laboratory<'_> {
     fn strengths(&self, bonds: &BondStrengths, packing: usize) -> Result<Option<RockStrengths>, String> {
         let scenario = with_strengths(self.scenario, self.cell.law, bonds);
         let placed = &self.placed[packing];
-        let strain = |stress: f64| LONGEST * stress / self.young;
         let run = |pressure: f64, pulls: bool, longest: f64| {
             load(&self.cell.loaded(&scenario, pressure, pulls, longest), placed, self.stopped)
         };
-        let Some((pulled, pulled_rises)) = run(0.0, true, strain(bonds.tensile_strength))? else { return Ok(None) };
-        let longest = strain(self.targets.compressive_strength);
+        let Some((pulled, pulled_rises)) = run(0.0, true, LONGEST * bonds.tensile_strength / self.young)? else {
+            return Ok(None);
+        };
+        let [longest, longest_confined] = self.longest();
         let Some((pressed, pressed_rises)) = run(0.0, false, longest)? else { return Ok(None) };
         let strength = -pressed.stress;
         let (mut gain, mut confined_rises) = (0.0, false);
-        if let Some((wanted, share)) = self.targets.gain {
+        if let Some((_, share)) = self.targets.gain {
             let pressure = share * strength;
-            let Some((confined, rises)) = run(pressure, false, longest * (1.0 + wanted * share))? else {
+            let Some((confined, rises)) = run(pressure, false, longest_confined)? else {
                 return Ok(None);
             };
             gain = (-confined.stress - strength) / pressure;
@@ -343,12 +344,20 @@ impl Laboratory<'_> {
         Ok(keys.iter().map(|key| table.values[key]).collect())
     }
 
+    /// Strains at which runs in compression end, without and with the confining pressure.
+    fn longest(&self) -> [f64; 2] {
+        let free = LONGEST * self.targets.compressive_strength / self.young;
+        [free, self.targets.gain.map_or(free, |(wanted, share)| free * (1.0 + wanted * share))]
+    }
+
+    /// A strength that is cut off at the longest strain is one of these targets, hence the strains belong to the key.
     fn key(&self, bonds: &BondStrengths, packing: usize) -> String {
         let BondStrengths { tensile_strength, cohesion_ratio, friction } = bonds;
         let pressure = self.targets.gain.map_or(0.0, |(_, share)| share);
+        let [free, confined] = self.longest();
         format!(
             "seed {}, tensile strength {tensile_strength:.9e}, cohesion ratio {cohesion_ratio:.9e}, friction {friction:.9e}, \
-             pressure ratio {pressure:.9e}",
+             pressure ratio {pressure:.9e}, strains up to {free:.9e} and {confined:.9e}",
             first_seed(self.scenario) + packing as u64
         )
     }
@@ -542,7 +551,8 @@ fn facts(
         let (least, most) = found.gains;
         facts.add("reach of the angle", format!("{:.1}° to {:.1}°", angle_of(least), angle_of(most)));
     }
-    facts.add("tolerances", format!("f_c/f_t {} %, gain {} %", 100.0 * TOLERANCES[0], 100.0 * TOLERANCES[1]));
+    let [ratio, gain] = found.accepted.map(|error| 100.0 * error);
+    facts.add("accepted errors", format!("f_c/f_t {ratio:.1} %, gain {gain:.1} %"));
     facts.add("measurements", format!("{new} new ({})", table.display()));
     facts
 }
