@@ -446,6 +446,13 @@ fn check_scatter(law: Option<LawName>, deforms: bool, materials: &[Material]) ->
         let message = "not with deformable particles; remove one of the two".to_owned();
         return Err(OptionError::Parameters { place, message });
     }
+    let of_field = |material: &Material| {
+        material.strength_scatter.as_ref().is_some_and(|scatter| scatter.correlation_length.is_some())
+    };
+    if materials.iter().any(of_field) {
+        let message = "`correlation_length`: atoms do not know their places at the start; remove the key, or use the solver of ConcorDEM";
+        return Err(OptionError::Parameters { place, message: message.to_owned() });
+    }
     let Some(fault) = materials.iter().flat_map(|material| material.faults_of_scatter(law)).next() else {
         return Ok(());
     };

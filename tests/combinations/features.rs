@@ -47,6 +47,7 @@ pub const FEATURES: &[Feature] = &[
     any("cpm rate-dependent", |case| ["damage_time", "plasticity_time"].iter().any(|key| case.materials.contains(key))),
     any("hydrostatic strength", |case| case.materials.contains("hydrostatic_strength")),
     any("strength scatter", |case| case.materials.contains("strength_scatter")),
+    any("strength field", |case| case.materials.contains("correlation_length")),
     any("deformable", |case| case.materials.contains("deformable")),
     any("iterated strains", |case| case.options.contains("iterated")),
     any("two materials", |case| !case.second.is_empty()),

@@ -153,6 +153,7 @@ fn scatter(random: &mut Random, case: &mut Case) {
         "weibull_modulus = 4",
         "weibull_modulus = 20, reference_area = 1e-6",
         "log_normal_variation = 0.3",
+        "weibull_modulus = 4, correlation_length = 0.01",
     ]);
     let table = format!("strength_scatter = {{ {distribution}, seed = {} }}\n", random.below(1000));
     case.materials = case.materials.replace("density = 2500\n", &format!("density = 2500\n{table}"));

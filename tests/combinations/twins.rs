@@ -90,12 +90,15 @@ pub fn compare(case: &Case, base: &Run, folder: &Path, judged: &mut Judgement) -
     // numbered along the axes.
     let grid = case.samples.iter().any(|sample| sample.keys.contains("grid"));
     let two_points = in_cell && case.kinematics.starts_with("yade");
-    compare("turn", &case.turned(&turn), &turn, &|name| {
-        let by_point = YADE_POINTS.iter().any(|start| name.starts_with(start));
-        two_points && by_point
-            || in_cell && ["series strain", "series gauge_strain", "series stress"].contains(&name)
-            || grid && !name.starts_with("series") && name.contains(' ') && name != "angular velocity"
-    });
+    // A field of strengths is fixed in space.
+    if !case.materials.contains("correlation_length") {
+        compare("turn", &case.turned(&turn), &turn, &|name| {
+            let by_point = YADE_POINTS.iter().any(|start| name.starts_with(start));
+            two_points && by_point
+                || in_cell && ["series strain", "series gauge_strain", "series stress"].contains(&name)
+                || grid && !name.starts_with("series") && name.contains(' ') && name != "angular velocity"
+        });
+    }
     if let Some(twin) = shifted(case) {
         compare("image shift", &twin, &unturned, &|name| depends_on_images(name, moving));
     }

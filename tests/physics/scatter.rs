@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use concordem::assembly::assemble;
+use concordem::field::StrengthField;
+use concordem::math::Vec3;
 use concordem::scatter::{Distribution, Scatter};
 use concordem::scenario::Scenario;
 use concordem::schedule::Simulation;
@@ -93,4 +95,51 @@ fn small_specimens_give_the_weibull_modulus_back() {
         println!("modulus {modulus}: found {low:.3}, standard error {error:.3}");
         assert!((low - modulus).abs() < 3.0 * error, "{modulus}: {low}");
     }
+}
+
+/// Beams that break at an elongation of 2e-6 m if their factor is 1.
+const BEAM: &str = "cohesive_beam = { young = 1e9, radius_ratio = 1, tensile_strength = 1e6 }";
+
+/// Each bond breaks at the factor that `of` gives it.
+fn break_at_factors(text: &str, of: impl Fn(usize) -> f64) {
+    for (k, step) in steps_of_breaking(text).iter().enumerate() {
+        let late = *step as f64 - of(k) * 2e-6 / (PulledPairs::SPEED * STEP);
+        assert!(late > 1.0 - 1e-3 && late < 2.0 + 1e-3, "bond {k}: step {step}, factor {}", of(k));
+    }
+}
+
+/// With a correlation length, a bond has the mean of the field at the places of its two particles at the start.
+#[test]
+fn bonds_have_the_strengths_of_a_field() {
+    for (text, distribution) in [
+        ("weibull_modulus = 5", Distribution::weibull(5.0, None)),
+        ("log_normal_variation = 0.3", Distribution::log_normal(0.3)),
+    ] {
+        let text = specimens("cohesive_beam", BEAM, &format!("{text}, correlation_length = 0.03, seed = 3"));
+        let field = StrengthField::new(distribution, 0.03, 3, None);
+        let at = |x: f64, k: usize| field.factor(&Vec3::new(x, 1e-2 * k as f64, 0.0));
+        let of = |k: usize| 0.5 * (at(0.0, k) + at(PulledPairs::LENGTH, k));
+        break_at_factors(&text, of);
+        // Specimens 10 mm apart are alike, those 100 mm apart are not.
+        let differ = |apart: usize| (0..100).map(|k| (of(k) - of(k + apart)).abs()).sum::<f64>();
+        assert!(differ(1) < 0.7 * differ(10), "{} {}", differ(1), differ(10));
+    }
+}
+
+/// Given factors count by the spheres of the packing, also where a cut removes some, and multiply those by chance.
+#[test]
+fn bonds_have_the_given_factors() {
+    let factors: Vec<f64> = (0..2 * SPECIMENS).map(|p| 0.5 + (37 * p % 101) as f64 / 101.0).collect();
+    let text = specimens("cohesive_beam", BEAM, "weibull_modulus = 5, seed = 3")
+        .replace("interaction_ratio = 1.01", &format!("interaction_ratio = 1.01\nstrength_factors = {factors:?}"));
+    let scatter = Scatter { seed: 3, distribution: Distribution::weibull(5.0, None) };
+    let given = |k: usize| 0.5 * (factors[2 * k] + factors[2 * k + 1]);
+    break_at_factors(&text, |k| given(k) * scatter.factor([2 * k as u32, 2 * k as u32 + 1], 1.0));
+
+    // Without the first ten pairs.
+    let cut = "[[cut]]\nshape = { kind = \"box\", minimum = [-1, -1, -1], maximum = [1, 0.095, 1] }\nremove_particles = true\n[[set]]";
+    let text = text.replacen("[[set]]", cut, 1).replace(", seed = 3", ", seed = 4");
+    let scenario = Scenario::parse("test.toml", &text).unwrap_or_else(|error| panic!("{error}"));
+    let model = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}")).model;
+    assert_eq!(model.strengths.by_particle, factors[20..]);
 }

@@ -18,7 +18,7 @@ from .quantity import si
 from .result import Result, Series
 
 # what a turned or renumbered scenario may hold; everything else is refused
-_KNOWN = {"version", "title", "packing", "material", "bonds", "contacts", "integration", "set", "prescribe", "force", "initial", "stop", "output",
+_KNOWN = {"version", "title", "author", "packing", "material", "bonds", "contacts", "integration", "set", "prescribe", "force", "initial", "stop", "output",
           "kinematics", "wall"}
 _VECTORS = ("velocity", "angular_velocity", "force", "moment")
 

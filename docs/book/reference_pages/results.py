@@ -74,7 +74,7 @@ MEANINGS = {
     "radius": "Radius",
     "reference_length": "Length without strain",
     "rotation": "Rotation vector since the start",
-    "strength_factor": "Factor on the strength, with `strength_scatter` only",
+    "strength_factor": "Factor on the strength (of a particle: on those of its bonds), with `strength_scatter` or `strength_factors` only",
     "sets": "Named sets, one bit each in the order of the scenario",
     "velocity": "Velocity",
 }

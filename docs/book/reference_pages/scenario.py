@@ -183,7 +183,7 @@ def pages(program, run):
             if "packing" in document:
                 documents.append(document)
     written = ScenarioPages(schema, examples(schema, documents))
-    unknown = set(schema.root["properties"]) - set(TABLES) - {"version", "title", "dimension", "kinematics"}
+    unknown = set(schema.root["properties"]) - set(TABLES) - {"version", "title", "author", "dimension", "kinematics"}
     assert not unknown, f"new tables of scenarios: {unknown}"
     return {f"scenario-{key}.md": written.page(key) for key in TABLES}
 

@@ -47,7 +47,7 @@ use concordem_solver::laws;
 use concordem_solver::record::ContactForces;
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::{Contacts, Pair};
-use concordem_solver::{Excluded, Model, PairCoefficients, Solver};
+use concordem_solver::{Excluded, Model, PairCoefficients, Solver, Strengths};
 
 pub use bonds::BondsOfAtom;
 use bonds::Fresh;
@@ -153,8 +153,9 @@ impl Network {
             block.contacts().history_fields().iter().map(|field| field.components).sum::<usize>()
         };
         let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
-        let strength_scatter = Material::scatter_of_strengths(&options.materials);
-        let mut model = Model { mode: options.mode, skin: 0.0, strength_scatter, ..Model::default() };
+        let strengths =
+            Strengths { by_bond: Material::scatter_of_strengths(&options.materials), by_particle: Vec::new() };
+        let mut model = Model { mode: options.mode, skin: 0.0, strengths, ..Model::default() };
         model.deformable = options.deformable.map(|condition| Deformable {
             elasticity: options.materials.iter().map(Material::elasticity).collect(),
             condition,

@@ -25,8 +25,8 @@ pub mod sweep;
 #[doc(hidden)]
 pub use concordem_contact::{bytemuck, law_state as law_state_in};
 pub use concordem_contact::{
-    columns, conformance, for_each_law, kinematics, law, material, math, own_loop, prefetch, quantity, scatter, step,
-    straight,
+    columns, conformance, field, for_each_law, kinematics, law, material, math, own_loop, prefetch, quantity, scatter,
+    step, straight,
 };
 pub use concordem_operator as operator;
 pub use concordem_packing as packing;

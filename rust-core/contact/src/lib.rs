@@ -28,6 +28,8 @@ pub mod columns;
 pub mod conformance;
 pub mod constraint;
 pub mod elastic;
+#[cfg(feature = "std")]
+pub mod field;
 pub mod geometry;
 #[cfg(feature = "std")]
 pub mod heat;

@@ -175,9 +175,15 @@ impl Material {
     pub fn faults_of_scatter(&self, law: Option<LawName>) -> Vec<Fault> {
         let Some(scatter) = &self.strength_scatter else { return Vec::new() };
         let mut faults = scatter.faults();
+        faults.extend(self.fault_of_strengths(law));
+        faults
+    }
+
+    /// Why bonds of this material and law cannot have strengths that differ.
+    pub fn fault_of_strengths(&self, law: Option<LawName>) -> Option<Fault> {
         let factors = Factors { strength: Number::new(0.5), ..Factors::default() };
         let table = law.and_then(|law| Some((law, self.table_of(law)?)));
-        faults.extend(match table {
+        match table {
             None => {
                 let help = "give bonds, and the table of their law, or remove this table";
                 Some(Fault::conflict("", "has no effect: only bonds have a strength", help))
@@ -193,8 +199,7 @@ impl Material {
                     .fault_of_factors(law, &factors)
                     .map(|fault| Fault::conflict("", format!("has no effect: {}", fault.message), fault.help)),
             },
-        });
-        faults
+        }
     }
 
     /// Elastic constants of the particles; rigid if they do not deform.

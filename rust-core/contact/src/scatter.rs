@@ -12,13 +12,15 @@
 //! | log-normal, coefficient of variation `v` | `exp(σz − ½σ²)`, `σ² = ln(1+v²)`, `z` standard normal |
 //!
 //! A Weibull factor may depend on the cross-section `A` of the bond by the weakest link (Weibull 1939): times `(A₀/A)^(1/m)`.
+//!
+//! With a correlation length the factors follow from a random field instead: [`crate::field`].
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::law::Fault;
 use crate::math::{exp, ln, pow, sin_cos};
-use crate::quantity::{Area, Number};
+use crate::quantity::{Area, Length, Number};
 
 /// Strengths of the bonds of a material that differ by chance: factors on all stresses or forces at which a bond fails or slips, with the
 /// mean 1. A bond between two materials has the mean of both factors.
@@ -36,6 +38,11 @@ pub struct StrengthScatter {
     /// Standard deviation over mean of a log-normal distribution; or give `weibull_modulus`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub log_normal_variation: Option<Number>,
+    /// Distance over which strengths are alike, m: the factors are a random field of the place of the particles at the start, and a bond has
+    /// the mean of its two particles. The normal numbers behind them correlate by `exp(−(r/ℓ)²)` (Eliáš et al. 2015). Not in hosts. Default:
+    /// each bond has a factor of its own. Example: `correlation_length = "20 mm"`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub correlation_length: Option<Length>,
     /// Seed; another one gives other strengths. Default: 0.
     #[serde(default)]
     pub seed: u64,
@@ -61,20 +68,26 @@ impl StrengthScatter {
             let help = "give `weibull_modulus`, or remove the key";
             faults.push(Fault::conflict("reference_area", "has no effect without `weibull_modulus`", help));
         }
+        if self.reference_area.is_some() && self.correlation_length.is_some() {
+            let help = "keep one of the two: a field has no bonds whose size could count";
+            faults.push(Fault::conflict("correlation_length", "not with `reference_area`", help));
+        }
         faults
     }
 
-    /// The distribution; `None` if the table has faults.
+    /// The factor of each bond; `None` if they are a field, or the table has faults.
     pub fn scatter(&self) -> Option<Scatter> {
-        let distribution = match (self.weibull_modulus, self.log_normal_variation) {
-            (Some(modulus), None) => {
-                let area = self.reference_area.map(Area::si);
-                Distribution::weibull(modulus.si(), area)
-            }
-            (None, Some(variation)) => Distribution::log_normal(variation.si()),
-            _ => return None,
-        };
+        let distribution = self.correlation_length.is_none().then(|| self.distribution())??;
         Some(Scatter { seed: self.seed, distribution })
+    }
+
+    /// The distribution of the factors; `None` if the table has faults.
+    pub(crate) fn distribution(&self) -> Option<Distribution> {
+        match (self.weibull_modulus, self.log_normal_variation) {
+            (Some(modulus), None) => Some(Distribution::weibull(modulus.si(), self.reference_area.map(Area::si))),
+            (None, Some(variation)) => Some(Distribution::log_normal(variation.si())),
+            _ => None,
+        }
     }
 }
 
@@ -108,6 +121,18 @@ impl Distribution {
     pub fn log_normal(variation: f64) -> Self {
         Self::LogNormal { deviation: libm::log1p(variation * variation).sqrt() }
     }
+
+    /// The factor that as many others stay below as normal numbers below `z`; the cross-section counts as that of the mean 1.
+    pub fn of_normal(&self, z: f64) -> f64 {
+        match *self {
+            Self::Weibull { exponent, scale, .. } => {
+                // The share of normal numbers above z.
+                let above = 0.5 * libm::erfc(z * core::f64::consts::FRAC_1_SQRT_2);
+                scale * pow(-ln(above), exponent)
+            }
+            Self::LogNormal { deviation } => exp(deviation * z - 0.5 * deviation * deviation),
+        }
+    }
 }
 
 /// Factors on the strengths of bonds.
@@ -139,21 +164,27 @@ impl Scatter {
                     None => by_chance,
                 }
             }
-            Distribution::LogNormal { deviation } => {
-                // Box and Muller 1958.
-                let radius = (-2.0 * ln(self.uniform(ids, 0))).sqrt();
-                let (_, cosine) = sin_cos(core::f64::consts::TAU * self.uniform(ids, 1));
-                exp(deviation * (radius * cosine) - 0.5 * deviation * deviation)
+            Distribution::LogNormal { .. } => {
+                self.distribution.of_normal(normal(self.uniform(ids, 0), self.uniform(ids, 1)))
             }
         }
     }
 
-    /// A number between 0 and 1, both excluded.
     fn uniform(&self, [a, b]: [u32; 2], stream: u64) -> f64 {
-        let pair = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
-        let bits = mixed(mixed(mixed(self.seed) ^ pair) ^ stream) >> 11;
-        (bits as f64 + 0.5) * (1.0 / (1_u64 << 53) as f64)
+        uniform(self.seed, u64::from(a.min(b)) << 32 | u64::from(a.max(b)), stream)
     }
+}
+
+/// A number between 0 and 1, both excluded.
+pub(crate) fn uniform(seed: u64, item: u64, stream: u64) -> f64 {
+    let bits = mixed(mixed(mixed(seed) ^ item) ^ stream) >> 11;
+    (bits as f64 + 0.5) * (1.0 / (1_u64 << 53) as f64)
+}
+
+/// A normal number of two uniform ones (Box and Muller 1958).
+pub(crate) fn normal(first: f64, second: f64) -> f64 {
+    let (_, cosine) = sin_cos(core::f64::consts::TAU * second);
+    (-2.0 * ln(first)).sqrt() * cosine
 }
 
 /// The output function of SplitMix64 (Steele, Lea, and Flood 2014) after one step of its counter.

@@ -381,6 +381,9 @@ impl Replacement {
             if name == "bond_law" && scenario.materials.iter().any(|material| material.strength_scatter.is_some()) {
                 return Err(PyValueError::new_err("bond_law ignores material.strength_scatter; remove the table"));
             }
+            if name == "bond_law" && scenario.bonds.as_ref().is_some_and(|bonds| !bonds.strength_factors.is_empty()) {
+                return Err(PyValueError::new_err("bond_law ignores bonds.strength_factors; remove the key"));
+            }
             if name == "bond_law" && !scenario.bondings.is_empty() {
                 let message = "bond_law does not apply to bonds that [[bonding]] makes later; remove the table";
                 return Err(PyValueError::new_err(message));

@@ -53,6 +53,7 @@ mod report;
 mod solver;
 pub mod state;
 mod step_sums;
+mod strengths;
 pub mod time_step;
 mod wrap;
 
@@ -62,6 +63,7 @@ pub use model::{Model, Scheme};
 pub use pair_coefficients::PairCoefficients;
 pub use report::StepReport;
 pub use solver::{Excluded, Exclusion, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};
+pub use strengths::Strengths;
 
 /// The code of the README is tested.
 #[cfg(doctest)]

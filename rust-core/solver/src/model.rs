@@ -3,7 +3,6 @@
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::Deformable;
 use concordem_contact::math::Vec3;
-use concordem_contact::scatter::Scatter;
 
 use crate::PairCoefficients;
 use crate::fracture::virial::HydrostaticStrength;
@@ -12,6 +11,7 @@ use crate::integrate::Damping;
 use crate::joints::Joints;
 use crate::state::Particles;
 use crate::state::contacts::Pair;
+use crate::strengths::Strengths;
 
 /// Integration scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -47,8 +47,8 @@ pub struct Model {
     pub skin: f64,
     /// Thresholds of particle-level failure.
     pub hydrostatic_strength: HydrostaticStrength,
-    /// Scatter of the strengths of bonds, by material; empty if there is none.
-    pub strength_scatter: Vec<Option<Scatter>>,
+    /// Factors on the strengths of bonds.
+    pub strengths: Strengths,
     /// How particles deform, if they do.
     pub deformable: Option<Deformable>,
     /// How heat flows, if it does.
@@ -80,7 +80,7 @@ impl Default for Model {
             joints: Joints::default(),
             skin: 0.2,
             hydrostatic_strength: HydrostaticStrength::default(),
-            strength_scatter: Vec::new(),
+            strengths: Strengths::default(),
             deformable: None,
             heat: None,
             watch_contacts: false,

@@ -7,7 +7,7 @@ from ..errors import HarnessError, Unsupported
 from ..quantity import si, vector
 
 # Keys of the scenario that do not affect a peer's results.
-_SILENT = {"version", "title", "output", "sample"}
+_SILENT = {"version", "title", "author", "output", "sample"}
 _KNOWN = _SILENT | {
     "packing", "material", "bonds", "contacts", "integration", "loading", "set", "prescribe", "force", "initial", "stop",
     "wall", "kinematics",
@@ -22,6 +22,8 @@ def check_keys(document, engine, periodic=False, known=frozenset()):
         raise Unsupported(f"{engine}: the scenario has no contacts.law; add it")
     if document["contacts"].get("exclude"):
         raise Unsupported(f"{engine}: no translation of contacts.exclude")
+    if document.get("bonds", {}).get("strength_factors"):
+        raise Unsupported(f"{engine}: no translation of bonds.strength_factors")
     if any("strength_scatter" in material for material in document.get("material", [])):
         raise Unsupported(f"{engine}: no translation of material.strength_scatter")
     if not periodic and (

@@ -162,6 +162,9 @@ class Bonds(TypedDict, total=False):
     With 1, only particles that touch are bonded; 1.5 is usual for concrete. Range: ≥ 1, ≤ 10."""
     law: Required[LawName]
     """Law of the bonds."""
+    strength_factors: Sequence[Quantity] | NDArray[Any]
+    """Factors on the strengths of the bonds of each sphere, in the order of the packing; a bond has the mean of its two spheres. They multiply
+    those of `material.strength_scatter`. Default: 1. Example: `strength_factors = [1, 0.8, 1.2]`."""
 
 
 class Clump(TypedDict, total=False):
@@ -1827,6 +1830,10 @@ class StrengthScatter(TypedDict, total=False):
     """Strengths of the bonds of a material that differ by chance: factors on all stresses or forces at which a bond fails or slips, with the mean
     1. A bond between two materials has the mean of both factors. Example: `strength_scatter = { weibull_modulus = 8, seed = 1 }`."""
 
+    correlation_length: Quantity | None
+    """Distance over which strengths are alike, m: the factors are a random field of the place of the particles at the start, and a bond has the
+    mean of its two particles. The normal numbers behind them correlate by `exp(−(r/ℓ)²)` (Eliáš et al. 2015). Not in hosts. Default: each bond
+    has a factor of its own. Example: `correlation_length = "20 mm"`. Range: > 0."""
     log_normal_variation: Quantity | None
     """Standard deviation over mean of a log-normal distribution; or give `weibull_modulus`. Range: > 0."""
     reference_area: Quantity | None
@@ -2019,6 +2026,8 @@ class ScenarioTables(TypedDict, total=False):
 
     aggregates: Aggregates | None
     """Aggregates and pores, which divide the particles of the packing; default: none."""
+    author: str
+    """Author, or several, for reports; default: empty. Example: `author = "A. Mason, Testing Laboratory"`."""
     bonding: Bonding | Sequence[Bonding]
     """Bonds made during the run; default: none."""
     bonds: Bonds | None

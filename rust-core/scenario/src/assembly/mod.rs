@@ -32,6 +32,7 @@ pub mod samples;
 mod selection;
 mod slaves;
 mod stl;
+mod strengths;
 mod surface;
 mod time_step;
 mod walled;
@@ -279,6 +280,7 @@ fn stages(
     bodies::apply_motions(scenario, &mut state)?;
     bodies::add_clumps(scenario, &members, &mut state)?;
     let mut model = model::build(scenario);
+    model.strengths = strengths::build(scenario, placed, &cuts, &state)?;
     let mut warnings = phases.as_ref().map_or_else(Vec::new, |phases| phases.doubtful(scenario));
     let bonded = add_bonds(scenario, (placed, links), &mut cuts, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
@@ -309,6 +311,7 @@ fn stages(
     warnings.extend(doubts::rates(scenario, &schedule, &state, p_wave));
     warnings.extend(doubts::unfilled(scenario, &state));
     warnings.extend(doubts::pieces(scenario, &state));
+    warnings.extend(strengths::doubtful(scenario, &state));
     let particles = state.particles.len();
     let summary = Summary {
         particles,

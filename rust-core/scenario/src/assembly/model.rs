@@ -20,7 +20,6 @@ pub(super) fn build(scenario: &Scenario) -> Model {
         gravity: vector(&scenario.integration.gravity),
         damage_threshold: scenario.output.events_damage.si(),
         hydrostatic_strength: hydrostatic_strength(scenario),
-        strength_scatter: schema::Material::scatter_of_strengths(&scenario.materials),
         deformable: deformable(scenario),
         watch_contacts: !scenario.integration.allow_unstable,
         ..Model::default()

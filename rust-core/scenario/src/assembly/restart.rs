@@ -97,7 +97,7 @@ fn shown(value: &Value) -> String {
 fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Continuation) -> bool {
     let first = change.key.split(['.', '[']).next().unwrap_or_default();
     match first {
-        "title" | "stop" | "prescribe" | "force" => true,
+        "title" | "author" | "stop" | "prescribe" | "force" => true,
         "output" => continuation == Continuation::NewResult || change.key != "output.file",
         // A result describes one program of loading.
         "history" if places_mesh(change, before) || places_mesh(change, after) => false,

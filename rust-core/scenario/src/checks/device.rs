@@ -57,6 +57,9 @@ impl Checker<'_> {
                 self.not_on_device(&format!("prescribe[{at}].history"), "motions that change with time");
             }
         }
+        if scenario.bonds.as_ref().is_some_and(|bonds| !bonds.strength_factors.is_empty()) {
+            self.not_on_device("bonds.strength_factors", "strengths that differ");
+        }
         for (at, material) in scenario.materials.iter().enumerate() {
             if material.deformable.is_some() {
                 self.not_on_device(&format!("material[{at}].deformable"), "deformable particles");

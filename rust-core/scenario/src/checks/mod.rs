@@ -48,6 +48,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.materials();
     checker.laws();
     checker.strength_scatter();
+    checker.strength_factors();
     checker.loading();
     checker.stages();
     checker.bondings();

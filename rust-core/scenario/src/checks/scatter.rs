@@ -32,6 +32,35 @@ impl Checker<'_> {
         }
     }
 
+    /// Factors that the scenario gives: positive, for rigid particles whose bonds have a strength.
+    pub(super) fn strength_factors(&mut self) {
+        let scenario = self.scenario;
+        let Some(bonds) = scenario.bonds.as_ref().filter(|bonds| !bonds.strength_factors.is_empty()) else { return };
+        let path = "bonds.strength_factors";
+        if let Some(at) = bonds.strength_factors.iter().position(|factor| factor.si() <= 0.0) {
+            self.range(
+                &format!("{path}[{at}]"),
+                "must be positive",
+                "a bond without strength is no bond: leave it out",
+            );
+        }
+        if scenario.aggregates.is_some() {
+            let message = "not with [aggregates], whose pores remove spheres";
+            return self.conflict(path, message, "give the aggregates by [phases]");
+        }
+        if let Some(at) = scenario.materials.iter().position(|material| material.deformable.is_some()) {
+            let message = format!("not with deformable particles (material[{at}].deformable)");
+            return self.conflict(path, message, "remove one of the two");
+        }
+        let bonded = materials_of_particles(scenario);
+        let of_bonds = scenario.materials.iter().filter(|material| bonded.contains(&&material.name[..]));
+        let faults =
+            of_bonds.filter(|material| material.has(bonds.law)).filter_map(|m| m.fault_of_strengths(Some(bonds.law)));
+        for fault in faults.collect::<Vec<_>>() {
+            self.fault(path, fault);
+        }
+    }
+
     fn law_of_fibers(&self, material: &Material) -> Option<LawName> {
         let fibers = self.scenario.fibers.as_ref()?;
         fibers.groups.iter().any(|group| group.material == material.name).then_some(LawName::CohesiveBeam)

@@ -75,6 +75,10 @@ pub struct Bonds {
     /// Whether bonds are made at the start; default: true. With false, only `[[bonding]]` makes bonds.
     #[serde(default = "yes")]
     pub at_start: bool,
+    /// Factors on the strengths of the bonds of each sphere, in the order of the packing; a bond has the mean of its two spheres. They multiply
+    /// those of `material.strength_scatter`. Default: 1. Example: `strength_factors = [1, 0.8, 1.2]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub strength_factors: Vec<Number>,
 }
 
 /// Contacts between particles without a bond, and with walls.

@@ -97,6 +97,9 @@ pub struct Scenario {
     /// Title for reports; default: empty. Example: `title = "Column collapse"`.
     #[serde(default)]
     pub title: String,
+    /// Author, or several, for reports; default: empty. Example: `author = "A. Mason, Testing Laboratory"`.
+    #[serde(default)]
+    pub author: String,
     /// Number of space dimensions; default: 3. With 2, particles are discs of unit depth in the plane z = 0.
     #[serde(default = "three")]
     #[schemars(extend("enum" = [2, 3]))]

@@ -5,11 +5,11 @@ use concordem_contact::kinematics::deformable::{Deformable, SurfaceDisplacement}
 use concordem_contact::kinematics::{ImageShift, Motion, MotionMeasure, Pose};
 use concordem_contact::law::TemperatureFactors;
 use concordem_contact::math::Symmetric;
-use concordem_contact::scatter::Scatter;
 use concordem_contact::step::Ends;
 
 use crate::state::contacts::Pair;
 use crate::state::particles::{Constraint, Particles};
+use crate::strengths::Strengths;
 
 /// Inputs of a force evaluation besides the contacts.
 #[derive(Clone, Copy)]
@@ -84,14 +84,15 @@ pub struct Softened<'a> {
 pub struct ContactFactors<'a> {
     /// At the temperatures of the particles, if they matter.
     pub softened: Option<Softened<'a>>,
-    /// Scatter of the strengths of bonds, by material; empty if there is none.
-    pub scatter: &'a [Option<Scatter>],
+    /// On the strengths of single bonds, if they differ.
+    pub strengths: Option<&'a Strengths>,
 }
 
 impl<'a> ContactFactors<'a> {
     /// `None` if all factors are 1.
-    pub fn new(softened: Option<Softened<'a>>, scatter: &'a [Option<Scatter>]) -> Option<Self> {
-        (softened.is_some() || !scatter.is_empty()).then_some(Self { softened, scatter })
+    pub fn new(softened: Option<Softened<'a>>, strengths: Option<&'a Strengths>) -> Option<Self> {
+        let strengths = strengths.filter(|strengths| !strengths.are_equal());
+        (softened.is_some() || strengths.is_some()).then_some(Self { softened, strengths })
     }
 
     /// Factors of a contact: means of its two particles, each at its temperature; `by_chance`: factor on its own strength.
@@ -110,19 +111,6 @@ impl<'a> ContactFactors<'a> {
         let sum = |of: &[f64]| of[a as usize] + of[b as usize];
         self.softened.map_or(1.0, |softened| sum(softened.stiffness_before) / sum(softened.stiffness))
     }
-}
-
-/// Factor on the strength of a bond with the cross-section `area` (m²): the mean of the factors of its two materials. `scatter`: by
-/// material; empty if no strength scatters.
-pub fn strength_of_bond(particles: &Particles, scatter: &[Option<Scatter>], Pair { a, b }: Pair, area: f64) -> f64 {
-    let ends = [a as usize, b as usize];
-    let ids = ends.map(|p| particles.id[p]);
-    let of = |p: usize| {
-        let scatter = scatter.get(particles.material[p] as usize).copied().flatten();
-        scatter.map_or(1.0, |scatter| scatter.factor(ids, area))
-    };
-    let [a, b] = ends;
-    if particles.material[a] == particles.material[b] { of(a) } else { 0.5 * (of(a) + of(b)) }
 }
 
 impl StepContext<'_> {

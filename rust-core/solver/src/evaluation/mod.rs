@@ -12,7 +12,7 @@ mod sums;
 pub(crate) mod tile_map;
 mod totals;
 
-pub use context::{ContactFactors, ExpansionRates, Softened, StepContext, motion_of, strength_of_bond};
+pub use context::{ContactFactors, ExpansionRates, Softened, StepContext, motion_of};
 pub use recorded::{ContactForces, WallForces};
 pub use sums::ParticleSums;
 pub use tile_map::{TILE, TileMap};

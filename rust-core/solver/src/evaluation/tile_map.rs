@@ -2,13 +2,12 @@
 
 use concordem_contact::kinematics::deformable::ParticleVirial;
 use concordem_contact::prefetch::prefetch_row;
-use concordem_contact::scatter::Scatter;
 use concordem_contact::wrench::Wrench;
 use rayon::prelude::*;
 
-use crate::evaluation::context::strength_of_bond;
 use crate::state::Particles;
 use crate::state::contacts::{Contacts, Pair};
+use crate::strengths::Strengths;
 
 /// Particles per tile. The solver of a subdomain has a single tile instead
 /// ([`Solver::for_subdomain`](crate::Solver::for_subdomain)).
@@ -100,12 +99,12 @@ impl TileMap {
         halo.resize(targets.len(), Wrench::default());
     }
 
-    /// Find the factors on the strengths of the bonds of `block`, if they scatter. Call it after [`Self::rebuild`].
-    pub fn scatter(&mut self, block: &dyn Contacts, particles: &Particles, scatter: &[Option<Scatter>]) {
-        if scatter.is_empty() || self.keep_strengths(block.pairs()) {
+    /// Find the factors on the strengths of the bonds of `block`, if they differ. Call it after [`Self::rebuild`].
+    pub fn scatter(&mut self, block: &dyn Contacts, particles: &Particles, strengths: &Strengths) {
+        if strengths.are_equal() || self.keep_strengths(block.pairs()) {
             return;
         }
-        let of = |k| strength_of_bond(particles, scatter, block.view(k).pair, block.view(k).reference.area);
+        let of = |k| strengths.of_bond(particles, block.view(k).pair, block.view(k).reference.area);
         self.strength.clear();
         self.strength.par_extend((0..block.len()).into_par_iter().map(of));
         self.scattered = block.pairs().to_vec();

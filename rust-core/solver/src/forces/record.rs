@@ -15,7 +15,6 @@ use super::{LawLoops, ParticleSums, StepContext};
 use crate::evaluation::recorded::ContactForce;
 pub(super) use crate::evaluation::recorded::WallForce;
 pub use crate::evaluation::recorded::{ContactForces, ContactRecord, Forces, WallForces};
-use crate::evaluation::strength_of_bond;
 use crate::state::Wall;
 use crate::state::contacts::{ContactBlock, ContactFlags, Pair};
 
@@ -63,8 +62,8 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
 fn factors_of<S>(context: &StepContext<'_>, pair: Pair, contact: &Contact<S>) -> Option<TemperatureFactors> {
     let factors = context.factors?;
     let area = contact.reference.area;
-    let bonded = contact.bonded && !factors.scatter.is_empty();
-    let strength = if bonded { strength_of_bond(context.particles, factors.scatter, pair, area) } else { 1.0 };
+    let strengths = factors.strengths.filter(|_| contact.bonded);
+    let strength = strengths.map_or(1.0, |strengths| strengths.of_bond(context.particles, pair, area));
     Some(factors.of(pair, strength))
 }
 

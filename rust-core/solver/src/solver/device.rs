@@ -115,7 +115,7 @@ impl Solver {
             (!state.particles.loads.is_empty(), "forces on particles"),
             (state.heat.is_some() || model.heat.is_some(), "heat"),
             (model.deformable.is_some(), "deformable particles"),
-            (!model.strength_scatter.is_empty(), "strengths that scatter"),
+            (!model.strengths.are_equal(), "strengths that scatter"),
             (model.hydrostatic_strength.is_active(), "a mean stress at which particles fail"),
             (model.mode != concordem_contact::kinematics::MotionMeasure::Finite, "kinematics other than \"finite\""),
             (!matches!(model.damping, Damping::None | Damping::Local { .. }), "damping other than local damping"),

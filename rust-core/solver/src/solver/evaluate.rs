@@ -50,7 +50,7 @@ impl Solver {
             deformable,
             dashpots_strain: deformable.is_some_and(|d| d.dashpots),
             expansion: self.expansion.as_ref().map(Expansion::rates),
-            factors: ContactFactors::new(self.softening.as_ref().map(Softening::factors), &self.model.strength_scatter),
+            factors: ContactFactors::new(self.softening.as_ref().map(Softening::factors), Some(&self.model.strengths)),
             heats: self.model.heat.as_ref().is_some_and(|heat| heat.dissipation),
             evaluated: false,
             reacting,
@@ -64,7 +64,7 @@ impl Solver {
         watch.lap(&mut self.stages.bonds);
         // Only bonds scatter: contacts without one stay in their fast loops.
         let softened = context.factors.and_then(|factors| factors.softened);
-        let context = StepContext { factors: ContactFactors::new(softened, &[]), ..context };
+        let context = StepContext { factors: ContactFactors::new(softened, None), ..context };
         // Unbonded contacts and contacts with walls have no bond events.
         if let Some(block) = &mut state.contacts {
             let totals = block.evaluate(&context, &mut self.contact_map, sums.reborrow());
@@ -108,7 +108,7 @@ impl Solver {
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
             expansion: None,
-            factors: ContactFactors::new(softening.as_ref().map(Softening::factors), &self.model.strength_scatter),
+            factors: ContactFactors::new(softening.as_ref().map(Softening::factors), Some(&self.model.strengths)),
             heats: false,
             evaluated,
             reacting: Constraint::FREE,

@@ -50,7 +50,7 @@ impl Solver {
         self.smallest = if n > 0 { smallest } else { 0.0 };
         self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
         for (block, map) in state.bonds.iter().zip(&mut self.bond_maps) {
-            map.scatter(block.contacts(), &state.particles, &self.model.strength_scatter);
+            map.scatter(block.contacts(), &state.particles, &self.model.strengths);
         }
         self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
             // The largest cutoff distance is that of two touching spheres.
@@ -67,7 +67,7 @@ impl Solver {
         for ((block, map), before) in state.bonds.iter().zip(&mut self.bond_maps).zip(before) {
             if block.len() != before {
                 map.rebuild(block.contacts(), n, self.tile);
-                map.scatter(block.contacts(), &state.particles, &self.model.strength_scatter);
+                map.scatter(block.contacts(), &state.particles, &self.model.strengths);
             }
         }
         let State { bonds, contacts: Some(block), particles, cell, .. } = state else { return };

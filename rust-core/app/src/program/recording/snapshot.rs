@@ -20,7 +20,7 @@ pub struct Moment {
 }
 
 /// Name, unit, and description of the fields of particles.
-const PARTICLES: [(&str, &str, &str); 9] = [
+const PARTICLES: [(&str, &str, &str); 10] = [
     ("radius", "m", "Radius"),
     ("displacement", "m", "Displacement since the start"),
     ("velocity", "m/s", "Velocity"),
@@ -30,6 +30,7 @@ const PARTICLES: [(&str, &str, &str); 9] = [
     ("fragment", "1", "Smallest id of the particles that intact bonds connect"),
     ("temperature", "K", "Temperature"),
     ("aggregate", "1", "Number of the aggregate, from 1; 0 outside of all"),
+    ("strength_factor", "1", "Factor on the strengths of the particle's bonds"),
 ];
 
 /// Name, unit, and description of the fields of bonds.
@@ -127,6 +128,12 @@ impl Recording {
         }
         if !particles.aggregate.is_empty() {
             fields.push(whole("aggregate", Column::u32(&particles.aggregate)));
+        }
+        let strengths = &simulation.solver.model().strengths;
+        let of_particles: Vec<f64>;
+        if !strengths.by_particle.is_empty() {
+            of_particles = particles.id.iter().map(|id| strengths.of_particle(*id)).collect();
+            fields.push(reals("strength_factor", &of_particles, 1));
         }
         Ok(StoredSnapshot::of(&Snapshot {
             time: state.clock.time(),

@@ -3,9 +3,8 @@
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
-use concordem_contact::scatter::Scatter;
 use concordem_scenario::sampling::rotation_vector;
-use concordem_solver::evaluation::strength_of_bond;
+use concordem_solver::Strengths;
 use concordem_solver::joints::Joints;
 use concordem_solver::record::{Forces, WallForces};
 use concordem_solver::state::State;
@@ -21,8 +20,8 @@ pub(in crate::program) struct Tables<'a> {
     pub displacement: &'a [Vec3],
     /// Forces of all contacts of the state.
     pub forces: &'a Forces,
-    /// Scatter of the strengths of bonds, by material; empty if there is none.
-    pub scatter: &'a [Option<Scatter>],
+    /// Factors on the strengths of the bonds.
+    pub strengths: &'a Strengths,
     /// Joints between the particles.
     pub joints: &'a Joints,
 }
@@ -54,6 +53,10 @@ impl WriteColumns for Tables<'_> {
         if !particles.aggregate.is_empty() {
             sink.column("particles/aggregate", Column::u32(&picked(&order, |p| particles.aggregate[p])))?;
         }
+        if !self.strengths.by_particle.is_empty() {
+            let factors = picked(&order, |p| self.strengths.of_particle(particles.id[p]));
+            sink.column("particles/strength_factor", Column::f64(&factors, 1, "1"))?;
+        }
         let fragments = concordem_solver::fracture::fragments::fragments(self.state);
         sink.column("particles/fragment", Column::u32(&picked(&order, |p| fragments[p])))?;
         sink.column("particles/sets", Column::u64(&picked(&order, |p| particles.tags[p])))?;
@@ -80,8 +83,8 @@ impl WriteColumns for Tables<'_> {
             if !self.joints.is_empty() {
                 joint_numbers(self.state, block.contacts(), &broken, self.joints, block.law(), sink)?;
             }
-            if !self.scatter.is_empty() {
-                strength_factors(self.state, block.contacts(), &broken, self.scatter, block.law(), sink)?;
+            if !self.strengths.are_equal() {
+                strength_factors(self.state, block.contacts(), &broken, self.strengths, block.law(), sink)?;
             }
             (from, first) = (end, first + block.len());
         }
@@ -251,11 +254,11 @@ fn strength_factors(
     state: &State,
     block: &dyn Contacts,
     broken: &[BrokenBond],
-    scatter: &[Option<Scatter>],
+    strengths: &Strengths,
     name: &str,
     sink: &mut dyn ColumnSink,
 ) -> Result<(), ColumnError> {
-    let of = |pair, reference: Reference| strength_of_bond(&state.particles, scatter, pair, reference.area);
+    let of = |pair, reference: Reference| strengths.of_bond(&state.particles, pair, reference.area);
     let mut values: Vec<f64> = Vec::with_capacity(block.len() + broken.len());
     values.extend((0..block.len()).map(|k| of(block.view(k).pair, block.view(k).reference)));
     values.extend(broken.iter().map(|bond| of(bond.pair, bond.reference)));
