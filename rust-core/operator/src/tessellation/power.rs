@@ -153,7 +153,7 @@ pub fn power_diagram(
     let watch = Watch::here();
     let cell = |p| {
         watch.look();
-        bins.cell(p, &planes, None)
+        bins.cell(p, &planes, Cell { outlines: None, wanted: None, reach: 2.5 * bins.spacing })
     };
     let cells: Vec<(Vec<Face>, f64)> = (0..position.len()).into_par_iter().map(cell).collect::<Result<_, _>>()?;
     let mut faces = Vec::new();
@@ -215,7 +215,7 @@ pub fn power_polygons(
             watch.look();
             let p = group[0][0];
             let mut outlines = Vec::new();
-            let (faces, _) = bins.cell(p as usize, &planes, Some(&mut outlines))?;
+            let faces = bins.wanted_faces(p as usize, &planes, group, &mut outlines)?;
             let polygon = |(face, outline): (Face, Vec<Vec3>)| match face.neighbor {
                 // A particle and its own image have two faces, one of each kind; the other pairs have theirs once.
                 Neighbor::Particle { point, image } if group.binary_search(&[p, point]).is_ok() => Some(Polygon {
@@ -239,6 +239,16 @@ struct Plane {
     distance: f64,
     branch: Vec3,
     /// Distance of the neighbor's center.
+    reach: f64,
+}
+
+/// What is asked of the cell of a particle.
+struct Cell<'a> {
+    /// Receives the corners of each face, from the particle.
+    outlines: Option<&'a mut Vec<Vec<Vec3>>>,
+    /// Pairs whose faces are needed, sorted; `None`: all faces.
+    wanted: Option<&'a [[u32; 2]]>,
+    /// Distance of the farthest particles that count at first, m.
     reach: f64,
 }
 
@@ -385,15 +395,34 @@ impl<'a> Bins<'a> {
         planes.sort_by(|a, b| a.reach.total_cmp(&b.reach));
     }
 
-    /// Faces and volume of the cell of particle `p`; the corners of each face, from the particle, go to `outlines`.
+    /// Faces of particle `p` among which are all those with its partners in the pairs `wanted`; the corners of each, from the particle, go
+    /// to `outlines`.
+    fn wanted_faces(
+        &self,
+        p: usize,
+        domain: &[HalfSpace],
+        wanted: &[[u32; 2]],
+        outlines: &mut Vec<Vec<Vec3>>,
+    ) -> Result<Vec<Face>, OperatorError> {
+        let mut cell = Cell { outlines: Some(outlines), wanted: None, reach: 2.5 * self.spacing };
+        // In a cell, each image of a partner may have a face. Only all faces tell how far they may lie.
+        if !self.periodic {
+            let distance = |&[_, q]: &[u32; 2]| (self.position[q as usize] - self.position[p]).norm();
+            let farthest = wanted.iter().map(distance).fold(0.0, f64::max);
+            // With room for rounding.
+            cell = Cell { wanted: Some(wanted), reach: cell.reach.max(farthest * (1.0 + 1e-9)), ..cell };
+        }
+        Ok(self.cell(p, domain, cell)?.0)
+    }
+
+    /// Faces and volume of the cell of particle `p`; without a meaning if only some faces are wanted, the volume.
     fn cell(
         &self,
         p: usize,
         domain: &[HalfSpace],
-        mut outlines: Option<&mut Vec<Vec<Vec3>>>,
+        Cell { mut outlines, wanted, mut reach }: Cell<'_>,
     ) -> Result<(Vec<Face>, f64), OperatorError> {
         let mut planes = Vec::new();
-        let mut reach = 2.5 * self.spacing;
         let own = self.radius[p];
         let x = self.position[p];
         // `domain` refers to the given positions.
@@ -410,7 +439,7 @@ impl<'a> Bins<'a> {
                     reach: distance,
                 });
             }
-            let (faces, volume, farthest) = self.faces(p, &planes, 4.0 * reach, outlines.as_deref_mut());
+            let (faces, volume, farthest) = self.faces(p, &planes, 4.0 * reach, wanted, outlines.as_deref_mut());
             // No particle beyond `reach` has a radical plane nearer than this.
             let missed = 0.5 * (reach - (self.largest * self.largest - own * own) / reach);
             if missed >= farthest || (reach >= self.all && farthest < 3.0 * reach) {
@@ -429,6 +458,7 @@ impl<'a> Bins<'a> {
         p: usize,
         planes: &[Plane],
         size: f64,
+        wanted: Option<&[[u32; 2]]>,
         mut outlines: Option<&mut Vec<Vec<Vec3>>>,
     ) -> (Vec<Face>, f64, f64) {
         if let Some(outlines) = &mut outlines {
@@ -438,7 +468,12 @@ impl<'a> Bins<'a> {
         let (mut volume, mut farthest) = (0.0, 0.0_f64);
         let mut polygon: Vec<Vec3> = Vec::new();
         let mut cut: Vec<Vec3> = Vec::new();
-        for (k, plane) in planes.iter().enumerate() {
+        let is_wanted = |plane: &Plane| match (wanted, plane.neighbor) {
+            (None, _) => true,
+            (Some(pairs), Neighbor::Particle { point, .. }) => pairs.binary_search(&[p as u32, point]).is_ok(),
+            (Some(_), Neighbor::Border(_)) => false,
+        };
+        for (k, plane) in planes.iter().enumerate().filter(|(_, plane)| is_wanted(plane)) {
             self.start_polygon(plane, size, &mut polygon);
             let mut reach = farthest_square(&polygon);
             for (other, by) in planes.iter().enumerate() {
