@@ -152,6 +152,77 @@ fn samples_of_operators_are_those_of_the_file() {
     assert_eq!(page.matches("id=\"sample-0-").count(), 2 * charts, "a title and a description of each chart");
 }
 
+/// Lowest and highest temperatures are those of the snapshots, the mean is the sampled one; the table of materials has the scenario's numbers.
+#[test]
+fn temperatures_and_materials_are_those_of_the_file() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = write(
+        folder.path(),
+        "hot.toml",
+        r#"version = 1
+author = "A. Mason & Daughters"
+packing = { kind = "lattice", lattice = "sc", radius = "1 mm", repeats = [6, 2, 2] }
+contacts = { law = "frictional" }
+bonds = { law = "linear_bond", interaction_ratio = 1.01 }
+heat = { model = "power", temperature = "300 K", initial = [{ set = "hot", temperature = "400 K" }] }
+stop = { steps = 400 }
+output = { sample_interval = 20, snapshot_interval = 80 }
+[[material]]
+name = "glass"
+density = "2500 kg/m^3"
+frictional = { normal_stiffness = 1e4, shear_stiffness = 3e3, friction_coefficient = 0.3 }
+linear_bond = { normal_stiffness = 1e4, shear_stiffness = 3e3 }
+thermal = { specific_heat = 0.5, conductivity = "1.1 W/m/K" }
+[[material]]
+name = "steel"
+density = "7800 kg/m^3"
+frictional = { normal_stiffness = 2e4, shear_stiffness = 3e3 }
+linear_bond = { normal_stiffness = 1e4, shear_stiffness = 3e3 }
+thermal = { specific_heat = 0.5, conductivity = "1.1 W/m/K" }
+[[set]]
+name = "hot"
+selection = { kind = "box", minimum = [-1, -1, -1], maximum = ["4 mm", 1, 1] }
+material = "steel"
+"#,
+    );
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let path = folder.path().join("hot.h5");
+    assert_eq!(concordem(["report", text(&path)]).code, exit::DONE);
+    let page = std::fs::read_to_string(folder.path().join("hot.html")).expect("a page");
+    let result = ResultFile::open(&path).expect("a result");
+    let chart = Drawing::of(&page, "temperature-0");
+    let unit = match chart.along.as_str() {
+        "time, µs" => 1e6,
+        "time, ms" => 1e3,
+        other => panic!("{other}"),
+    };
+    let mean = samples(&result, "mean_temperature");
+    chart
+        .shows("mean, by heat capacity", samples(&result, "time").iter().zip(&mean).map(|(t, mean)| (unit * t, *mean)));
+    let fields = result.table("VTKHDF/PointData").expect("fields of the snapshots");
+    let (_, temperature) = fields.iter().find(|(name, _)| name == "temperature").expect("temperatures");
+    let ColumnData::F64(temperature) = &temperature.data else { panic!("no reals") };
+    let times = result.snapshot_times().expect("snapshots");
+    let moments: Vec<&[f64]> = temperature.chunks(24).collect();
+    assert_eq!((times.len(), moments.len()), (6, 6));
+    let ends = |of: fn(f64, f64) -> f64| -> Vec<(f64, f64)> {
+        let all = moments.iter().map(|moment| moment.iter().copied().reduce(of).expect("particles"));
+        times.iter().map(|time| unit * time).zip(all).collect()
+    };
+    chart.shows("highest", ends(f64::max));
+    chart.shows("lowest", ends(f64::min));
+    let (first, last) = (ends(f64::max)[0].1, ends(f64::max)[5].1);
+    assert!(first == 400.0 && last < 399.0, "heat flows: {first}, {last}");
+
+    let table = rows(section(&page, "Materials"));
+    let row =
+        |name: &str| table.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("{name}: {table:?}")).clone();
+    assert_eq!(row("density")[1..], ["2500 kg/m³", "7800 kg/m³"]);
+    is_written(&row("frictional: normal stiffness")[2], 2e4);
+    assert_eq!(row("frictional: friction coefficient")[2], "–");
+    assert!(page.contains("; by A. Mason &amp; Daughters."), "the page has its author");
+}
+
 /// The table of the provenance has all entries of the file.
 #[test]
 fn provenance_is_that_of_the_file() {

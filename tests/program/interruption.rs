@@ -57,16 +57,62 @@ fn sigterm_writes_a_checkpoint_from_which_resume_continues() {
         assert!(start.elapsed() < Duration::from_secs(120), "no checkpoint appears");
         std::thread::sleep(Duration::from_millis(2));
     }
+    let page = folder.path().join("page.html");
+    let given = concordem(["report", "-o", text(&page), text(&broken)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert!(given.err.contains("broken.h5: not finished: the run goes on, and this is its newest checkpoint, step "));
     let killed = Command::new("kill").args(["-TERM", &process.id().to_string()]).status().expect("kill");
     assert!(killed.success());
     assert_eq!(wait(process).code(), Some(i32::from(exit::INTERRUPTED)));
     assert!(!broken.exists());
+    so_far_is_as_if_it_had_ended_there(folder.path(), &scenario, &broken);
     let given = concordem(["info", text(&broken)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     assert!(given.out.contains("interrupted; continue with `concordem resume`"), "{}", given.out);
     let given = concordem(["resume", "-j", "3", text(&broken)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     same(&contents(&broken), &contents(&whole), "the resumed run");
+}
+
+/// Commands that read results show an interrupted run as if it had ended at its newest checkpoint, and leave it as it is.
+fn so_far_is_as_if_it_had_ended_there(folder: &std::path::Path, scenario: &std::path::Path, broken: &std::path::Path) {
+    let files = || {
+        let names = std::fs::read_dir(folder).expect("a folder").map(|file| file.expect("a file").file_name());
+        names.collect::<std::collections::BTreeSet<_>>()
+    };
+    let before = files();
+    let measured = concordem(["measure", text(broken)]);
+    assert_eq!(measured.code, exit::DONE, "{}", measured.err);
+    assert_eq!(files(), before, "nothing is left behind");
+    let (_, step) =
+        measured.err.split_once("the run was stopped, and this is its newest checkpoint, step ").expect("a note");
+    let step: String = step.chars().take_while(|c| *c != ',').filter(char::is_ascii_digit).collect();
+    let ended = folder.join("ended.h5");
+    let end = format!("stop.steps={step}");
+    let given = concordem(["run", "-q", "-o", text(&ended), "--set", &end, text(scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert_eq!(measured.out.replace("broken", "ended"), concordem(["measure", text(&ended)]).out);
+    let page = folder.join("page.html");
+    for command in [
+        vec!["report", "--force", "-o", text(&page), text(broken)],
+        vec!["plot", "-o", "CURVE", text(broken)],
+        vec!["render", "-o", "PICTURE", text(broken)],
+        vec!["export", "-o", "EXPORT", text(broken)],
+        vec!["events", text(broken)],
+        vec!["fragments", text(broken)],
+    ] {
+        let path = |name: &str| folder.join(name).display().to_string();
+        let command = command.into_iter().map(|word| match word {
+            "CURVE" => path("curve.svg"),
+            "PICTURE" => path("picture.png"),
+            "EXPORT" => path("export"),
+            word => word.to_owned(),
+        });
+        let given = concordem(command);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+    }
+    let page = std::fs::read_to_string(page).expect("a page");
+    assert!(page.contains("<b>broken.h5</b> is not finished: the run was stopped"), "the page tells it");
 }
 
 /// Commands that take long end at once with Ctrl-C and with SIGTERM, in every phase: while spheres are placed and compacted, constants are

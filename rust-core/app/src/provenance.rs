@@ -32,6 +32,12 @@ pub fn of_program() -> Vec<(String, String)> {
     .to_vec()
 }
 
+/// Name of the entry with the reason why a run ended.
+pub(crate) const STOPPED: &str = "stopped_because";
+
+/// What that reason begins with in the result of an unfinished run.
+pub(crate) const UNFINISHED: &str = "not finished";
+
 /// Name of the entry with the date on which a run ended.
 pub(crate) const ENDED: &str = "ended_utc";
 

@@ -311,7 +311,7 @@ fn report(
     reference: &str,
 ) -> PyResult<PathBuf> {
     let files = results_of(results)?;
-    detach(py, || report_on(&files, output.as_deref(), overwrite, reference))?.or_raise()
+    call(py, None, |console| report_on(&files, output.as_deref(), overwrite, reference, console))
 }
 
 /// Write particles and bonds at all snapshots for other programs, as `concordem export` does.

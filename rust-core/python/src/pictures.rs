@@ -10,7 +10,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyBool;
 
 use crate::commands::{call, result_of, results_of};
-use crate::errors::{OrRaise, detach};
 
 /// What a reader of texts makes of an argument, which is a text, a number, or several numbers.
 fn read<T>(name: &str, given: &Bound<'_, PyAny>, read: impl Fn(&str) -> Result<T, String>) -> PyResult<T> {
@@ -201,7 +200,7 @@ fn figure(
     let files = results_of(results)?;
     let size = size_of_figure(size).map_err(|reason| PyValueError::new_err(format!("size: {reason}")))?;
     let arguments = PlotArguments { files, output, force: overwrite, x, y, mean, compression, size };
-    detach(py, || plot_results(&arguments))?.or_raise()
+    call(py, None, |console| plot_results(&arguments, console))
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

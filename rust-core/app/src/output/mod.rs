@@ -33,6 +33,7 @@ pub use error::OutputError;
 pub use particles_at::ParticlesAt;
 pub use result::ResultFile;
 pub use run_files::{
-    BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField, StoredSnapshot,
+    BondSnapshot, OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField, SoFar,
+    StoredSnapshot,
 };
 pub use slice::{SliceAt, SliceFrame};

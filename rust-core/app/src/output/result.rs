@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::{At, OutputError};
 use super::hdf::{self, kind};
-use super::run_files::{EARLIER, SeriesColumn};
+use super::run_files::{EARLIER, Kept, SeriesColumn};
 use super::{events, sealed};
 use concordem_contact::math::Vec3;
 use concordem_solver::fracture::Event;
@@ -16,6 +16,8 @@ pub struct ResultFile {
     path: PathBuf,
     file: hdf5::File,
     series: Vec<SeriesColumn>,
+    /// The folder of the result of an unfinished run.
+    _kept: Option<Kept>,
 }
 
 impl ResultFile {
@@ -39,7 +41,12 @@ impl ResultFile {
         }
         series.sort_by_key(|(order, _)| *order);
         let series = series.into_iter().map(|(_, series)| series).collect();
-        Ok(Self { path: path.to_owned(), file, series })
+        Ok(Self { path: path.to_owned(), file, series, _kept: None })
+    }
+
+    /// The same result, which keeps the folder that it lies in as long as it is open.
+    pub(crate) fn keeping(self, kept: Kept) -> Self {
+        Self { _kept: Some(kept), ..self }
     }
 
     /// The file.

@@ -11,7 +11,7 @@ use super::readable::{count, seconds};
 use super::recording::{Recording, bond_damage, result_path};
 use super::watch::Live;
 use super::{Failure, Host, shell};
-use crate::output::{ResultFile, RunFiles};
+use crate::output::RunFiles;
 use concordem_scenario::assembly::{Assembly, PackingCache, Sharpness, assemble_cached};
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::{Advance, Simulation};
@@ -358,12 +358,6 @@ pub(super) fn check_page_name(option: &str, path: &Path) -> Result<(), Failure> 
             path.with_extension("html").display()
         ))),
     }
-}
-
-/// Opens a result; says what to do if the file is a scenario.
-pub(super) fn open_result(path: &Path) -> Result<ResultFile, Failure> {
-    scenario_instead(path)?;
-    Ok(ResultFile::open(path)?)
 }
 
 /// An error if the file is a scenario where a result is needed.

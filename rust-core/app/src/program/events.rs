@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use super::drive::open_result;
 use super::readable::count;
+use super::so_far::open_result;
 use super::{Console, Facts, Failure};
 use crate::output::ResultFile;
 use crate::output::crack_faces::{CrackFace, CrackFaces};
@@ -106,7 +106,7 @@ const BINS: usize = 24;
 
 pub(super) fn events(arguments: &EventsArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     refuse_unused(arguments)?;
-    let result = open_result(&arguments.file)?;
+    let result = open_result(&arguments.file, console)?;
     let name = arguments.file.display().to_string();
     let unfit = |what: &str| {
         let name = name.clone();

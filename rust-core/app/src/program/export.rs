@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::drive::{build, open_result};
+use super::drive::build;
 use super::meter::{Display, Meter};
 use super::recording::{INITIAL_HASH, SCENARIO_FILE, check_initial_state};
 use super::resume::CHANGED_LATER;
+use super::so_far::open_result;
 use super::{Console, Failure};
 use crate::output::export::{write_cracks, write_heat_network, write_lammps, write_vtk};
 use crate::output::result::ResultFile;
@@ -67,7 +68,7 @@ pub fn export_result(
     format: &str,
     output: Option<&Path>,
     overwrite: bool,
-    console: &Console<'_>,
+    console: &mut Console<'_>,
 ) -> Result<Exported, Failure> {
     let format = Format::from_str(format, false).map_err(|_| {
         let formats = Format::value_variants().iter().filter_map(Format::to_possible_value);
@@ -78,8 +79,8 @@ pub fn export_result(
     write(&ExportArguments { file: file.to_owned(), format, output, force: overwrite }, console)
 }
 
-fn write(arguments: &ExportArguments, console: &Console<'_>) -> Result<Exported, Failure> {
-    let result = open_result(&arguments.file)?;
+fn write(arguments: &ExportArguments, console: &mut Console<'_>) -> Result<Exported, Failure> {
+    let result = open_result(&arguments.file, console)?;
     let stem = arguments.output.clone().unwrap_or_else(|| arguments.file.with_extension(""));
     if result.snapshot_times()?.is_empty() && arguments.format != Format::HeatNetwork {
         return Err(Failure::Usage(format!("{} has no snapshots", arguments.file.display())));

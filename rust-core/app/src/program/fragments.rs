@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use super::drive::open_result;
 use super::readable::{count, seconds};
+use super::so_far::open_result;
 use super::{Console, Facts, Failure};
 use crate::output::{ParticlesAt, ResultFile};
 use crate::signals::fragments::{Fragments, Size, usual_size};
@@ -48,7 +48,7 @@ fn time(text: &str) -> Result<Time, String> {
 }
 
 pub(super) fn fragments(arguments: &FragmentsArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let result = open_result(&arguments.file)?;
+    let result = open_result(&arguments.file, console)?;
     let name = arguments.file.display().to_string();
     let scenario = Scenario::parse(&name, &result.scenario()?)?;
     if scenario.bonds.is_none() {

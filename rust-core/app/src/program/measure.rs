@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use super::drive::open_result;
 use super::recording::{UNBONDED, WALLS};
+use super::so_far::open_result;
 use super::{Console, Failure};
 use crate::output::{OutputError, ResultFile};
 use concordem_contact::math::{Mat3, Vec3};
@@ -99,7 +99,7 @@ fn grid(text: &str) -> Result<[usize; 3], String> {
 }
 
 pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let result = open_result(&arguments.file)?;
+    let result = open_result(&arguments.file, console)?;
     let scenario = Scenario::parse(&arguments.file.display().to_string(), &result.scenario()?)?;
     let moment = Moment::read(&result, &scenario)?;
     let text = if arguments.operator.is_empty() {

@@ -32,6 +32,7 @@ pub mod run;
 mod schema;
 mod settings;
 mod shell;
+mod so_far;
 pub mod sweep;
 mod watch;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::drive::open_result;
+use super::so_far::open_result;
 use super::{Console, Failure};
 use crate::figure::{Curve, Figure};
 use crate::output::{OutputError, ResultFile, sealed};
@@ -71,7 +71,7 @@ struct Run {
 }
 
 pub(super) fn plot(arguments: &PlotArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let path = plot_results(arguments)?;
+    let path = plot_results(arguments, console)?;
     console.print(&format!("{}\n", path.display()))
 }
 
@@ -80,11 +80,11 @@ pub(super) fn plot(arguments: &PlotArguments, console: &mut Console<'_>) -> Resu
 /// # Errors
 ///
 /// If a result cannot be read or does not have the series, there is no result, or the file cannot be written.
-pub fn plot_results(arguments: &PlotArguments) -> Result<PathBuf, Failure> {
+pub fn plot_results(arguments: &PlotArguments, console: &mut Console<'_>) -> Result<PathBuf, Failure> {
     if arguments.files.is_empty() {
         return Err(Failure::Usage("there is no result to draw".to_owned()));
     }
-    let results = arguments.files.iter().map(|path| open_result(path)).collect::<Result<Vec<_>, _>>()?;
+    let results = arguments.files.iter().map(|path| open_result(path, console)).collect::<Result<Vec<_>, _>>()?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("svg"));
     let is_pdf = match path.extension().and_then(|extension| extension.to_str()) {
         Some("svg") => false,

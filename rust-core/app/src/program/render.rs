@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::drive::open_result;
 use super::measure::particle_stresses;
+use super::so_far::open_result;
 use super::{Console, Failure};
 use crate::output::{OutputError, ResultFile, sealed};
 use crate::pictures::{Moments, Picture, PictureError, Request, Section, Shown, picture};
@@ -182,7 +182,7 @@ pub fn render_result(
     request: &Request,
     console: &mut Console<'_>,
 ) -> Result<(PathBuf, usize), Failure> {
-    let result = open_result(file)?;
+    let result = open_result(file, console)?;
     let path = output.map_or_else(|| file.with_extension("png"), Path::to_owned);
     check_name(&path)?;
     let path = sealed::target(&path)?;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use super::drive::{check_page_name, open_result};
+use super::drive::check_page_name;
+use super::so_far::open_result;
 use super::{Console, Failure};
 use crate::output::OutputError;
 use crate::report::{ReferenceFigures, bonds_of, write_report};
@@ -47,7 +48,7 @@ pub(super) fn report(arguments: &ReportArguments, console: &mut Console<'_>) -> 
     if let Some(path) = &arguments.output {
         check_page_name("--output ", path)?;
     }
-    let path = write(arguments)?;
+    let path = write(arguments, console)?;
     console.print(&format!("{}\n", path.display()))
 }
 
@@ -60,6 +61,7 @@ pub fn report_on(
     output: Option<&Path>,
     overwrite: bool,
     reference: &str,
+    console: &mut Console<'_>,
 ) -> Result<PathBuf, Failure> {
     if let Some(path) = output {
         check_page_name("", path)?;
@@ -76,11 +78,11 @@ pub fn report_on(
         Failure::Usage(format!("reference is \"{reference}\"; give one of {}", names.join(", ")))
     })?;
     let output = output.map(Path::to_owned);
-    write(&ReportArguments { files: files.to_vec(), output, force: overwrite, reference })
+    write(&ReportArguments { files: files.to_vec(), output, force: overwrite, reference }, console)
 }
 
-fn write(arguments: &ReportArguments) -> Result<PathBuf, Failure> {
-    let results = arguments.files.iter().map(|path| open_result(path)).collect::<Result<Vec<_>, _>>()?;
+fn write(arguments: &ReportArguments, console: &mut Console<'_>) -> Result<PathBuf, Failure> {
+    let results = arguments.files.iter().map(|path| open_result(path, console)).collect::<Result<Vec<_>, _>>()?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("html"));
     let path = crate::output::sealed::target(&path)?;
     if path.exists() && !arguments.force {

@@ -17,8 +17,9 @@ use super::{Console, Failure, Work, shell};
 use crate::output::checkpoint::Checkpoint;
 use crate::output::sealed::target;
 use crate::output::{ResultFile, Resumed, RunFiles};
+use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::restart::{Continuation, changes, check};
-use concordem_scenario::assembly::{Assembly, Sharpness};
+use concordem_scenario::assembly::{Assembly, PackingCache, Sharpness};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 
@@ -102,18 +103,11 @@ fn proceed(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<Opt
     let host = console.host.clone();
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(display);
-        // Assemble model and schedule again; read the state from the checkpoint.
         // A state of another scenario may need the sharp bound for its time step.
         let sharpness = if edited || origin.is_some() { Sharpness::Sharp } else { Sharpness::Sufficient };
-        let mut assembly = build_with(&scenario, cache.as_ref(), sharpness, &meter)?;
-        check_initial_state(initial_hash.as_deref(), &assembly.state, &path, "resumed")?;
-        let initial_positions = assembly.state.particles.position.clone();
         let fresh = checkpoint.is_none();
-        match (checkpoint, origin) {
-            (Some(mut checkpoint), _) => restore(&mut checkpoint, &mut assembly, &scenario, &path)?,
-            (None, Some((from, hash))) => begin_from(&from, hash.as_deref(), &mut assembly, &scenario)?,
-            (None, None) => {}
-        }
+        let before = Before { checkpoint, origin, initial_hash, path: &path };
+        let (assembly, initial_positions) = assembled(&scenario, before, cache.as_ref(), sharpness, &meter)?;
         let live = Live::begin(arguments.watch, &scenario.title, &initial_positions, &assembly.state, console)?;
         let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
         if let Some(device) = device {
@@ -123,6 +117,38 @@ fn proceed(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<Opt
         Run::new(simulation, *files, recording, begun).watched(live).drive(&meter, fresh, host.as_ref())
     })?;
     Ok(Some(outcome))
+}
+
+/// What a run has done before.
+pub(super) struct Before<'a> {
+    /// Its newest checkpoint; `None`: it begins again.
+    pub checkpoint: Option<Box<Checkpoint>>,
+    /// The run that it continues, with the hash of its state.
+    pub origin: Option<(String, Option<String>)>,
+    /// Hash of its initial state, unless the scenario was changed since.
+    pub initial_hash: Option<String>,
+    /// Its result.
+    pub path: &'a Path,
+}
+
+/// Assembles model and schedule again, with the state from before. Returns the positions at the start as well, m.
+pub(super) fn assembled(
+    scenario: &Scenario,
+    before: Before<'_>,
+    cache: Option<&PackingCache>,
+    sharpness: Sharpness,
+    meter: &Meter,
+) -> Result<(Assembly, Vec<Vec3>), Failure> {
+    let Before { checkpoint, origin, initial_hash, path } = before;
+    let mut assembly = build_with(scenario, cache, sharpness, meter)?;
+    check_initial_state(initial_hash.as_deref(), &assembly.state, path, "resumed")?;
+    let initial_positions = assembly.state.particles.position.clone();
+    match (checkpoint, origin) {
+        (Some(mut checkpoint), _) => restore(&mut checkpoint, &mut assembly, scenario, path)?,
+        (None, Some((from, hash))) => begin_from(&from, hash.as_deref(), &mut assembly, scenario)?,
+        (None, None) => {}
+    }
+    Ok((assembly, initial_positions))
 }
 
 /// Name of the provenance entry with the keys that were changed while the run was interrupted.

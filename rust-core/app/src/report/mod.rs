@@ -38,7 +38,7 @@ mod triaxial;
 use std::path::Path;
 
 use crate::output::{OutputError, ResultFile, sealed};
-use crate::provenance::{ENDED, PROGRAM};
+use crate::provenance::{ENDED, PROGRAM, STOPPED, UNFINISHED};
 pub(crate) use chart::Scale;
 use concordem_scenario::schedule::Rounding;
 use concordem_scenario::schema::Scenario;
@@ -96,6 +96,10 @@ struct Run<'a> {
     length: Option<f64>,
     /// Date on which the run ended, if the result has it.
     ended: Option<String>,
+    /// Author of the scenario; may be empty.
+    author: String,
+    /// Of the result of an unfinished run: how far it is.
+    unfinished: Option<String>,
     color: &'static str,
 }
 
@@ -164,10 +168,10 @@ impl<'a> Run<'a> {
         let is_bonded = scenario.as_ref().is_none_or(|scenario| scenario.bonds.is_some());
         let test = scenario.as_ref().and_then(Test::of);
         let meaning = scenario.as_ref().map_or(Meaning::Layers, Meaning::of);
-        let title = toml::from_str::<toml::Table>(&text)
-            .ok()
-            .and_then(|scenario| Some(scenario.get("title")?.as_str()?.to_owned()))
-            .unwrap_or_default();
+        // Also of a scenario that this program cannot read.
+        let table = toml::from_str::<toml::Table>(&text).unwrap_or_default();
+        let [title, author] =
+            ["title", "author"].map(|key| table.get(key).and_then(toml::Value::as_str).unwrap_or_default().to_owned());
         let figures = if file.has_series("gauge_strain") {
             CurveFigures::with_gauge(&history.strain, &file.history("gauge_strain")?, &history.stress)
         } else {
@@ -184,6 +188,8 @@ impl<'a> Run<'a> {
         let (figures, test) = if is_known { (figures, test) } else { (None, None) };
         let length = number(SPECIMEN_LENGTH);
         let ended = entry(ENDED).map(|(_, date)| date.clone());
+        let reason = entry(STOPPED).map(|(_, reason)| reason.clone());
+        let unfinished = reason.filter(|reason| reason.starts_with(UNFINISHED));
         let color = RUN_COLORS[k % RUN_COLORS.len()];
         let (material, bonds) = (recipe::material(&text), bonds_of(scenario.as_ref()));
         Ok(Self {
@@ -206,6 +212,8 @@ impl<'a> Run<'a> {
             scenario,
             length,
             ended,
+            author,
+            unfinished,
             color,
         })
     }
@@ -255,6 +263,13 @@ fn page_title(runs: &[Run]) -> String {
     }
 }
 
+/// The authors of the scenarios, each once.
+fn authors(runs: &[Run]) -> String {
+    let mut names: Vec<&str> = runs.iter().map(|run| run.author.as_str()).filter(|name| !name.is_empty()).collect();
+    names.dedup();
+    if names.is_empty() { String::new() } else { format!("; by {}", escape(&names.join(", "))) }
+}
+
 fn heading(runs: &[Run]) -> String {
     let file = |run: &Run| {
         let ended = run.ended.as_ref().map_or_else(String::new, |date| format!(" of {date} UTC"));
@@ -262,11 +277,14 @@ fn heading(runs: &[Run]) -> String {
     };
     let files: Vec<String> = runs.iter().map(file).collect();
     let note = |run: &Run| Some(format!("<p>Records of {}: {}.</p>\n", escape(&run.name), run.coverage.note()?));
+    let unfinished =
+        |run: &Run| Some(format!("<p><b>{}</b> is {}.</p>\n", escape(&run.name), escape(run.unfinished.as_ref()?)));
     let noise = |run: &Run| Some(format!("<p>Stress of {}: {}.</p>\n", escape(&run.name), run.note_on_noise()?));
     format!(
-        "<h1>{}</h1>\n<p class=\"quiet\">Results {}, computed by {PROGRAM}. Tension is positive.</p>\n{}",
+        "<h1>{}</h1>\n<p class=\"quiet\">Results {}, computed by {PROGRAM}{}. Tension is positive.</p>\n{}",
         escape(&page_title(runs)),
         files.join(", "),
-        runs.iter().flat_map(|run| [note(run), noise(run)]).flatten().collect::<String>(),
+        authors(runs),
+        runs.iter().flat_map(|run| [unfinished(run), note(run), noise(run)]).flatten().collect::<String>(),
     )
 }

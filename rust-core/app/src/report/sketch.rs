@@ -234,3 +234,72 @@ fn hopkinson(bars: &Bars, whole: f64) -> String {
     sketch.arrow([face - striker, 0.0], [1.0, 0.0], 14.0);
     sketch.done("Striker, bars with gauges, and specimen")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The numbers of a drawing's commands of one kind, such as `M` of arrows.
+    fn numbers(sketch: &str, before: &str) -> Vec<Vec<f64>> {
+        let all = sketch.split(before).skip(1).map(|rest| {
+            let end = rest.find(['"', 'Z']).unwrap_or(rest.len());
+            let words = rest[..end].split(['L', ' ', 'l']);
+            words.filter_map(|word| word.parse().ok()).collect()
+        });
+        all.collect()
+    }
+
+    /// Shafts of arrows: where each begins and ends, px.
+    fn shafts(sketch: &str) -> Vec<[f64; 4]> {
+        let shafts = numbers(sketch, "<path d=\"M").into_iter().filter(|path| path.len() == 4);
+        shafts.map(|path| [path[0], path[1], path[2], path[3]]).collect()
+    }
+
+    /// Pressed specimens have arrows towards their ends, pulled ones away from them, confined ones three more on each side; lengths are to
+    /// scale and written.
+    #[test]
+    fn specimens_have_their_size_and_loads() {
+        for (is_pulled, is_confined, count) in [(false, false, 2), (true, false, 2), (false, true, 8)] {
+            let sketch = loaded([0.05, 0.1], Ends::Plates, is_pulled, is_confined);
+            assert!(sketch.contains("50.00 mm × 100.0 mm"), "{sketch}");
+            let found = shafts(&sketch);
+            assert_eq!(found.len(), count, "{sketch}");
+            let middle = 0.5 * SIZE[1];
+            for [x1, y1, x2, y2] in found {
+                if x1 == x2 {
+                    assert_eq!((y2 - middle).abs() > (y1 - middle).abs(), is_pulled, "{y1} {y2}");
+                } else {
+                    assert!((x2 - 0.5 * SIZE[0]).abs() < (x1 - 0.5 * SIZE[0]).abs(), "{x1} {x2}");
+                }
+            }
+            let (_, body) = sketch.split_once("width=\"").expect("a body");
+            let width: f64 = body.split('"').next().unwrap_or_default().parse().expect("a number");
+            let (_, body) = body.split_once("height=\"").expect("a body");
+            let height: f64 = body.split('"').next().unwrap_or_default().parse().expect("a number");
+            assert!((height / width - 2.0).abs() < 0.01, "{height} {width}");
+        }
+    }
+
+    /// Supports stand at the span, rollers of four-point bending at the inner one, and the notch has its depth.
+    #[test]
+    fn beams_have_their_supports_and_notch() {
+        let beam =
+            |inner_span: f64, notch: Option<f64>| Beam { width: 0.05, height: 0.1, span: 0.3, inner_span, notch };
+        let scale = Sketch::new([0.4, 0.1]).scale;
+        for (inner, rollers) in [(0.0, 1), (0.1, 2)] {
+            let sketch = bent(&beam(inner, Some(0.02)), 0.4);
+            let supports: Vec<f64> = numbers(&sketch, "<path d=\"M")
+                .iter()
+                .filter(|path| path.len() != 4 && path[1] > 0.5 * SIZE[1])
+                .map(|path| path[0])
+                .collect();
+            assert_eq!(supports.len(), 2, "{sketch}");
+            assert!((supports[1] - supports[0] - 0.3 * scale).abs() < 0.2, "{supports:?}");
+            let found = shafts(&sketch);
+            assert_eq!(found.len(), rollers);
+            assert!((found[rollers - 1][0] - found[0][0] - inner * scale).abs() < 0.2, "{found:?}");
+            assert!(sketch.contains("l = 300.0 mm, h = 100.0 mm, a₀ = 20.00 mm"), "{sketch}");
+            assert_eq!(sketch.contains("rollers 100.0 mm apart"), inner > 0.0);
+        }
+    }
+}

@@ -61,7 +61,7 @@ pub fn look(path: &Path) -> Result<Option<Unfinished>, OutputError> {
 }
 
 /// The working folder of the run whose result is `path`, or `path` if it is such a folder.
-fn folder_of_run(path: &Path) -> Result<PathBuf, OutputError> {
+pub(super) fn folder_of_run(path: &Path) -> Result<PathBuf, OutputError> {
     if path.extension().is_some_and(|extension| extension == "parts") && path.is_dir() {
         Ok(path.to_owned())
     } else {
@@ -71,7 +71,7 @@ fn folder_of_run(path: &Path) -> Result<PathBuf, OutputError> {
 
 /// Whether a process holds the lock of a run. Does not create the lock: a run that removes its folder at this moment would find it not empty,
 /// and fail. A shared lock does not keep others who look from seeing the same.
-fn is_running(parts: &Path) -> bool {
+pub(super) fn is_running(parts: &Path) -> bool {
     let file = File::options().write(true).open(parts.join("lock"));
     file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }

@@ -21,6 +21,7 @@ mod header;
 mod look;
 mod merge;
 mod snapshot;
+mod so_far;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -46,6 +47,7 @@ use header::{read_header, write_header};
 pub use look::{Follower, News, Unfinished, look};
 use snapshot::snapshot_fields;
 pub use snapshot::{BondSnapshot, Snapshot, SnapshotField, StoredSnapshot};
+pub use so_far::{Kept, SoFar};
 
 /// The open files of a run.
 #[derive(Debug)]

@@ -11,7 +11,7 @@ use std::time::SystemTime;
 use super::Failure;
 use crate::output::run_files::parts_folder;
 use crate::output::{OutputError, ResultFile, RunFiles, csv};
-use crate::provenance::{ENDED, date};
+use crate::provenance::{ENDED, STOPPED, date};
 use concordem_contact::math::Vec3;
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
@@ -55,7 +55,7 @@ impl Recording {
     /// A file cannot be written; see [`RunFiles::finish`].
     pub fn finish(&self, simulation: &mut Simulation, mut files: RunFiles, reason: &str) -> Result<(), Failure> {
         let path = files.path().to_owned();
-        files.note("stopped_because", reason);
+        files.note(STOPPED, reason);
         files.note(ENDED, &date(SystemTime::now()));
         let unmet = simulation.unmet().join("; ");
         if !unmet.is_empty() {
@@ -74,8 +74,8 @@ impl Recording {
         let displacement = self.displacement(&simulation.state);
         let forces = simulation.solver.record(&mut simulation.state)?;
         let state = &simulation.state;
-        let Model { strength_scatter: scatter, joints, .. } = simulation.solver.model();
-        let tables = Tables { state, displacement: &displacement, forces: &forces, scatter, joints };
+        let Model { strengths, joints, .. } = simulation.solver.model();
+        let tables = Tables { state, displacement: &displacement, forces: &forces, strengths, joints };
         remove_old_csv(&path, self.csv)?;
         files.finish(state, &tables)?;
         if self.csv {
