@@ -33,8 +33,8 @@ def two() -> concordem.Scenario:
 
 @pytest.fixture
 def concrete() -> concordem.Scenario:
-    """About a thousand spheres of concrete in tension, until bonds break."""
-    return concordem.Scenario.template("cpm-small")
+    """About a thousand spheres of concrete in tension, until bonds break; of a cell of 100 spheres, since each simulation makes its own."""
+    return concordem.Scenario.template("cpm-small").with_settings({"packing.count": 100})
 
 
 @pytest.fixture(scope="session")

@@ -400,8 +400,8 @@ def test_sample_checks_its_options(concrete):
         simulation.sample("porosity", interval=2)
 
 
-def test_problems_of_a_sample_begin_with_the_call():
-    data = concordem.Scenario.template("cpm-small").to_dict()
+def test_problems_of_a_sample_begin_with_the_call(concrete):
+    data = concrete.to_dict()
     material = data["material"][0]["name"]
     shapes = {"floor": "-1 m", "ceiling": "-2 m"}.items()
     walls = [{"name": name, "material": material, "shape": {"kind": "plane", "point": [0, 0, z], "normal": [0, 0, 1]}} for name, z in shapes]
@@ -424,6 +424,6 @@ def test_problems_of_a_sample_begin_with_the_call():
         assert (info.value.line, info.value.problems[0].column) == (1, 1)
     # What only the assembly can find, too.
     far = {"kind": "half-spaces", "volume": "1 m^3", "planes": [{"point": [0, 0, "-1 m"], "normal": [0, 0, 1]}]}
-    cell = concordem.Scenario.template("cpm-periodic").simulation()
+    cell = concordem.Scenario.template("cpm-periodic").with_settings({"packing.count": 100}).simulation()
     with pytest.raises(concordem.ScenarioError, match=r'^sample\("region-stress", region=.*\): region: '):
         cell.sample("region-stress", region=far)
