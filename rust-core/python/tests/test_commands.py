@@ -317,6 +317,7 @@ def test_characterise(finished):
 
 
 @pytest.mark.filterwarnings("ignore:.*broken bonds are not drawn")
+@pytest.mark.once
 def test_pictures_are_those_of_the_program(finished, tmp_path):
     """Each option of `concordem render` and `concordem plot`, byte by byte, and what is refused."""
     pairs = [

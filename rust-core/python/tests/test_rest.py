@@ -80,6 +80,7 @@ def cell():
     return concordem.Scenario.from_dict(data)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize(
     "law, options, found",
     [
