@@ -12,6 +12,7 @@ A comment on the line before a block says what is special about it; several word
     <!-- code: fails=STATUS -->    must end with this exit status
     <!-- code: shown REASON -->    never run: changes the machine, or is no complete program
     <!-- check: COMMAND -->        what the page promises of the block before: the command must succeed (stands alone)
+    <!-- quicker: COMMAND -->      changes a file of the page, so that blocks of which no numbers are shown take less time (stands alone)
     <!-- copy: PATH [NAME] -->     copies a file of the repository to the page's folder (stands alone)
     <!-- tasks: COUNT -->          the page has so many sections; each takes at most ten lines and five minutes (stands alone)
 
@@ -40,7 +41,7 @@ BOOK = Path(__file__).resolve().parent
 ROOT = BOOK.parents[1]
 LANGUAGES = ("sh", "python", "toml")
 FENCE = re.compile(r"^(?P<indent> *)```(?P<language>\w+)\s*$")
-MARK = re.compile(r"^\s*<!-- (?P<kind>code|copy|check): (?P<words>.*?) -->\s*$")
+MARK = re.compile(r"^\s*<!-- (?P<kind>code|copy|check|quicker): (?P<words>.*?) -->\s*$")
 LIMIT = 600  # seconds for one block
 TASKS = re.compile(r"^<!-- tasks: (\d+) -->$", re.MULTILINE)
 TASK_LINES, TASK_SECONDS = 10, 300
@@ -60,7 +61,7 @@ def blocks_of(page):
     at = 0
     while at < len(lines):
         mark, fence = MARK.match(lines[at]), FENCE.match(lines[at])
-        if mark and mark["kind"] in ("copy", "check"):
+        if mark and mark["kind"] in ("copy", "check", "quicker"):
             found.append(Block(at + 1, mark["kind"], mark["words"]))
         elif mark:
             words = mark["words"].split()
@@ -155,7 +156,7 @@ class Page:
                 raise Failed(f"there is no {source} in the repository")
             shutil.copy(ROOT / source, self.folder / (name[0] if name else Path(source).name))
             return False
-        if block.language == "check":
+        if block.language in ("check", "quicker"):
             if not self.left_out:
                 self.command(["bash", "-euo", "pipefail", "-c", block.text])
             return False
