@@ -33,6 +33,8 @@ install_package() {
 }
 
 test_python() {
+  # Waiting threads of NumPy's linear algebra must not spin while other tests need the processors.
+  export OPENBLAS_NUM_THREADS=1
   # One module serves every interpreter. The others test what meets their NumPy, and the packages of YADE, but not what is marked `once`.
   local tests=()
   for python in "${pythons[@]}"; do
