@@ -215,8 +215,10 @@ material = "steel"
     assert!(first == 400.0 && last < 399.0, "heat flows: {first}, {last}");
 
     let table = rows(section(&page, "Materials"));
-    let row =
-        |name: &str| table.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("{name}: {table:?}")).clone();
+    let row = |name: &str| {
+        let found = table.iter().find(|row| row.first().is_some_and(|first| first == name));
+        found.unwrap_or_else(|| panic!("{name}: {table:?}")).clone()
+    };
     assert_eq!(row("density")[1..], ["2500 kg/m³", "7800 kg/m³"]);
     is_written(&row("frictional: normal stiffness")[2], 2e4);
     assert_eq!(row("frictional: friction coefficient")[2], "–");
