@@ -252,6 +252,9 @@ fn a_large_run_killed_before_its_first_checkpoint_begins_again() {
     assert!(parts.join("header.h5").exists(), "the run has begun");
     assert!(!parts.join("checkpoint-0000.h5").exists(), "a large run begins without a checkpoint");
 
+    let given = concordem(["report", text(&broken)]);
+    assert_eq!(given.code, exit::USAGE);
+    assert!(given.err.contains("is not finished, and has no checkpoint yet: wait some seconds"), "{}", given.err);
     let given = concordem(["resume", "-q", text(&broken)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     same(&contents(&broken), &expected, "the run that began again");

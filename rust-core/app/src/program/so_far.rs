@@ -32,9 +32,14 @@ pub(super) fn open_result(path: &Path, console: &mut Console<'_>) -> Result<Resu
 /// # Errors
 /// The run has no checkpoint yet, its files cannot be read, or its scenario cannot be assembled again.
 fn unfinished(path: &Path, console: &mut Console<'_>) -> Result<ResultFile, Failure> {
-    let so_far = SoFar::of(path)?;
+    let too_early =
+        || Failure::Usage(format!("{} is not finished, and has no checkpoint yet: wait some seconds", path.display()));
+    let so_far = match SoFar::of(path) {
+        Err(OutputError::NoCheckpoint { reasons, .. }) if reasons.is_empty() => return Err(too_early()),
+        so_far => so_far?,
+    };
     let Resumed::Continue { mut files, checkpoint, .. } = RunFiles::resume(&so_far.path)? else {
-        return Err(Failure::Usage(format!("{} is not finished, and has no checkpoint yet; wait", path.display())));
+        return Err(too_early());
     };
     let entry =
         |name: &str| files.header().provenance.iter().find(|(other, _)| other == name).map(|(_, value)| value.clone());
@@ -43,10 +48,11 @@ fn unfinished(path: &Path, console: &mut Console<'_>) -> Result<ResultFile, Fail
     let edited = entry(CHANGED_LATER).is_some();
     let initial_hash = entry(INITIAL_HASH).filter(|_| !edited);
     let before = Before { checkpoint: Some(checkpoint), origin: None, initial_hash, path };
-    // No step is taken: any time step will do.
     let meter = Meter::new(Display::Nothing);
     let cache = console.cache();
-    let (assembly, initial_positions) = assembled(&scenario, before, cache.as_ref(), Sharpness::Sufficient, &meter)?;
+    // As when it is resumed.
+    let sharpness = if edited { Sharpness::Sharp } else { Sharpness::Sufficient };
+    let (assembly, initial_positions) = assembled(&scenario, before, cache.as_ref(), sharpness, &meter)?;
     let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
     let recording = Recording::new(&scenario, initial_positions);
     // A run writes a checkpoint before the snapshot of its step.

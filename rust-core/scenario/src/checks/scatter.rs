@@ -48,6 +48,10 @@ impl Checker<'_> {
             let message = "not with [aggregates], whose pores remove spheres";
             return self.conflict(path, message, "give the aggregates by [phases]");
         }
+        if scenario.fibers.is_some() {
+            let message = "not with [fibers], which remove the spheres in their way";
+            return self.conflict(path, message, "use material.strength_scatter");
+        }
         if let Some(at) = scenario.materials.iter().position(|material| material.deformable.is_some()) {
             let message = format!("not with deformable particles (material[{at}].deformable)");
             return self.conflict(path, message, "remove one of the two");
