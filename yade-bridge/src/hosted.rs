@@ -189,7 +189,7 @@ impl Hosted {
     /// Lock for a step of the host, whose waiting threads make room.
     fn read_for_step(&self, py: Python<'_>) -> PyResult<Access<'_, Inner>> {
         // A reader may hold the lock while it makes objects of Python.
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let threads = self.threads();
         let pause = inner.host.as_ref().and_then(|host| host.pause);
         if let Some(pause) = pause.filter(|_| inner.assembly.wants_host_threads_paused(threads)) {
@@ -199,12 +199,8 @@ impl Hosted {
         Ok(inner)
     }
 
-    fn lock(&self) -> PyResult<Access<'_, Inner>> {
-        self.inner.lock()
-    }
-
     /// Lock; wait while another thread reads, or computes a step.
-    fn read(&self, py: Python<'_>) -> PyResult<Access<'_, Inner>> {
+    fn wait(&self, py: Python<'_>) -> PyResult<Access<'_, Inner>> {
         self.inner.wait(py)
     }
 }
@@ -379,10 +375,10 @@ impl Hosted {
                     Ok::<(), SolverError>(())
                 })
             };
-            self.lock()?.change(py, steps)?.or_raise()?;
+            self.wait(py)?.change(py, steps)?.or_raise()?;
             py.check_signals()?;
         }
-        Ok(self.lock()?.assembly.broken)
+        Ok(self.wait(py)?.assembly.broken)
     }
 
     /// Attach the host's memory. The caller must have checked addresses and offsets against the host's Python values.
@@ -390,7 +386,7 @@ impl Hosted {
     /// `container`: the vector of bodies; `forces`: the object of the forces; `offsets`: of the state in a body, and of
     /// position, velocity, angular velocity, orientation, and prescribed degrees of freedom in a state.
     fn attach(&self, py: Python<'_>, container: usize, forces: usize, offsets: [usize; 6]) -> PyResult<()> {
-        let mut inner = self.lock()?;
+        let mut inner = self.wait(py)?;
         let host = Host::new(&inner.assembly.state.particles.id, container, forces, offsets)?;
         inner.change(py, |inner| inner.host = Some(host))
     }
@@ -399,7 +395,7 @@ impl Hosted {
     /// of the host; with another number, `undisturbed` is false.
     #[pyo3(signature = (layout))]
     fn move_bodies(&self, py: Python<'_>, layout: Option<MotionLayout>) -> PyResult<usize> {
-        let mut inner = self.lock()?;
+        let mut inner = self.wait(py)?;
         let host = inner.host.as_ref().ok_or_else(|| PyRuntimeError::new_err(NO_HOST))?;
         let count = host.body_count();
         let motion = layout.map(|layout| Motion::new(layout, count)).transpose()?;
@@ -414,18 +410,18 @@ impl Hosted {
     /// Number of bodies of the host, deleted ones included.
     #[getter]
     fn body_count(&self, py: Python<'_>) -> PyResult<usize> {
-        self.read(py)?.host.as_ref().map(Host::body_count).ok_or_else(|| PyRuntimeError::new_err(NO_HOST))
+        self.wait(py)?.host.as_ref().map(Host::body_count).ok_or_else(|| PyRuntimeError::new_err(NO_HOST))
     }
 
     /// Remember the host's engines. `container`: their vector; `dead`: offset of that flag in an engine.
     fn watch(&self, py: Python<'_>, container: usize, dead: usize) -> PyResult<()> {
-        self.lock()?.change(py, |inner| inner.engines = Some(Engines::new(container, dead)))
+        self.wait(py)?.change(py, |inner| inner.engines = Some(Engines::new(container, dead)))
     }
 
     /// Whether the host has the engines of the last `watch`, with the same flags, and, if the bodies are moved here, its integrator and its
     /// number of bodies are as they were.
     fn undisturbed(&self, py: Python<'_>) -> PyResult<bool> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let same = inner.engines.as_ref().is_some_and(Engines::are_the_same);
         let moved = inner.host.as_ref().and_then(|host| Some((host.motion.as_ref()?, host.body_count())));
         Ok(same && moved.is_none_or(|(motion, bodies)| motion.is_undisturbed(bodies)))
@@ -486,7 +482,7 @@ impl Hosted {
 
     /// Positions, motion, and body ids of the particles.
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let p = &inner.assembly.state.particles;
         let dict = PyDict::new(py);
         dict.set_item("id", scalars(py, &p.id))?;
@@ -501,12 +497,12 @@ impl Hosted {
     /// Position, velocity, orientation (x, y, z, w), angular velocity, and angular momentum of the clumps, in the order in which they
     /// were given.
     fn clumps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        clumps::motion(py, &self.read(py)?.assembly.state)
+        clumps::motion(py, &self.wait(py)?.assembly.state)
     }
 
     /// Tables of all active contacts: bonds by law, and `unbonded`. `a` and `b` are the host's body ids.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let dict = PyDict::new(py);
         let ids = &inner.assembly.state.particles.id;
         for block in &inner.assembly.state.bonds {
@@ -521,7 +517,7 @@ impl Hosted {
     /// What tells the active contacts, in the order of `contacts`: the particles as two halves of a number, whether each is a bond, and the bits of
     /// its reference length.
     fn contact_rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let state = &inner.assembly.state;
         let mut found: Vec<u64> = Vec::new();
         for block in state.bonds.iter().chain(&state.contacts) {
@@ -539,7 +535,7 @@ impl Hosted {
     /// Positions of the particles, m, (n, 3), and the contact forces of the last step: pair (rows of `bodies`), branch, point, force,
     /// moment. `present`: positions and branch vectors of the host's bodies now, as in YADE's operators; else those of the last step.
     fn forces<'py>(&self, py: Python<'py>, present: bool) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let Inner { assembly, host, .. } = &*inner;
         let now =
             if present { host.as_ref().map(|host| host.present_positions(assembly)).transpose() } else { Ok(None) };
@@ -561,7 +557,7 @@ impl Hosted {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let found = self.inside(|| inner.assembly.particle_results()).or_raise()?;
         Ok((
             scalars(py, &found.damage).into_any(),
@@ -572,7 +568,7 @@ impl Hosted {
 
     /// Net forces (N) and torques (N·m) of the last step per particle, (n, 3) each.
     fn net_forces<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         Ok((
             vectors(py, inner.assembly.solver.forces())?.into_any(),
             vectors(py, inner.assembly.solver.torques())?.into_any(),
@@ -584,19 +580,19 @@ impl Hosted {
     fn cell<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
         let both =
             |cell: Cell| Ok((tensor(py, &cell.matrix)?.into_any(), tensor(py, &cell.deformation_gradient)?.into_any()));
-        self.read(py)?.assembly.state.cell.map(both).transpose()
+        self.wait(py)?.assembly.state.cell.map(both).transpose()
     }
 
     /// Number of intact bonds.
     #[getter]
     fn bond_count(&self, py: Python<'_>) -> PyResult<usize> {
-        Ok(self.read(py)?.assembly.bond_count())
+        Ok(self.wait(py)?.assembly.bond_count())
     }
 
     /// Number of active bonds and contacts.
     #[getter]
     fn contact_count(&self, py: Python<'_>) -> PyResult<usize> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let state = &inner.assembly.state;
         let active = |flags: &&ContactFlags| flags.carries();
         Ok(state
@@ -610,12 +606,12 @@ impl Hosted {
     /// Number of bonds broken so far.
     #[getter]
     fn broken(&self, py: Python<'_>) -> PyResult<u64> {
-        Ok(self.read(py)?.assembly.broken)
+        Ok(self.wait(py)?.assembly.broken)
     }
 
     /// Number of bonds that each particle has lost so far, and of its unbonded contacts that opened, in the order of `bodies`.
     fn losses<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let inner = self.read(py)?;
+        let inner = self.wait(py)?;
         let Assembly { losses, openings, .. } = &inner.assembly;
         Ok((scalars(py, losses).into_any(), scalars(py, openings).into_any()))
     }
@@ -623,7 +619,7 @@ impl Hosted {
     /// Take what has happened to jointed bonds since the last call: the cracks, each as (steps before, ids, 1 in tension or 2 in shear, point,
     /// normal, mean radius, energy, area), and the ids of the bodies of bonds that began.
     fn take_happenings(&self, py: Python<'_>) -> PyResult<(Vec<CrackRow>, Vec<[u32; 2]>)> {
-        let mut inner = self.lock()?;
+        let mut inner = self.wait(py)?;
         let taken = inner.change(py, |inner| std::mem::take(&mut inner.assembly.happenings))?;
         let row = |crack: &Crack| {
             let &Crack { step, ids, kind, point, normal, size, energy, area } = crack;
@@ -635,35 +631,35 @@ impl Hosted {
     /// Temperature of each particle, K, in the order of `bodies`; None without heat conduction.
     #[getter]
     fn temperatures<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        Ok(self.read(py)?.assembly.temperatures().map(|temperature| scalars(py, temperature).into_any()))
+        Ok(self.wait(py)?.assembly.temperatures().map(|temperature| scalars(py, temperature).into_any()))
     }
 
     /// Number of steps so far.
     #[getter]
     fn steps(&self, py: Python<'_>) -> PyResult<u64> {
-        Ok(self.read(py)?.assembly.state.clock.step)
+        Ok(self.wait(py)?.assembly.state.clock.step)
     }
 
     /// Number of neighbor-list rebuilds so far.
     #[getter]
     fn searches(&self, py: Python<'_>) -> PyResult<u64> {
-        Ok(self.read(py)?.assembly.solver.neighbor_rebuilds())
+        Ok(self.wait(py)?.assembly.solver.neighbor_rebuilds())
     }
 
     /// Hash of the complete state.
     fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
-        hash::state_hash(&self.read(py)?.assembly.state).or_raise()
+        hash::state_hash(&self.wait(py)?.assembly.state).or_raise()
     }
 
     /// Write the state and a text of the caller to a file; returns the state hash.
     fn save(&self, py: Python<'_>, path: PathBuf, text: &str) -> PyResult<String> {
-        checkpoint::write(&path, &self.read(py)?.assembly.state, text).or_raise()
+        checkpoint::write(&path, &self.wait(py)?.assembly.state, text).or_raise()
     }
 
     /// Replace the state by one that `save` wrote, with the numbers of `losses`.
     fn restore(&self, py: Python<'_>, path: PathBuf, losses: Indices<'_>, openings: Indices<'_>) -> PyResult<()> {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
-        let mut inner = self.lock()?;
+        let mut inner = self.wait(py)?;
         let Assembly { state, solver, .. } = &inner.assembly;
         let count = state.particles.len();
         let losses = losses.get()?;

@@ -39,6 +39,22 @@ impl<T> Shared<T> {
 
     /// Lock the data; an error if another thread uses them, or if a panic has left them half changed.
     pub fn lock(&self) -> PyResult<Access<'_, T>> {
+        self.free().unwrap_or_else(|| Err(PyRuntimeError::new_err(self.busy)))
+    }
+
+    /// As [`Self::lock`], but wait while another thread uses the data.
+    pub fn wait(&self, py: Python<'_>) -> PyResult<Access<'_, T>> {
+        loop {
+            if let Some(access) = self.free() {
+                return access;
+            }
+            // Without the interpreter's lock, which the other thread may need to finish.
+            py.detach(|| std::thread::sleep(std::time::Duration::from_micros(20)));
+        }
+    }
+
+    /// The locked data, or an error if a panic has left them half changed; `None` if another thread uses them.
+    fn free(&self) -> Option<PyResult<Access<'_, T>>> {
         let content = match self.content.try_lock() {
             Ok(content) => content,
             // A thread panicked with the lock held; `fault` says whether it was changing the data.
@@ -46,18 +62,9 @@ impl<T> Shared<T> {
                 self.content.clear_poison();
                 poisoned.into_inner()
             }
-            Err(TryLockError::WouldBlock) => return Err(PyRuntimeError::new_err(self.busy)),
+            Err(TryLockError::WouldBlock) => return None,
         };
-        if content.fault { Err(PyRuntimeError::new_err(self.faulty)) } else { Ok(Access(content)) }
-    }
-
-    /// As [`Self::lock`], but wait while another thread uses the data.
-    pub fn wait(&self, py: Python<'_>) -> PyResult<Access<'_, T>> {
-        // Without the interpreter's lock, which the other thread may need to finish.
-        while let Err(TryLockError::WouldBlock) = self.content.try_lock() {
-            py.detach(|| std::thread::sleep(std::time::Duration::from_micros(20)));
-        }
-        self.lock()
+        Some(if content.fault { Err(PyRuntimeError::new_err(self.faulty)) } else { Ok(Access(content)) })
     }
 }
 
