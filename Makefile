@@ -140,6 +140,7 @@ test-studies:
 	@.ci/timed fracture-energy .venv/bin/python validation/fracture_energy.py
 	@.ci/timed rock-fracture .venv/bin/python validation/rock_fracture.py
 	@.ci/timed granite .venv/bin/python validation/granite.py
+	@.ci/timed faces .venv/bin/python validation/faces.py
 	@.ci/timed strain-rate .venv/bin/python validation/strain_rate.py
 	@.ci/timed acoustic-emission .venv/bin/python validation/acoustic_emission.py
 	@.ci/timed fineness .venv/bin/python validation/fineness.py
@@ -350,6 +351,7 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/fracture_energy.py --full
 	.venv/bin/python validation/rock_fracture.py --full
 	.venv/bin/python validation/granite.py --full
+	.venv/bin/python validation/faces.py --full
 	.venv/bin/python validation/strain_rate.py --full
 	.venv/bin/python validation/acoustic_emission.py --full
 	.venv/bin/python validation/fineness.py --full

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Acoustic emission and fragments of a rock: b-value, Kaiser effect, and sieve curve after an impact, beside published values.
+"""Acoustic emission and fragments of a rock: b-value, Kaiser effect, and sieve curves after an impact and between plates, beside published values.
 
     validation/acoustic_emission.py [--full | --table]
 
@@ -83,6 +83,28 @@ def thrown(size, velocity, seed):
     return document
 
 
+def between_plates(seed, shape, velocity, stop):
+    """A body of the rock between two plates that close along z."""
+    document = rock(BALL, seed)
+    document["packing"]["shape"] = shape
+    document["integration"] = {"damping": {"kind": "local", "coefficient": 0.1}}
+    document["loading"] = {"kind": "platens", "axis": "z", "closing_velocity": f"{velocity} m/s", "material": "rock"}
+    document["stop"] = stop
+    return document
+
+
+def split(seed):
+    """A disc of a diameter of 32 mm that splits between plates (Brazilian test), loaded as fast as the cylinders."""
+    document = between_plates(seed, {"kind": "cylinder", "radius": "16 mm", "height": "16 mm", "axis": "y"}, 0.032 * FAST, {"drop_to": 0.5, "strain": 1e-2})
+    document["loading"]["area"] = "splitting"
+    return document
+
+
+def crushed(seed):
+    """An agglomerate as high as its diameter of 26 mm, crushed from its side at 4 m/s to five sixths."""
+    return between_plates(seed, {"kind": "cylinder", "radius": "13 mm", "height": "26 mm", "axis": "x"}, 4, {"strain": 1 / 6})
+
+
 def number(pattern, text):
     """The numbers in the groups of a pattern, and None where it does not occur."""
     found = re.search(pattern, text)
@@ -163,10 +185,10 @@ def test(program, document, options):
     with laboratory.run(program, document, options) as (path, file, seconds):
         samples = file["samples"]
         found = {"wall_s": seconds, "particles": len(file["particles/radius"]), "steps": int(samples["step"][-1])}
-        if "wall" in document:
+        if "stage" not in document and "area" not in document.get("loading", {}):
             return found | fragments(program, path)
         found["peak_stress_pa"] = float(np.max(np.abs(samples["stress"])))
-        if len(document["stage"]) == 1:
+        if len(document.get("stage", [1])) == 1:
             return found | emissions(program, path, samples)
         ends = [float(end) for end in re.findall(r": (\S+) s, step", file["provenance"].attrs["stages_ended"])]
         return found | {"reloadings": reloadings(program, path, ends)}
@@ -185,6 +207,8 @@ def cases():
     for seed in SEEDS:
         for velocity in VELOCITIES:
             yield f"thrown, {velocity} m/s, seed {seed}", (thrown, BALL, velocity, seed)
+        yield f"split, seed {seed}", (split, seed)
+        yield f"crushed, seed {seed}", (crushed, seed)
 
 
 CASES = dict(cases())

@@ -142,7 +142,8 @@ fn written_strengths_are_those_of_the_targets() {
     }
 }
 
-/// What no bonds reach is refused with the reach; --nearest takes the nearest strengths and says how far they are.
+/// What no bonds reach is refused with the reach; --nearest takes the nearest strengths and says how far they are. Runs end at a strain that follows
+/// from the targets, so that another target does not take over what was measured for this one.
 #[test]
 fn what_is_out_of_reach_is_said() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -174,6 +175,10 @@ fn what_is_out_of_reach_is_said() {
         "{}",
         nearest.out
     );
+    let other = arguments.map(|argument| if argument == "200 MPa" { "150 MPa" } else { argument });
+    let other = concordem(other.into_iter().chain(["--nearest"]));
+    assert_eq!(other.code, exit::DONE, "{}", other.err);
+    assert!(number(&other.out, "measurements") > 0.0, "{}", other.out);
 }
 
 /// Scenarios and options that do not fit are refused with a remedy.

@@ -19,7 +19,8 @@ _TABLES = {
     "integration": {"scheme": str, "time_step": _QUANTITY, "safety": _QUANTITY, "contact_safety": float, "allow_energy_error": _SWITCH,
                     "allow_unstable": _SWITCH, "damping": dict, "gravity": list},
     "contacts": {"law": str, "exclude": list},
-    "bonds": {"law": str, "interaction_ratio": _QUANTITY, "coordination": float, "at_start": _SWITCH, "strength_factors": list},
+    "bonds": {"law": str, "interaction_ratio": _QUANTITY, "coordination": float, "at_start": _SWITCH, "strength_factors": list,
+              "face_correction": _SWITCH},
 }
 # The dimension of a quantity, which a text with a unit must have.
 _OF = {"time": "s", "time_step": "s", "density": "kg/m^3"}

@@ -112,7 +112,7 @@ def _loading(document, start):
             start.velocity[low, axis], start.velocity[high, axis] = -half, half
         case "cell-strain":
             start.velocity = x @ np.array([vector(row) for row in loading["velocity_gradient"]]).T
-        case "flexure":
+        case _ if translate.on_strips(document):
             across, held, moved, *_ = translate.flexure(document, start)
             start.velocity[held, across], start.velocity[moved, across] = 0.0, -si(loading["closing_velocity"])
         case "none" | "platens" | "cell-stress":

@@ -199,7 +199,8 @@ def test_laboratory_tests_are_translated_or_refused(tmp_path):
         (beam, {"stage": [{"name": "a", "stop": {"steps": 2}}]}, "only for cell-stress"),
         (cell, {"stage.0.stop": {"unbalanced": 1e-3}}, "stop.steps"), (cell, {"stage.1.rate": -1}, "without rate"),
         (cell, {"loading.stress.0.1": 1.0}, "no shear"), (disc, {"loading.area": "hull"}, "explicit loading.area"),
-        (disc, {"dimension": 2}, "dimension"),
+        (disc, {"dimension": 2}, "dimension"), (disc, {"bonds.face_correction": True}, "face_correction"),
+        (disc, {"loading.strip_width": 4e-3, "loading.area": 1e-4}, "stress is that of splitting"),
     ):
         with pytest.raises(Unsupported, match=message):
             yade.translation(made(task, changes=changes))
@@ -208,6 +209,9 @@ def test_laboratory_tests_are_translated_or_refused(tmp_path):
             load(scenario.changed(beam.scenario, {"dimension": 2}), starts["notched-beam"])
     with pytest.raises(Unsupported, match="local damping"):
         liggghts.deck(made(disc), 1)
+    strips = {"integration.damping": {"kind": "none"}, "contacts.law": "frictional", "loading.strip_width": 4e-3}
+    with pytest.raises(Unsupported, match="strip_width"):
+        liggghts.deck(made(disc, changes=strips), 1)
     undamped = {"integration.damping": {"kind": "none"}}
     with pytest.raises(Unsupported, match="linear contacts"):
         liggghts.deck(made(disc, changes=undamped), 1)

@@ -41,7 +41,7 @@ pub use shape::Shape;
 pub use size::SizeDistribution;
 pub use stl::{Surface, read_stl};
 pub use summary::PackingSummary;
-pub use tile_crop::{Crop, tile, tile_and_crop};
+pub use tile_crop::{Crop, cut_away, tile, tile_and_crop};
 
 use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::NeighborError;

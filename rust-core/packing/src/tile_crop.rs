@@ -64,6 +64,46 @@ pub fn tile(packing: &Packing, repeats: [u32; 3]) -> Result<Packing, PackingErro
 /// # Errors
 /// No cell, or too many spheres.
 pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3) -> Result<Packing, PackingError> {
+    let mut spheres = Vec::new();
+    for_each_copy(packing, shape.bounds(), anchor, |sphere| {
+        if crop.keeps(&sphere, shape) {
+            spheres.push(sphere);
+        }
+    })?;
+    Ok(Packing { spheres, cell: None })
+}
+
+/// The spheres that [`tile_and_crop`] cuts away and whose centers lie in the box around `shape`, or at most `reach` (m) outside of it; in the same order.
+///
+/// # Errors
+/// Those of [`tile_and_crop`].
+pub fn cut_away(
+    packing: &Packing,
+    shape: &Shape,
+    crop: Crop,
+    anchor: Vec3,
+    reach: f64,
+) -> Result<Vec<Sphere>, PackingError> {
+    let (low, high) = shape.bounds();
+    let (low, high) = (low.add_scalar(-reach), high.add_scalar(reach));
+    let mut spheres = Vec::new();
+    for_each_copy(packing, (low, high), anchor, |sphere| {
+        let near = (0..3).all(|axis| (low[axis]..=high[axis]).contains(&sphere.position[axis]));
+        if near && !crop.keeps(&sphere, shape) {
+            spheres.push(sphere);
+        }
+    })?;
+    Ok(spheres)
+}
+
+/// Visits the spheres of all copies of a periodic packing that cover a box from `low` to `high` (m), and of one copy more on either side: rounding
+/// may put a sphere on the wrong side of a face.
+fn for_each_copy(
+    packing: &Packing,
+    (low, high): (Vec3, Vec3),
+    anchor: Vec3,
+    mut visit: impl FnMut(Sphere),
+) -> Result<(), PackingError> {
     let cell = packing.cell.ok_or(PackingError::NoCell)?;
     let inverse = cell
         .matrix
@@ -71,7 +111,6 @@ pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3)
         .ok_or(PackingError::NotPositive { name: "the volume of the packing's cell", value: cell.volume() })?;
     let mut unit = packing.clone();
     unit.wrap();
-    let (low, high) = shape.bounds();
     let mut first = Vec3::repeat(f64::INFINITY);
     let mut last = Vec3::repeat(f64::NEG_INFINITY);
     for corner in 0..8 {
@@ -80,27 +119,25 @@ pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3)
         first = first.inf(&place);
         last = last.sup(&place);
     }
-    // One copy more on either side: rounding may put a sphere on the wrong side of a face.
     let first = first.map(|c| c.floor() - 1.0);
     let last = last.map(|c| c.floor() + 1.0);
     if unit.spheres.is_empty() {
         return Err(PackingError::Empty);
     }
     let copies = (last - first).add_scalar(1.0).product();
-    // Spheres inside the box around the shape, at the density of the packing.
+    // Spheres inside the box, at the density of the packing.
     affordable((high - low).product() / cell.volume() * unit.spheres.len() as f64)?;
     within("the number of copies of the packing that cover the shape", copies, 1.0, MAX_COPIES)?;
-    let mut spheres = Vec::new();
     for k in first.z as i64..=last.z as i64 {
         for j in first.y as i64..=last.y as i64 {
             for i in first.x as i64..=last.x as i64 {
                 let shift = anchor + cell.matrix * Vec3::new(i as f64, j as f64, k as f64);
                 let moved = unit.spheres.iter().map(|s| Sphere { position: s.position + shift, radius: s.radius });
-                spheres.extend(moved.filter(|sphere| crop.keeps(sphere, shape)));
+                moved.for_each(&mut visit);
             }
         }
     }
-    Ok(Packing { spheres, cell: None })
+    Ok(())
 }
 
 #[cfg(test)]
@@ -162,6 +199,26 @@ mod tests {
         assert_eq!(body.spheres.len(), expected);
         // The spheres lie where the copies are, to rounding.
         assert!(nearest < 1e-14, "{nearest:e}");
+    }
+
+    /// What stays and what is cut away are all spheres of the box around the shape and its margin.
+    #[test]
+    fn what_is_cut_away_completes_the_body() {
+        let (packing, anchor, reach) = (loose_packing(), Vec3::new(0.3, 0.2, 0.1), 0.4);
+        let shape = Shape::new_sphere(Vec3::new(0.2, -0.4, 0.7), 1.7).unwrap();
+        let (low, high) = shape.bounds();
+        let whole = Shape::new_box(low.add_scalar(-reach), high.add_scalar(reach)).unwrap();
+        for crop in [Crop::Centers, Crop::WholeSpheres] {
+            let mut found = cut_away(&packing, &shape, crop, anchor, reach).unwrap();
+            assert!(found.iter().all(|sphere| !crop.keeps(sphere, &shape)));
+            found.extend(tile_and_crop(&packing, &shape, crop, anchor).unwrap().spheres);
+            let mut all = tile_and_crop(&packing, &whole, Crop::Centers, anchor).unwrap().spheres;
+            for spheres in [&mut found, &mut all] {
+                spheres.sort_by(|a, b| a.position.as_slice().partial_cmp(b.position.as_slice()).unwrap());
+            }
+            // Both are copies shifted by the same vectors.
+            assert_eq!(found, all, "{crop:?}");
+        }
     }
 
     #[test]

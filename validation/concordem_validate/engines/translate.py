@@ -24,6 +24,8 @@ def check_keys(document, engine, periodic=False, known=frozenset()):
         raise Unsupported(f"{engine}: no translation of contacts.exclude")
     if document.get("bonds", {}).get("strength_factors"):
         raise Unsupported(f"{engine}: no translation of bonds.strength_factors")
+    if document.get("bonds", {}).get("face_correction"):
+        raise Unsupported(f"{engine}: no translation of bonds.face_correction")
     if any("strength_scatter" in material for material in document.get("material", [])):
         raise Unsupported(f"{engine}: no translation of material.strength_scatter")
     if not periodic and (
@@ -290,6 +292,8 @@ def platens(document, start):
     """Two plates as in `planes`, the area of the stress, its sign, and the distance of the plates."""
     loading = document["loading"]
     _in_space(document)
+    if "strip_width" in loading:
+        raise Unsupported("no translation of loading.strip_width of platens")
     axis, names = "xyz".index(loading.get("axis", "z")), [m["name"] for m in document["material"]]
     x, r = start.position[:, axis], start.radius
     low, high = float((x - r).min()), float((x + r).max())
@@ -307,11 +311,19 @@ def platens(document, start):
     return [(axis, low, 1, toward(1.0), material), (axis, high, -1, toward(-1.0), material)], area, sign, high - low
 
 
+def on_strips(document):
+    """Whether strips of particles on the surface press on a body: on a beam, or on a cylinder that splits."""
+    loading = document.get("loading", {})
+    return loading.get("kind") == "flexure" or (loading.get("kind") == "platens" and "strip_width" in loading)
+
+
 def flexure(document, start):
     """A beam on strips of particles: direction of the load, held and moved particles, stress over the force of all rollers, and strain over
     the deflection under them."""
     loading, shape = document["loading"], document["packing"]["shape"]
     _in_space(document)
+    if loading["kind"] == "platens":
+        return _splitting(loading, shape, start)
     if "strip_width" not in loading or shape["kind"] != "box":
         raise Unsupported("no translation of rollers as walls: give loading.strip_width, and a box")
     axis = "xyz".index(loading.get("axis", "x"))
@@ -325,6 +337,19 @@ def flexure(document, start):
     moved = np.flatnonzero(top & (near(-0.5 * inner) | near(0.5 * inner)))
     height, depth, arm = size[across], size[3 - axis - across], 0.5 * (span - inner)
     return across, held, moved, 3 * arm / (depth * height**2), 3 * height / (arm * (3 * span - 4 * arm))
+
+
+def _splitting(loading, shape, start):
+    """As `flexure`, for a cylinder between two strips: stress 2 F/(pi D L), and strain over the approach, negative."""
+    if loading.get("area") != "splitting" or shape["kind"] != "cylinder":
+        raise Unsupported("strips press on a cylinder whose stress is that of splitting")
+    across = "xyz".index(loading.get("axis", "z"))
+    axis = 3 - across - "xyz".index(shape.get("axis", "z"))
+    x, y, r = start.position[:, axis], start.position[:, across], start.radius
+    near = np.abs(x - 0.5 * ((x - r).min() + (x + r).max())) <= 0.5 * si(loading["strip_width"])
+    low, high = (y - r).min(), (y + r).max()
+    held, moved = np.flatnonzero((y - r <= low + r.max()) & near), np.flatnonzero((y + r >= high - r.max()) & near)
+    return across, held, moved, 1 / (math.pi * si(shape["radius"]) * si(shape["height"])), -1 / (high - low)
 
 
 def severed(document, start):

@@ -160,7 +160,7 @@ def translation(task):
         loading = dict(kind="cell-strain", velocity_gradient=gradient)
     elif document.get("loading", {}).get("kind") == "cell-stress":
         loading = _triaxial(document, start)
-    elif document.get("loading", {}).get("kind") == "flexure":
+    elif translate.on_strips(document):
         across, held, moved, stress, strain = translate.flexure(document, start)
         for p in (*held, *moved):
             fixed[p].add("xyz"[across])

@@ -157,6 +157,9 @@ class Bonds(TypedDict, total=False):
     """Mean number of bonds per particle, instead of an interaction ratio. It is counted in the periodic packing, before the shape is cut out, and
     in packings between walls ("cooker", "growth") for the particles inside, more than two mean radii away from the walls; the pairs with the
     smallest center distance over sum of radii are bonded. 6.2 in Jebahi et al. 2015. Range: > 0, ≤ 100."""
+    face_correction: bool
+    """Whether bonds near the faces of a body that is cut from a periodic packing get larger areas, in place of the bonds that the cut removes;
+    default: false, where a layer of a quarter of a diameter has no stiffness. For "cpm", and a shape with `keep = "centers"`."""
     interaction_ratio: Quantity
     """Two particles are bonded if their center distance is at most this ratio times the sum of their radii, up to a relative tolerance of 1e-9.
     With 1, only particles that touch are bonded; 1.5 is usual for concrete. Range: ≥ 1, ≤ 10."""
@@ -1021,7 +1024,7 @@ class LoadingCellStress(TypedDict, total=False):
 
 
 class LoadingPlatens(TypedDict, total=False):
-    """Two rigid plates press on the ends of the specimen."""
+    """Two rigid plates press on the ends of the specimen, or strips of particles on a cylinder that splits."""
 
     area: Quantity | None
     """Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box. "hull": the smallest of eight
@@ -1032,11 +1035,15 @@ class LoadingPlatens(TypedDict, total=False):
     closing_velocity: Required[Quantity]
     """Velocity at which the plates approach each other, m/s. Required. Example: `closing_velocity = "10 mm/s"`. Range: > 0."""
     kind: Required[Literal["platens"]]
-    material: Required[str]
-    """Name of the material of the plates. Required."""
+    material: str | None
+    """Name of the material of the plates. Required unless `strip_width` is given."""
     opening: OpeningControl | None
     """Control by the opening of a crack, up to `closing_velocity`; default: none, a constant velocity. Example: `opening = { gauge = "crack
     mouth", rate = "1 mm/s", response_time = "50 us" }`."""
+    strip_width: Quantity | None
+    """Width of the two strips of particles, one radius of the largest particle deep, that move along `axis` in place of plates, and freely across
+    it, m; for `area = "splitting"`. Plates touch single particles of a rough surface, and crush them. Take a tenth of the diameter, and at
+    least five radii. Default: none, plates. Example: `strip_width = "5 mm"`. Range: > 0."""
 
 
 class LoadingFlexure(TypedDict, total=False):

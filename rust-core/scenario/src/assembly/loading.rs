@@ -66,8 +66,11 @@ pub(super) fn build(
             let stress = Mat3::from_fn(|i, j| stress[i][j].si());
             builder.cell_stress(stress, strain_rate.map(Component::si), maximum_strain_rate.si(), tolerance.si())
         }
-        schema::Loading::Platens { axis, closing_velocity, material, area, opening: _ } => {
-            builder.platens(*axis, *closing_velocity, material, *area)
+        schema::Loading::Platens { axis, closing_velocity, material, strip_width, area, opening: _ } => {
+            match strip_width {
+                Some(width) => builder.splitting_strips(axis.index(), width.si(), closing_velocity.si()),
+                None => builder.platens(*axis, *closing_velocity, material.as_deref().unwrap_or_default(), *area),
+            }
         }
         schema::Loading::Flexure { .. } => builder.flexure(),
     }

@@ -10,6 +10,7 @@ mod confinement;
 mod cuts;
 mod doubts;
 mod error;
+mod faces;
 mod fibers;
 mod heat;
 mod histories;
@@ -442,6 +443,7 @@ fn add_bonds(
         memory::check_bonds(particles, cell, interaction_ratio)?;
         bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, counts, severed)?
     };
+    warnings.extend(faces::correct(scenario, placed, interaction_ratio, particles, block.contacts_mut())?);
     warnings.extend(doubtful_bonds(scenario, &count, bulk));
     warnings.extend(long_bonds(scenario, block.contacts(), particles)?);
     warnings.extend(cuts.without_effect(scenario, &state.particles.position));

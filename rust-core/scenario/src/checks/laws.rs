@@ -24,7 +24,7 @@ pub(super) fn materials_of_contacts(scenario: &Scenario) -> Vec<&str> {
     let mut names = materials_of_particles(scenario);
     names.extend(scenario.fibers.iter().flat_map(|fibers| &fibers.groups).map(|group| group.material.as_str()));
     names.extend(scenario.walls.iter().map(|wall| wall.material.as_str()));
-    if let Loading::Platens { material, .. } = &scenario.loading {
+    if let Loading::Platens { material: Some(material), .. } = &scenario.loading {
         names.push(material);
     }
     names
@@ -151,7 +151,7 @@ impl Checker<'_> {
             if !scenario.walls.is_empty() {
                 self.conflict("contacts.law", "without a contact law, particles pass through the walls", help);
             }
-            if matches!(scenario.loading, Loading::Platens { .. }) {
+            if matches!(scenario.loading, Loading::Platens { strip_width: None, .. }) {
                 self.conflict("contacts.law", "without a contact law, particles pass through the platens", help);
             }
         }

@@ -56,8 +56,8 @@ impl Checker<'_> {
                 self.cell_stress(stress);
                 self.cell_rates(stress, strain_rate);
             }
-            Loading::Platens { axis, material, area, .. } => {
-                self.known_material("loading.material", material);
+            Loading::Platens { axis, material, strip_width, area, .. } => {
+                self.plates_or_strips(material.as_deref(), *strip_width, *area);
                 if *area == Some(CrossSection::Splitting)
                     && !matches!(scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if along != axis)
                 {
@@ -88,6 +88,34 @@ impl Checker<'_> {
             let message = format!("the two end layers cover the whole length of the specimen, {}", length(along));
             let help = "one to three particle diameters are usual; check the units";
             self.range("loading.layer_thickness", message, help);
+        }
+    }
+
+    /// Plates need a material; strips have that of the specimen, and belong to a cylinder that splits.
+    fn plates_or_strips(&mut self, material: Option<&str>, strip_width: Option<Length>, area: Option<CrossSection>) {
+        match (material, strip_width) {
+            (None, None) => {
+                let help = "give `material`, the name of a [[material]]";
+                self.missing("loading", "plates need a material", help);
+            }
+            (Some(_), Some(_)) => {
+                let help = "remove `material`; strips are particles of the specimen";
+                self.conflict("loading.material", "strips of particles have no material of their own", help);
+            }
+            _ => {}
+        }
+        if let Some(material) = material {
+            self.known_material("loading.material", material);
+        }
+        let Some(width) = strip_width else { return };
+        if area != Some(CrossSection::Splitting) {
+            let help = "remove the key, or give `area = \"splitting\"` and a cylinder across the axis";
+            self.conflict("loading.strip_width", "strips press on a cylinder that splits", help);
+        } else if let Some(Shape::Cylinder { radius, .. }) = self.scenario.packing.shape()
+            && width.si() > radius.si()
+        {
+            let message = format!("is more than half of the diameter, {}", length(2.0 * radius.si()));
+            self.range("loading.strip_width", message, "a tenth of the diameter is usual");
         }
     }
 

@@ -9,6 +9,7 @@ mod bodies;
 mod bonding;
 mod cuts;
 mod device;
+mod faces;
 mod fibers;
 mod files;
 mod heat;
@@ -49,6 +50,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.laws();
     checker.strength_scatter();
     checker.strength_factors();
+    checker.face_correction();
     checker.loading();
     checker.stages();
     checker.bondings();

@@ -79,6 +79,10 @@ pub struct Bonds {
     /// those of `material.strength_scatter`. Default: 1. Example: `strength_factors = [1, 0.8, 1.2]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub strength_factors: Vec<Number>,
+    /// Whether bonds near the faces of a body that is cut from a periodic packing get larger areas, in place of the bonds that the cut
+    /// removes; default: false, where a layer of a quarter of a diameter has no stiffness. For "cpm", and a shape with `keep = "centers"`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub face_correction: bool,
 }
 
 /// Contacts between particles without a bond, and with walls.

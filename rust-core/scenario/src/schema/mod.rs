@@ -208,7 +208,7 @@ impl Scenario {
     /// Names of the walls that the loading adds.
     pub fn names_of_loading_walls(&self) -> Vec<String> {
         let mut names = Vec::new();
-        if let Loading::Platens { .. } = self.loading {
+        if let Loading::Platens { strip_width: None, .. } = self.loading {
             names.extend(["lower platen", "upper platen"].map(str::to_owned));
         }
         if let Loading::Flexure { inner_span, roller_radius: Some(_), .. } = &self.loading {

@@ -229,7 +229,7 @@ pub enum Loading {
         #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         tolerance: Number,
     },
-    /// Two rigid plates press on the ends of the specimen.
+    /// Two rigid plates press on the ends of the specimen, or strips of particles on a cylinder that splits.
     Platens {
         /// Direction of loading; default: "z".
         #[serde(default)]
@@ -237,8 +237,13 @@ pub enum Loading {
         /// Velocity at which the plates approach each other, m/s. Required. Example: `closing_velocity = "10 mm/s"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         closing_velocity: Velocity,
-        /// Name of the material of the plates. Required.
-        material: String,
+        /// Name of the material of the plates. Required unless `strip_width` is given.
+        material: Option<String>,
+        /// Width of the two strips of particles, one radius of the largest particle deep, that move along `axis` in place of plates, and freely
+        /// across it, m; for `area = "splitting"`. Plates touch single particles of a rough surface, and crush them. Take a tenth of the
+        /// diameter, and at least five radii. Default: none, plates. Example: `strip_width = "5 mm"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        strip_width: Option<Length>,
         /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
         /// "hull": the smallest of eight sections; the area of a section is that of the convex hull of the spheres that
         /// its plane cuts. "splitting": the plates split a cylinder that lies between them; the stress is the tension

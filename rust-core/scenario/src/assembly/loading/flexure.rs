@@ -4,6 +4,7 @@ use super::{Builder, prescribe};
 use crate::assembly::selection::{bounds_along, extents, member_of_clump};
 use crate::assembly::{AssemblyError, material_index, unfit};
 use crate::schedule::{Bearings, Flexure, Loading};
+use crate::schema::quantity::CrossSection;
 use crate::schema::{self, Quantity};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::surface::Cylinder;
@@ -70,6 +71,33 @@ impl Builder<'_> {
             strain_of_deflection: 3.0 * height / (arm * (3.0 * span - 4.0 * arm)),
             area: width * height,
             span,
+        }))
+    }
+
+    /// Two strips of particles, `width` (m) wide, that press on a cylinder along `axis` and split it: the lower one is held, the upper one moves. The
+    /// stress is the tension in the middle of an elastic cylinder under two lines of force.
+    pub(super) fn splitting_strips(&mut self, axis: usize, width: f64, speed: f64) -> Result<Loading, AssemblyError> {
+        let Some(schema::Shape::Cylinder { axis: along, .. }) = self.scenario.packing.shape() else {
+            return Err(unfit("loading.strip_width", "the strips must press on a cylinder".into()));
+        };
+        let aside = 3 - axis - along.index();
+        let area = self.area(axis, Some(CrossSection::Splitting))?;
+        let middle = |k: usize| bounds_along(extents(&self.state.particles, k));
+        let (low, high) = middle(aside);
+        let at = 0.5 * (low + high);
+        let (low, high) = middle(axis);
+        let length = high - low;
+        let bearings =
+            [Bearing { name: "lower plate", at, side: -1.0 }, Bearing { name: "upper plate", at, side: 1.0 }];
+        let bearings = self.strips([aside, axis], &bearings, width, speed)?;
+        Ok(Loading::Flexure(Flexure {
+            across: axis,
+            bearings,
+            speed,
+            stress_of_force: 1.0 / area,
+            strain_of_deflection: -1.0 / length,
+            area,
+            span: length,
         }))
     }
 

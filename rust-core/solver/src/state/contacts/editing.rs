@@ -5,7 +5,7 @@ use concordem_contact::law::{ContactLaw, Reference};
 
 use super::{ContactBlock, ContactFlags, Pair};
 
-/// Changes of the list of contacts; none changes a contact that stays, but for its particles, image, and flags.
+/// Changes of the list of contacts; none changes a contact that stays, but for its particles, image, flags, and area.
 pub trait EditContacts: Send + Sync {
     /// Add a contact without history; call [`Self::sort`] after the last one.
     fn push(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry);
@@ -35,6 +35,8 @@ pub trait EditContacts: Send + Sync {
     fn relink(&mut self, relink: &dyn Fn(Pair, ContactFlags) -> Option<(Pair, ContactFlags)>);
     /// Replace the image of every contact by `image` of its particles and image.
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
+    /// Multiply the area of every contact by `factor` of its particles.
+    fn scale_areas(&mut self, factor: &dyn Fn(Pair) -> f64);
     /// Release the bonds for which `condition` holds: they break at their next evaluation.
     fn release(&mut self, condition: &dyn Fn(&Pair) -> bool);
 }
@@ -95,6 +97,12 @@ impl<L: ContactLaw> EditContacts for ContactBlock<L> {
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]) {
         for (pair, flags) in self.pair.iter().zip(&mut self.flags) {
             flags.image = image(*pair, flags.image);
+        }
+    }
+    fn scale_areas(&mut self, factor: &dyn Fn(Pair) -> f64) {
+        for (k, pair) in self.pair.iter().enumerate() {
+            let Reference { length, area } = self.reference.get(k);
+            self.reference.set(k, Reference { length, area: area * factor(*pair) });
         }
     }
     fn release(&mut self, condition: &dyn Fn(&Pair) -> bool) {
