@@ -212,7 +212,7 @@ def cases():
 
 
 CASES = dict(cases())
-REDUCED = ["pressed, seed 1", "in cycles, seed 1", "thrown, small, 8 m/s, seed 1"]
+REDUCED = ["pressed, seed 1", "in cycles, seed 1", "thrown, small, 8 m/s, seed 1", "crushed, seed 1"]
 
 
 def study(names, known, save, about, program, options):
@@ -292,6 +292,16 @@ def table(known):
         laws = [", ".join(f"{run[law]['exponent']:.2f} ± {run[law]['error']:.2f} ({run[law]['largest_difference_percent']} %)" if run[law] else "–" for run in runs)
                 for law in ("Rosin–Rammler", "Gaudin–Schuhmann")]
         print(f"| {velocity} | {single:.2f} | {largest:.2f} | {laws[0]} | {laws[1]} |")
+    for name, value in plates(known).items():
+        print(f"| {name} | {value[0]:.3f} ± {value[1]:.3f} |")
+
+
+def plates(known):
+    """Mean and standard error over the packings of what the disc and the agglomerate between plates give."""
+    discs, grains = ([known[f"{name}, seed {seed}"] for seed in SEEDS] for name in ("split", "crushed"))
+    return {"splitting strength, MPa": mean([1e-6 * run["peak_stress_pa"] for run in discs]), "b of a disc": mean([run["b"] for run in discs]),
+            "single particles": mean([run["single_share"] for run in grains]), "largest fragment": mean([run["largest_share"] for run in grains]),
+            **{law: mean([run[law]["exponent"] for run in grains]) for law in LAWS}}
 
 
 def check_same(found, known):
@@ -344,6 +354,13 @@ def check_record(known):
     for law, slowest in LAWS.items():
         by_velocity = [float(np.mean(exponents(known, velocity, law))) for velocity in VELOCITIES if velocity >= slowest]
         demand(all(fast < slow for slow, fast in zip(by_velocity, by_velocity[1:], strict=False)), f"{law}: exponents over the velocity {by_velocity}")
+    discs = plates(known)
+    b, error = discs["b of a disc"]
+    cylinders, other = mean([run["b"] for run in pressings(known, "pressed", SEEDS)])
+    demand(abs(b - cylinders) < 3 * float(np.hypot(error, other)), f"discs have b {b}, cylinders {cylinders}")
+    # The slope of crushed sand, 0.5.
+    exponent, error = discs["Gaudin–Schuhmann"]
+    demand(abs(exponent - 0.5) < 2 * error, f"crushed agglomerates have the exponent {exponent} ± {error}")
     return wrong
 
 
