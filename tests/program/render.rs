@@ -135,6 +135,29 @@ fn spheres_are_where_they_are() {
     assert!(gray(&above) > 10_000 && gray(&below) == 0, "{} {}", gray(&above), gray(&below));
 }
 
+/// The colors of strains are those of the cell, which is stretched by `ε = L_zz t` along z and by half of it along x: all above half of the strain,
+/// none above one and a half times of it. Two spheres in space have no strain.
+#[test]
+fn strains_are_those_of_the_cell() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let loading = "[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[50, 0, 0], [0, 0, 0], [0, 0, 100]]\n\
+                   [integration]\ntime_step = \"1 us\"\n[stop]\nsteps = 20\n";
+    let result = run(folder.path(), &CELL.replace("[stop]\nsteps = 1\n", loading));
+    for (name, strain) in
+        [("strain-zz", 2e-3), ("strain-xx", 1e-3), ("principal-strain", 2e-3), ("volumetric-strain", 3e-3)]
+    {
+        for (low, high, all, none) in [(0.2, 0.5, FAST, SLOW), (1.5, 2.0, SLOW, FAST)] {
+            let range = format!("--range={},{}", low * strain, high * strain);
+            let (picture, _) = drawn(&result, &["--color", name, &range, "--show", "particles"]);
+            assert!(picture.of_color(0, all).1 > 10_000, "{name}, {range}");
+            assert_eq!(picture.of_color(0, none).1, 0, "{name}, {range}");
+        }
+    }
+    let flight = run(folder.path(), FLIGHT);
+    refused(&flight, &["--color", "principal-strain"], "no particle has neighbors on all sides");
+    refused(&flight, &["--color", "strain"], "strain-xx");
+}
+
 /// Equal bytes for any number of threads and any second time.
 #[test]
 fn pictures_do_not_depend_on_threads() {

@@ -9,7 +9,7 @@ use concordem_picture::{Cut, Layer, Line, Polygon, Rod, Sphere, View};
 use concordem_solver::state::columns::ColumnData;
 
 use super::request::{Section, Shown};
-use super::values::{self, Colored, Coloring, PLAIN};
+use super::values::{self, Colored, Coloring, PLAIN, vectors};
 use super::{PictureError, Source};
 use crate::output::crack_faces::CrackFace;
 use crate::output::export::Lines;
@@ -108,7 +108,7 @@ impl Scene {
         }
         if scene.foremost == Some(Shown::Particles) {
             let name = color_or(source, values::usual(source.scenario));
-            let colored = values::of_particles(&frame, source.scenario, source.stress.as_ref(), name);
+            let colored = values::of_particles([&first, &frame], source.scenario, source.stress.as_ref(), name);
             scene.colored = Some(colored.map_err(PictureError::Unfit)?);
         }
         if let (true, Some(cell)) = (request.shows(Shown::Cell), &cell) {
@@ -159,10 +159,6 @@ impl Scene {
 /// The field that is asked for, or another one.
 fn color_or<'a>(source: &'a Source<'_>, usual: &'a str) -> &'a str {
     source.request.color.as_deref().unwrap_or(usual)
-}
-
-fn vectors(values: &[f64]) -> Vec<Vec3> {
-    values.chunks_exact(3).map(Vec3::from_column_slice).collect()
 }
 
 /// Centers with displacements times a factor.

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod request;
+mod strain;
 mod values;
 mod walls;
 

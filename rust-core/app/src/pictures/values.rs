@@ -2,13 +2,14 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use concordem_contact::math::Mat3;
+use concordem_contact::math::{Mat3, Vec3};
 use concordem_picture::Color;
 use concordem_picture::colors::{Scale, of_kind};
 use concordem_picture::key::Key;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
+use super::strain;
 use crate::output::frames::Frame;
 use crate::output::stream::StoredField;
 use crate::prefix::with_prefix;
@@ -63,6 +64,11 @@ pub(super) fn reals<'a>(frame: &'a Frame, name: &str) -> &'a [f64] {
     }
 }
 
+/// Vectors from their components.
+pub(super) fn vectors(values: &[f64]) -> Vec<Vec3> {
+    values.chunks_exact(3).map(Vec3::from_column_slice).collect()
+}
+
 /// Whole numbers of a field.
 pub(super) fn whole(frame: &Frame, name: &str) -> Vec<usize> {
     match frame.field(name) {
@@ -78,18 +84,22 @@ pub(super) fn usual(scenario: &Scenario) -> &'static str {
     if scenario.bonds.is_some() { "damage" } else { "speed" }
 }
 
-/// The values of particles.
+/// The values of particles. Frames: the first one, and the one that is drawn.
 ///
 /// # Errors
 /// There is no such field; the message lists those that there are.
 pub(super) fn of_particles(
-    frame: &Frame,
+    [first, frame]: [&Frame; 2],
     scenario: &Scenario,
     stress: Option<&BTreeMap<u32, Mat3>>,
     name: &str,
 ) -> Result<Colored, String> {
     if is_stress(name) {
         return Ok(stresses(frame, scenario, stress, name));
+    }
+    if strain::is_strain(name) {
+        let of = strain::of_particles(first, frame, scenario.dimension, name)?;
+        return Ok(Colored::Numbers { name: spoken(name), unit: String::new(), of });
     }
     match name {
         "material" => Ok(materials(frame, scenario)),
@@ -109,6 +119,7 @@ pub(super) fn of_particles(
             }
             names.push(MEAN_STRESS.to_owned());
             names.extend(STRESSES.map(|(name, ..)| name.to_owned()));
+            names.extend(strain::names().map(str::to_owned));
             format!("particles have no field “{name}”; there are: {}", names.join(", "))
         }),
     }

@@ -26,8 +26,8 @@ pub(super) struct RenderArguments {
     /// What to draw, separated by commas; the last one of particles, bonds, cracks has the colors, those before it are pale
     #[arg(long, value_enum, value_delimiter = ',', default_value = "particles,walls,cell")]
     show: Vec<Shown>,
-    /// Field that gives the color. Particles: any field of the snapshots, speed, diameter, stress, stress-xx, ...; default damage, or speed without
-    /// bonds. Bonds: damage (default), normal-force, shear-force, opening. Cracks: mode (default), time, opening, slip, energy
+    /// Field that gives the color. Particles: any field of the snapshots, speed, diameter, stress, stress-xx, strain-xx, principal-strain, ...; default
+    /// damage, or speed without bonds. Bonds: damage (default), normal-force, shear-force, opening. Cracks: mode (default), time, opening, slip, energy
     #[arg(long, value_name = "FIELD")]
     color: Option<String>,
     /// Values at both ends of the colors, in SI units: 0,2.5; by default the smallest and the largest one
