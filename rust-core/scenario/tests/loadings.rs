@@ -104,6 +104,13 @@ fn loadings() -> Vec<(&'static str, String)> {
             format!("{bar}{GAUGE}[loading]\nkind = \"platens\"\nclosing_velocity = 0.5\nmaterial = \"m\"\n{OPENING}"),
         ),
         (
+            "splitting by strips",
+            format!(
+                "{cylinder}[loading]\nkind = \"platens\"\naxis = \"x\"\nstrip_width = 0.003\nclosing_velocity = 0.5\n\
+                 area = \"splitting\""
+            ),
+        ),
+        (
             "flexure by strips",
             format!("{beam}[loading]\nkind = \"flexure\"\nspan = 0.024\nstrip_width = 0.0021\nclosing_velocity = 0.5"),
         ),

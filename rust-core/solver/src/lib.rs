@@ -62,7 +62,9 @@ pub use forces::{record, walls};
 pub use model::{Model, Scheme};
 pub use pair_coefficients::PairCoefficients;
 pub use report::StepReport;
-pub use solver::{Excluded, Exclusion, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};
+pub use solver::{
+    Excluded, Exclusion, Slider, Solver, StageTimes, StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps,
+};
 pub use strengths::Strengths;
 
 /// The code of the README is tested.

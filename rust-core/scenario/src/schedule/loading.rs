@@ -4,7 +4,7 @@ use super::Flexure;
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_packing::TIE;
 use concordem_solver::state::State;
-use concordem_solver::{Solver, StepReport};
+use concordem_solver::{Slider, Solver, StepReport};
 
 /// Loading of a specimen.
 #[derive(Debug, Clone, PartialEq)]
@@ -141,10 +141,6 @@ impl Gauge {
     }
 }
 
-/// Fraction of its axial velocity that a rotating end loses in each step. The axial force is known one step late, so
-/// without this damping the motion would grow.
-const END_DAMPING: f64 = 0.02;
-
 /// Mean of `values` over a layer.
 fn mean_of(layer: &[u32], values: &[Vec3]) -> Vec3 {
     layer.iter().map(|&p| values[p as usize]).sum::<Vec3>() / layer.len() as f64
@@ -165,14 +161,13 @@ pub struct Measure {
 impl Loading {
     /// Drives the cell, the ends, or the plates; called before every step.
     ///
-    /// `axial_forces`: the result of [`Self::axial_forces`] after the last step. `factor`: of the rate, from the present stage;
-    /// `None` without stages. A servo of a cell is driven by [`Self::apply_to_cell`].
-    pub(super) fn apply(&self, state: &mut State, solver: &mut Solver, axial_forces: [f64; 2], factor: Option<f64>) {
+    /// `factor`: of the rate, from the present stage; `None` without stages. A servo of a cell is driven by [`Self::apply_to_cell`].
+    pub(super) fn apply(&self, state: &mut State, solver: &mut Solver, factor: Option<f64>) {
         if let Some(factor) = factor {
             self.apply_factor(state, solver, factor);
         }
         let factor = factor.unwrap_or(1.0);
-        if let Self::Turning { axis, about, layers, rate, .. } = self {
+        if let Self::Turning { about, layers, rate, .. } = self {
             let rate = rate * factor;
             let dt = state.clock.dt;
             let particles = &state.particles;
@@ -182,14 +177,10 @@ impl Loading {
                 angular_velocity[*about] = if side == 0 { -0.5 * rate } else { 0.5 * rate };
                 let turn = quaternion_of_rotation_vector(&(angular_velocity * dt));
                 let center = mean_of(layer, &particles.position);
-                let mass: f64 = layer.iter().map(|&p| particles.mass[p as usize]).sum();
-                let mut drift = Vec3::zeros();
-                drift[*axis] =
-                    (1.0 - END_DAMPING) * mean_of(layer, &particles.velocity)[*axis] + axial_forces[side] / mass * dt;
                 for &p in layer {
-                    // The velocity with which the particle is on the circle at the end of the step.
+                    // The velocity with which the particle is on the circle at the end of the step. The solver adds that along the axis.
                     let arm = particles.position[p as usize] - center;
-                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt + drift, angular_velocity);
+                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt, angular_velocity);
                 }
             }
         }
@@ -238,10 +229,10 @@ impl Loading {
         }
     }
 
-    /// Axial net force on each end in the last step, N; zero if the loading does not need it.
-    pub(super) fn axial_forces(&self, solver: &Solver) -> [f64; 2] {
-        let Self::Turning { axis, layers, .. } = self else { return [0.0; 2] };
-        [0, 1].map(|side: usize| layers[side].iter().map(|&p| solver.forces()[p as usize][*axis]).sum())
+    /// The ends that move freely along the axis.
+    pub(super) fn sliders(&self) -> Vec<Slider> {
+        let Self::Turning { axis, layers, .. } = self else { return Vec::new() };
+        layers.iter().map(|layer| Slider { particles: layer.clone(), axis: *axis }).collect()
     }
 
     /// Strain at `state`, whose positions must be those at which the next step evaluates the forces. `loaded_time`: time of a

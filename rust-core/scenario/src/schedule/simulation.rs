@@ -71,6 +71,7 @@ fn start(state: &mut State, model: Model, schedule: &Schedule) -> Result<(Solver
     let length = state.schedule_memory.len().max(memory::COUNT);
     state.schedule_memory.resize(length, 0.0);
     let mut solver = Solver::new(model, state)?;
+    solver.set_sliders(schedule.loading.sliders());
     if let (Some(cell), Some(gradient)) = (&state.cell, schedule.loading.cell_gradient())
         && cell.velocity_gradient != gradient
         && schedule.stages.is_empty()
@@ -289,7 +290,6 @@ impl Simulation {
         let operators = self.operators(all)?;
         let step = self.state.clock.step;
         let due = all || step.is_multiple_of(self.schedule.sample_interval);
-        let axial = [self.state.schedule_memory[memory::AXIAL], self.state.schedule_memory[memory::AXIAL + 1]];
         let (factor, loaded_time) = (self.stage_factor(), self.loaded_time());
         let loading = &self.schedule.loading;
         let before = self.before_step(due);
@@ -305,7 +305,7 @@ impl Simulation {
         }
         let mut lasting = [0.0; CellServoMemory::LENGTH];
         lasting.copy_from_slice(&self.state.schedule_memory[memory::LASTING..memory::BONDED]);
-        loading.apply(&mut self.state, &mut self.solver, axial, driven);
+        loading.apply(&mut self.state, &mut self.solver, driven);
         let of_cell = (driven.unwrap_or(1.0), by_stress);
         loading.apply_to_cell(&self.state, &mut self.solver, &self.last, of_cell, &mut lasting);
         self.state.schedule_memory[memory::LASTING..memory::BONDED].copy_from_slice(&lasting);
@@ -372,8 +372,6 @@ impl Simulation {
             self.state.schedule_memory[if bond_event.fails { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
         }
         self.state.schedule_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
-        self.state.schedule_memory[memory::AXIAL..memory::ENERGY]
-            .copy_from_slice(&self.schedule.loading.axial_forces(&self.solver));
     }
 
     /// The present stage, and the progress in it; `None` without stages, and after the last one.

@@ -6,6 +6,7 @@ mod evaluate;
 mod excluded;
 mod iterate;
 mod rebuild;
+mod slide;
 mod stages;
 
 use concordem_contact::kinematics::{MotionMeasure, Pose};
@@ -29,6 +30,7 @@ use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
 pub use device::{StepDevice, Stretch, StretchEnd, StretchStep, TakenSteps};
 pub use excluded::{Excluded, Exclusion};
+pub use slide::Slider;
 pub use stages::StageTimes;
 use stages::Stopwatch;
 
@@ -71,6 +73,7 @@ pub struct Solver {
     /// Change of the cell's velocity gradient at the next kick, 1/s.
     gradient_change: Option<Mat3>,
     targets: Option<Vec<(Vec3, Vec3)>>,
+    sliders: Vec<Slider>,
     rebuilds: u64,
     stages: StageTimes,
     /// Particles per tile.
@@ -147,6 +150,7 @@ impl Solver {
             strain_margin: 0.0,
             gradient_change: None,
             targets: None,
+            sliders: Vec::new(),
             rebuilds: 0,
             stages: StageTimes::default(),
         };
@@ -490,9 +494,11 @@ impl Solver {
             state.particles.previous = vec![[Vec3::zeros(); 2]; remembered];
         }
         let half_kick = self.model.scheme == Scheme::VelocityVerlet && state.clock.step == 0;
+        let fraction = if half_kick { 0.5 } else { 1.0 };
+        self.slide(state, fraction * state.clock.dt);
         let kick = KickContext {
             dt: state.clock.dt,
-            fraction: if half_kick { 0.5 } else { 1.0 },
+            fraction,
             gravity: self.model.gravity,
             damping: self.model.damping,
             cell: state.cell.as_ref(),

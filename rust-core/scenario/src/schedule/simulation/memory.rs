@@ -13,12 +13,10 @@ pub(super) const DAMAGED: usize = 2;
 pub(super) const VIRIAL: usize = 3;
 /// Code of the reason why the run has ended; 0 if it has not.
 pub(super) const STOPPED: usize = 12;
-/// Axial forces of the two ends in the last step, N.
-pub(super) const AXIAL: usize = 13;
 /// Largest energy present or dissipated so far, J.
-pub(super) const ENERGY: usize = 15;
+pub(super) const ENERGY: usize = 13;
 /// What the servo of a cell remembers: [`CellServoMemory`].
-pub(super) const LASTING: usize = 16;
+pub(super) const LASTING: usize = 14;
 /// Lasting speed of a loading that follows the opening of a gauge, m/s, and after it those of up to [`super::OPENINGS`] walls. Such loadings do
 /// not drive a cell, so that the place is free.
 pub(super) const OPENING: usize = LASTING;
