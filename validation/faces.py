@@ -29,8 +29,6 @@ FACES = {"as cut": False, "corrected": True}
 DIAMETERS = (32, 48)
 WIDTH = 5
 CONCRETES = {"": {}, "saturating ": confinement.MATERIAL}
-# Heights of beams without a notch, mm; those as cut are on record in laboratory.json.
-BEAMS = {"beam": (10, 14, 20, 28, 40), "brittle beam": (10, 14, 20, 28)}
 
 
 def corrected(document, faces):
@@ -50,13 +48,6 @@ def prism(concrete, faces, seed):
     return corrected(laboratory.prism(seed, **CONCRETES[concrete]), faces)
 
 
-def column(concrete, faces, seed):
-    """Compression between ends that move sideways freely."""
-    document = laboratory.column(2, "free", seed)
-    document["material"][0]["cpm"] |= CONCRETES[concrete]
-    return corrected(document, faces)
-
-
 def cylinder(concrete, diameter, by, faces, seed):
     """Splitting between plates or strips."""
     document = laboratory.cylinder(seed)
@@ -68,11 +59,6 @@ def cylinder(concrete, diameter, by, faces, seed):
         document["loading"]["closing_velocity"] = f"{100 * diameter / 32} mm/s"
         document["stop"] |= {"drop_to": 0.6}
     return corrected(document, faces)
-
-
-def beam(name, height, seed):
-    """Three-point bending, corrected."""
-    return corrected((laboratory.brittle_beam if "brittle" in name else laboratory.beam)(height, 0, seed), "corrected")
 
 
 def cell(seed):
@@ -90,9 +76,7 @@ CASES = {
     **{f"{c}prism, {faces}, seed {s}": (prism, c, faces, s) for c in CONCRETES for faces in FACES for s in SEEDS},
     **{f"{c}cylinder {d} mm, {by}, {faces}, seed {s}": (cylinder, c, d, by, faces, s)
        for c in CONCRETES for d in DIAMETERS for by in ("plates", "strips") for faces in FACES for s in SEEDS
-       if by == "strips" or (d == DIAMETERS[0] and not c)},
-    **{f"{c}column, {faces}, seed {s}": (column, c, faces, s) for c in CONCRETES for faces in FACES for s in SEEDS[:3]},
-    **{f"{name} {h} mm, corrected, seed {s}": (beam, name, h, s) for name, heights in BEAMS.items() for h in heights for s in SEEDS[:3]},
+       if (by == "strips" and not c) or d == DIAMETERS[0] and (by == "strips" or not c)},
 }
 REDUCED = ["cell, seed 1", "bar 10 mm, bent, corrected, seed 1", "bar 10 mm, pulled, corrected, seed 1", "cylinder 32 mm, strips, corrected, seed 1"]
 
@@ -141,7 +125,7 @@ def table(known):
     for height in HEIGHTS:
         print(f"| {height} | " + " | ".join(show(moduli(known, height, kind, faces), 3) for faces in FACES for kind in ("pulled", "bent")) + " |")
     for concrete in CONCRETES:
-        for name in ["prism", "column", *(f"cylinder {d} mm, {by}" for d in DIAMETERS for by in ("plates", "strips"))]:
+        for name in ["prism", *(f"cylinder {d} mm, {by}" for d in DIAMETERS for by in ("plates", "strips"))]:
             cells = [strengths(known, f"{concrete}{name}, {faces}") for faces in FACES]
             ratio = [one.mean() / strengths(known, f"{concrete}prism, {faces}").mean() if len(one) else np.nan for one, faces in zip(cells, FACES, strict=True)]
             print(f"| {concrete}{name} | " + " | ".join(f"{show(one)} | {r:.2f}" for one, r in zip(cells, ratio, strict=True)) + " |")

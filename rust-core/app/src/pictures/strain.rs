@@ -130,7 +130,7 @@ fn displacements(frame: &Frame) -> Result<Vec<Vec3>, String> {
 mod tests {
     use super::*;
     use crate::output::stream::StoredField;
-    use concordem_contact::math::quaternion_of_rotation_vector;
+    use concordem_contact::math::{quaternion_of_rotation_vector, rotate};
     use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
     /// A snapshot of particles with these centers and displacements.
@@ -175,8 +175,8 @@ mod tests {
     #[test]
     fn strains_of_a_stretched_and_turned_body() {
         let stretch = Mat3::new(1.02, 0.01, 0.0, 0.01, 0.99, 0.003, 0.0, 0.003, 1.0);
-        let turn = quaternion_of_rotation_vector(&Vec3::new(0.3, -0.8, 0.5)).to_rotation_matrix();
-        let gradient = turn.matrix() * stretch;
+        let turn = quaternion_of_rotation_vector(&Vec3::new(0.3, -0.8, 0.5));
+        let gradient = Mat3::from_columns(&stretch.column_iter().map(|u| rotate(&turn, &u.into())).collect::<Vec<_>>());
         let e = (stretch * stretch - Mat3::identity()) * 0.5;
         let points = cube(4);
         let moved: Vec<Vec3> = points.iter().map(|x| gradient * x - x).collect();
