@@ -145,7 +145,22 @@ def check_record(known):
     missing = [case for case in CASES if case not in known]
     if missing:
         return [f"not on record: {', '.join(missing)}"]
-    return []
+    wrong = []
+
+    def demand(holds, what):
+        if not holds:
+            wrong.append(what)
+
+    for height in HEIGHTS:
+        pulled, bent = (moduli(known, height, kind, "corrected").mean() for kind in ("pulled", "bent"))
+        # A bar is as stiff as its cell; a bent one, whose outer fibers count most, lacks up to 6 %.
+        demand(abs(pulled - 1) < 0.01, f"bars of {height} mm have {pulled:.3f} of the cell's modulus")
+        demand(-0.07 < bent - 1 < 0.01, f"bent bars of {height} mm have {bent:.3f} of the cell's modulus")
+    for diameter in DIAMETERS:
+        ratio = strengths(known, f"cylinder {diameter} mm, strips, corrected").mean() / strengths(known, "prism, corrected").mean()
+        # The range of published ratios (EN 1992-1-1, 3.1.2: 1/0.9).
+        demand(0.9 < ratio < 1.1, f"cylinders of {diameter} mm between strips bear {ratio:.3f} of the tensile strength")
+    return wrong
 
 
 def main():
