@@ -862,7 +862,7 @@ fn mistakes_in_files_and_other_decks_are_explained() {
             "lying.toml",
             lying.as_bytes(),
             &[
-                "lying.toml:47:8",
+                "lying.toml:48:8",
                 "loading.area = \"splitting\"",
                 "needs a cylinder that lies across the axis",
                 "give [packing.shape] kind = \"cylinder\" with another axis",

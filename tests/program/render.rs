@@ -141,7 +141,7 @@ fn spheres_are_where_they_are() {
 fn strains_are_those_of_the_cell() {
     let folder = TempDir::new().expect("a temporary folder");
     let loading = "[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[50, 0, 0], [0, 0, 0], [0, 0, 100]]\n\
-                   [integration]\ntime_step = \"1 us\"\n[stop]\nsteps = 20\n";
+                   [integration]\ntime_step = \"0.5 us\"\n[stop]\nsteps = 40\n";
     let result = run(folder.path(), &CELL.replace("[stop]\nsteps = 1\n", loading));
     for (name, strain) in
         [("strain-zz", 2e-3), ("strain-xx", 1e-3), ("principal-strain", 2e-3), ("volumetric-strain", 3e-3)]
