@@ -209,9 +209,8 @@ def test_laboratory_tests_are_translated_or_refused(tmp_path):
             load(scenario.changed(beam.scenario, {"dimension": 2}), starts["notched-beam"])
     with pytest.raises(Unsupported, match="local damping"):
         liggghts.deck(made(disc), 1)
-    strips = {"integration.damping": {"kind": "none"}, "contacts.law": "frictional", "loading.strip_width": 4e-3}
     with pytest.raises(Unsupported, match="strip_width"):
-        liggghts.deck(made(disc, changes=strips), 1)
+        translate.platens(scenario.changed(disc.scenario, {"loading.strip_width": 4e-3}), starts["splitting-disc"])
     undamped = {"integration.damping": {"kind": "none"}}
     with pytest.raises(Unsupported, match="linear contacts"):
         liggghts.deck(made(disc, changes=undamped), 1)
