@@ -154,7 +154,8 @@ fn strains_are_those_of_the_cell() {
             assert!(all > 10_000 && none < all / 20, "{name}, {range}: {all} {none}");
         }
     }
-    let flight = run(folder.path(), FLIGHT);
+    let other = TempDir::new().expect("a temporary folder");
+    let flight = run(other.path(), FLIGHT);
     refused(&flight, &["--color", "principal-strain"], "no particle has neighbors on all sides");
     refused(&flight, &["--color", "strain"], "strain-xx");
 }

@@ -8,8 +8,9 @@ use concordem_picture::key::INK;
 use concordem_picture::{Cut, Layer, Line, Polygon, Rod, Sphere, View};
 use concordem_solver::state::columns::ColumnData;
 
+use super::fields::{self, vectors};
 use super::request::{Section, Shown};
-use super::values::{self, Colored, Coloring, PLAIN, vectors};
+use super::values::{self, Colored, Coloring, PLAIN};
 use super::{PictureError, Source};
 use crate::output::crack_faces::CrackFace;
 use crate::output::export::Lines;
@@ -46,7 +47,7 @@ impl Scene {
         let request = source.request;
         let frame = source.frames.read(k)?;
         let first = source.frames.read(0)?;
-        let radius = values::reals(&frame, "radius").to_vec();
+        let radius = fields::reals(&frame, "radius").to_vec();
         let mean = radius.iter().sum::<f64>() / radius.len().max(1) as f64;
         let cell = frame.cell.map(|edges| Mat3::from_columns(&edges.map(Vec3::from)));
         let is_reference = request.shows(Shown::Cracks);
@@ -163,7 +164,7 @@ fn color_or<'a>(source: &'a Source<'_>, usual: &'a str) -> &'a str {
 
 /// Centers with displacements times a factor.
 fn magnified(frame: &Frame, factor: f64) -> Vec<Vec3> {
-    let displacement = vectors(values::reals(frame, "displacement"));
+    let displacement = vectors(fields::reals(frame, "displacement"));
     let moved = |(x, u): (Vec3, &Vec3)| x + u * (factor - 1.0);
     let centers = vectors(&frame.points);
     if displacement.len() == centers.len() {
@@ -253,7 +254,7 @@ fn bonds_at(source: &Source<'_>, frame: &Frame, k: usize) -> Result<Lines, Pictu
 fn rods(frame: &Frame, centers: &[Vec3], lines: &Lines, radius: f64) -> Vec<(usize, [Vec3; 2], f64)> {
     let broken = lines.fields.iter().find(|field| field.name == "broken").map(|field| &field.column.data);
     let is_broken = |k: usize| matches!(broken, Some(ColumnData::U8(flags)) if flags[k] != 0);
-    let ids = values::whole(frame, "id");
+    let ids = fields::whole(frame, "id");
     let row_of: HashMap<usize, usize> = ids.iter().enumerate().map(|(row, id)| (*id, row)).collect();
     let ends = vectors(&lines.points);
     let one = |(k, pair): (usize, &[u32; 2])| {

@@ -1,6 +1,7 @@
 //! Pictures of results: particles, bonds, cracks, and walls at chosen times, from any side, cut open or as a slice.
 
 mod bodies;
+mod fields;
 mod request;
 mod strain;
 mod values;
@@ -131,7 +132,7 @@ fn left_out(cracks: &CrackFaces) -> Option<String> {
 
 /// The view that is asked for; across a slice; of a plane body from above, of others obliquely from the front.
 fn view(request: &Request, scenario: &Scenario, first: &Frame) -> Result<View, PictureError> {
-    let radius = values::reals(first, "radius").iter().copied().fold(0.0, f64::max);
+    let radius = fields::reals(first, "radius").iter().copied().fold(0.0, f64::max);
     let heights = first.points.iter().skip(2).step_by(3);
     let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(*z), high.max(*z)]);
     let is_plane = scenario.dimension == 2 || high - low < 0.01 * radius;

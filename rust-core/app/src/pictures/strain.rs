@@ -9,7 +9,7 @@ use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::Cell;
 use rayon::prelude::*;
 
-use super::values::{reals, vectors, whole};
+use super::fields::{reals, vectors, whole};
 use crate::output::frames::Frame;
 
 /// Names of the components, with their places in the matrix.

@@ -2,13 +2,14 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::math::Mat3;
 use concordem_picture::Color;
 use concordem_picture::colors::{Scale, of_kind};
 use concordem_picture::key::Key;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
+use super::fields::{reals, whole};
 use super::strain;
 use crate::output::frames::Frame;
 use crate::output::stream::StoredField;
@@ -54,29 +55,6 @@ pub(super) enum Colored {
 /// Whether this field is a stress.
 pub(super) fn is_stress(name: &str) -> bool {
     name == MEAN_STRESS || STRESSES.iter().any(|(other, ..)| *other == name)
-}
-
-/// A field of real numbers; empty if the frame has none with this name.
-pub(super) fn reals<'a>(frame: &'a Frame, name: &str) -> &'a [f64] {
-    match frame.field(name) {
-        Some(ColumnData::F64(values)) => values,
-        _ => &[],
-    }
-}
-
-/// Vectors from their components.
-pub(super) fn vectors(values: &[f64]) -> Vec<Vec3> {
-    values.chunks_exact(3).map(Vec3::from_column_slice).collect()
-}
-
-/// Whole numbers of a field.
-pub(super) fn whole(frame: &Frame, name: &str) -> Vec<usize> {
-    match frame.field(name) {
-        Some(ColumnData::U32(values)) => values.iter().map(|value| *value as usize).collect(),
-        Some(ColumnData::U16(values)) => values.iter().map(|value| usize::from(*value)).collect(),
-        Some(ColumnData::U8(values)) => values.iter().map(|value| usize::from(*value)).collect(),
-        _ => Vec::new(),
-    }
 }
 
 /// The field that says most of the particles: damage where there are bonds, else speed.

@@ -16,7 +16,7 @@ use concordem_solver::state::columns::ColumnData;
 use concordem_solver::state::surface::Plane;
 
 use super::PictureError;
-use super::values::reals;
+use super::fields::reals;
 use crate::output::ResultFile;
 use crate::output::frames::Frame;
 
